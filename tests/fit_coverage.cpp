@@ -27,6 +27,7 @@
 
 #include "tests/brute_rubbing.hpp"
 #include "tests/made_up_joint.hpp"
+#include "tests/sliding_springs.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/fitting/fit.hpp"
 
@@ -197,6 +198,29 @@ Cell rubbed() {
           }};
 }
 
+Cell slides(const std::string& name, const SlidingSprings& s) {
+  return {"slide, " + name, SnapRule::slide,
+          [s](std::uint64_t seed) { return s.csv(static_cast<unsigned>(seed)); },
+          [s](const cli::FitResult&) {
+            Truth truth{{"kinetic", s.kinetic},    {"presliding_length", s.mean_limit()},
+                        {"spread", s.spread},      {"sensor_offset", s.offset},
+                        {"sensor_drift", 0.0},     {"stage_softening", s.softening},
+                        {"stage_compliance", 0.0}, {"sensor_delay", 0.0},
+                        {"viscous_friction", 0.0}, {"damping_per_newton", 0.0}};
+            if (s.softening == 0.0) truth["stiffness_per_newton"] = s.kinetic / s.mean_limit();
+            return truth;
+          }};
+}
+
+void add_slide(std::vector<Cell>& cells) {
+  SlidingSprings both, strokes, soft;
+  strokes.motion = [](double t) { return 60e-6 * std::sin(M_PI * t); };
+  soft.softening = 4e-6;
+  cells.push_back(slides("loops and strokes", both));
+  cells.push_back(slides("strokes only", strokes));
+  cells.push_back(slides("a stage that is stiffer one way", soft));
+}
+
 /// In the plane: a spiral that opens to 60 um.
 Cell plane() {
   const double kinetic = 0.35, length = 15e-6, spread = 0.4;
@@ -246,6 +270,7 @@ std::vector<Cell> all_cells() {
   cells.push_back(plane());
   cells.push_back(disc());
   add_time(cells);
+  add_slide(cells);
   cells.push_back(joint());
   return cells;
 }

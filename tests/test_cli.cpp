@@ -951,7 +951,7 @@ TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]")
                 {"--residual and --renewal: other values than 0 need --rule redraw"});
 }
 
-TEST_CASE("A fit beside rivals judges five models on the part that none has seen", "[cli][fit]") {
+TEST_CASE("A fit beside rivals judges eight models on the part that none has seen", "[cli][fit]") {
   const Folder folder;
   // 500 rows of a block on a spring, whose limit is 0.6 N: Coulomb's friction with presliding.
   std::string csv = "t,x,load,force\n";
@@ -974,8 +974,9 @@ TEST_CASE("A fit beside rivals judges five models on the part that none has seen
     // It is a Maxwell-slip element.
     if (model["model"] == "Maxwell-slip") CHECK(model["judged_rms_n"] < 0.02);
   }
-  CHECK(names ==
-        std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's", "brush, rubbed"});
+  CHECK(names == std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's",
+                                          "brush, rubbed", "brush, slide", "brush, slide, free law",
+                                          "brush, as fitted"});
   // Other files than --json have the fit to the whole record.
   const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'");
   CHECK(table.code == 0);
@@ -984,7 +985,7 @@ TEST_CASE("A fit beside rivals judges five models on the part that none has seen
   check_refused(folder, "fit '" + file + "' --rivals --fit-until 100", {"nothing is left to judge"});
   check_refused(folder, "fit '" + file + "' --fit-until 4", {"--fit-until: only with --rivals"});
   check_refused(folder, "fit '" + file + "' --rivals --rule keep",
-                {"--rivals: the brush is one with --rule redraw"});
+                {"--rivals: fits brushes with the rules redraw and slide, not keep"});
 }
 
 TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") {

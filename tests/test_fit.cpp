@@ -298,7 +298,7 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
   options.quiet = true;
   const cli::FitColumns columns = cli::parse_fit_columns(csv, "data.csv");
   const cli::Judgements all = cli::judge_rivals(columns, options, 7.0);
-  REQUIRE(all.models.size() == 5);
+  REQUIRE(all.models.size() == 8);
   CHECK(all.fitted_samples == 351);
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 1000);
   const auto of = [&](const std::string& name) {
@@ -576,7 +576,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   check_recovered(fitted[cli::fit_spread], 0.15, 0.03);
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
-  CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("no first loading in the record"));
+  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("no first loading in the record"));
   // A brush from its first loading on.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());

@@ -198,6 +198,15 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
     reading.clip_load = 0.005;
     CHECK_THAT(refused(text, reading), Contains("allowed: -0.005 N or more (--clip-load)"));
   }
+  SECTION("a tribometer's names and grams") {
+    const cli::FitColumns read = cli::parse_fit_columns(
+        "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [g]\n0\t5e6\t1\t50\n1\t5e6\t2\t60\n", "data.txt");
+    CHECK(read.load[0] == Approx(5.0));
+    CHECK(read.force[1] == Approx(60e-3 * 9.80665));
+    CHECK_THAT(joined(read.understood), Contains("column Friction [g]: g is taken as gram-force"));
+    CHECK_THAT(joined(cli::parse_fit_columns("t,x,load,force\n0,0,1,1\n", "data.csv").understood),
+               !Contains("gram-force"));
+  }
   SECTION("torque and angle of a ring") {
     cli::FitReading reading;
     const std::string text = "t,angle [deg],load,torque [mN m]\n0,0,1,10\n1,90,1,20\n";
@@ -313,6 +322,6 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
   // The table says what was understood.
-  CHECK_THAT(cli::fit_table(data, options, result),
+  CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

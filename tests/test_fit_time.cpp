@@ -166,7 +166,7 @@ TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   CHECK(m.kinetic_coefficient(frame.speed) == Approx(fitted[cli::fit_kinetic].value).epsilon(1e-6));
   const std::string scene = cli::fit_toml(fitted.data, {}, fitted.result);
   CHECK_THAT(scene, Contains("ageing_form = \"logarithmic\"") && Contains("fall_per_decade = "));
-  CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("this form is") && Contains("notes"));
+  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("this form is") && Contains("notes"));
   CHECK(fitted.result.curve.size() == fitted.data.samples());
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     const Fitted fitted = fit(record(s, 11).csv());
     CHECK_FALSE(fitted[cli::fit_ageing].fitted);
     CHECK_FALSE(fitted[cli::fit_strengthening].fitted);
-    CAPTURE(cli::fit_table(fitted.data, {}, fitted.result));
+    CAPTURE(cli::fit_table(fitted.data, fitted.result));
     CHECK_THAT(fitted[cli::fit_ageing].why, Contains("does not tell ageing from strengthening"));
   }
 }
@@ -244,7 +244,7 @@ TEST_CASE("Friction that differs with the direction is told from an offset of th
   check_recovered(several[cli::fit_offset], 0.03, 0.015);
   check_recovered(several.result.forward, 1.05 * s.kinetic, 0.01);
   check_recovered(several.result.backward, 0.95 * s.kinetic, 0.01);
-  CHECK_THAT(cli::fit_table(several.data, {}, several.result), Contains("kinetic towards +x"));
+  CHECK_THAT(cli::fit_table(several.data, several.result), Contains("kinetic towards +x"));
 
   s.load = [](double) { return 2.0; };
   s.most_load = 0.0;
@@ -269,7 +269,7 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
   check_recovered(fitted[cli::fit_spread], spread, 0.1);
   check_recovered(fitted[cli::fit_offset], 0.02, 0.006);
   check_recovered(fitted[cli::fit_offset_y], -0.03, 0.006);
-  CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("one isotropic contact"));
+  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("one isotropic contact"));
   CHECK_THAT(cli::fit_toml(fitted.data, {}, fitted.result), Contains("axes = 2"));
   CHECK_THAT(cli::fit_csv(fitted.data, fitted.result), Contains("t,x,y,load,fx,fy,fit_x,fit_y"));
 

@@ -545,10 +545,15 @@ Action add_fit(CLI::App* command) {
              {{"lognormal", bristle::SnapLaw::lognormal},
               {"normal", bristle::SnapLaw::normal},
               {"uniform", bristle::SnapLaw::uniform},
-              {"exponential", bristle::SnapLaw::exponential}},
-             options.law, "Family of snap lengths (default lognormal)");
-  add_choice(command, "--rule", {{"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}},
-             options.rule, "What a bristle does after a snap (default redraw)");
+              {"exponential", bristle::SnapLaw::exponential},
+              {"free", bristle::SnapLaw::table}},
+             options.law, "Family of snap lengths (default lognormal); free: any, with --rule slide");
+  add_choice(command, "--rule",
+             {{"redraw", bristle::SnapRule::redraw},
+              {"keep", bristle::SnapRule::keep},
+              {"slide", bristle::SnapRule::slide}},
+             options.rule,
+             "What a bristle does at its limit (default: redraw or slide, what predicts better)");
   add_choice(
       command, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
@@ -591,6 +596,7 @@ Action add_fit(CLI::App* command) {
         throw cli::UserError(fmt::format(
             "{}: of a contact; a joint's log is read by --columns, --units, --torque-constant, --pendulum",
             option));
+    kept->choose_rule = command->count("--rule") == 0;
     cli::fit_command(*kept);
     return exit_done;
   };

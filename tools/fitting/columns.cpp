@@ -31,21 +31,30 @@ enum Column : unsigned {
 constexpr std::string_view names_t[] = {"time", "timestamp", "elapsed time"};
 constexpr std::string_view names_x[] = {"position", "displacement", "pos"};
 constexpr std::string_view names_v[] = {"velocity", "speed"};
-constexpr std::string_view names_load[] = {"normal load", "normal_load", "normal force", "normal_force",
-                                           "fn"};
+constexpr std::string_view names_load[] = {"normal load",  "normal_load", "normal force",
+                                           "normal_force", "normal",      "fn"};
 constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
                                             "tangential_force"};
 constexpr std::string_view no_other[] = {""};
+/// Tribometers write g for the weight of a gram.
+constexpr std::string_view grams = "g";
+constexpr Unit weighed_units[] = {{"N", 1.0},
+                                  {"mN", 1e3},
+                                  {"uN", 1e6},
+                                  {"kN", 1e-3},
+                                  {"gf", 1e3 / 9.80665},
+                                  {"kgf", 1.0 / 9.80665},
+                                  {grams, 1e3 / 9.80665}};
 constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t},
                                             {"x", length_units, most_length, names_x},
                                             {"v", speed_units, most_speed, names_v},
                                             {"vx", speed_units, most_speed},
-                                            {"load", force_units, most_force, names_load},
-                                            {"force", force_units, most_force, names_force},
-                                            {"fx", force_units, most_force, no_other},
-                                            {"friction", force_units, most_force, no_other},
+                                            {"load", weighed_units, most_force, names_load},
+                                            {"force", weighed_units, most_force, names_force},
+                                            {"fx", weighed_units, most_force, no_other},
+                                            {"friction", weighed_units, most_force, no_other},
                                             {"y", length_units, most_length},
-                                            {"fy", force_units, most_force},
+                                            {"fy", weighed_units, most_force},
                                             {"angle", angle_units, most_length, no_other},
                                             {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
@@ -259,6 +268,11 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
 
   data.understood.push_back(mapping_text(csv, kinds));
   doubt_time(csv, data);
+  for (const unsigned c : {unsigned{column_load}, choice.force})
+    if (csv.units[c] == grams)
+      data.understood.push_back(
+          fmt::format("column {}: g is taken as gram-force, 1 g = 9.80665 mN (else --units {}=UNIT)",
+                      csv.headers[c], kinds[c].name));
   if (reading.speed && !data.t.empty()) rebuild_positions(data, *reading.speed);
   if (reading.radius)
     data.understood.push_back(

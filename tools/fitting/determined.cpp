@@ -84,6 +84,8 @@ std::string Fitter::lacking(FitParameter p) const {
       return several_loads() ? "not seen beside the bristles' own"
                              : "under one load the stage's and the bristles' are one number in sticking; "
                                "loads that differ tell them apart";
+    case fit_softening:
+      return "not seen: the stage bends alike either way";
     case fit_delay:
       return "not seen: shorter than the motion between samples shows";
     case fit_ageing_time:
@@ -137,6 +139,8 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (FitModel::is_logarithmic(p)) return deviation <= widest_deviation;
   if (p == fit_asymmetry) return deviation <= widest_asymmetry;
   if (p >= fit_offset) return deviation <= widest_offset;
+  if (p == fit_softening)
+    return std::fabs(point.values[p]) >= 2.0 * deviation * model_.scale(point.values, p);
   return point.values[p] >=
          2.0 * deviation * model_.scale(point.values, p);  // lubricant, damper: there at all?
 }
@@ -171,7 +175,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
 double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p) {
   const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
   if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
-  if (rival == fit_ageing && options_.rule == bristle::SnapRule::keep) return 1.0;
+  if (rival == fit_ageing && options_.rule != bristle::SnapRule::redraw) return 1.0;
   // Ageing follows a change of speed over a length of the way, strengthening does at once.
   if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
@@ -204,9 +208,10 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
                               : with_bristles ? covariance(j, r, correlated, bristle_error(point, j, r))
                                               : covariance(j, r, correlated);
   for (const FitParameter p :
-       {fit_drift, fit_drift_y, fit_offset, fit_offset_y, fit_asymmetry, fit_delay, fit_compliance,
-        fit_ageing_time, fit_strengthening_speed, fit_damping, fit_stribeck, fit_strengthening, fit_ageing,
-        fit_viscous, fit_renewal, fit_residual, fit_spread, fit_kinetic, fit_length}) {
+       {fit_drift,   fit_drift_y,   fit_offset,        fit_offset_y,    fit_asymmetry,
+        fit_delay,   fit_softening, fit_compliance,    fit_ageing_time, fit_strengthening_speed,
+        fit_damping, fit_stribeck,  fit_strengthening, fit_ageing,      fit_viscous,
+        fit_renewal, fit_residual,  fit_spread,        fit_kinetic,     fit_length}) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
     if (at == point.free.end()) continue;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
@@ -289,7 +294,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
     if (!two_ways()) why_[p] = "the motion has one direction only";
   }
   if (two_ways() && options_.no_drift) why_[fit_drift] = why_[fit_drift_y] = "held";
-  if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
+  if (!has_spread(options_.law)) why_[fit_spread] = "this law has none to choose";
   if (options_.for_prediction) return point;
   if (!point.free.empty() && !shows_sliding(model_, point, samples_that_count(point))) {
     leave(point, fit_kinetic, lacking(fit_kinetic));

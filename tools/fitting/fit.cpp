@@ -23,6 +23,7 @@ using bristle::SnapRule;
 constexpr double least_explained = 0.3;  // of the force: below, this is no friction of this motion
 constexpr double least_friction = 0.01;  // of the force: below, the brush has no part in it
 constexpr std::size_t search_samples = 2000;
+constexpr double clearly_closer = 0.97;  // held-out error over that of redraw, for another rule to be taken
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
   bristle::Material m = model.unit_material(p);
@@ -135,8 +136,8 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
   interval(result.backward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 - p[fit_asymmetry]); });
   // Parameters that stayed where they were put count as known only where they do not matter.
-  result.peak.fitted = contains(point.free, fit_kinetic) &&
-                       (contains(point.free, fit_spread) || options_.law == SnapLaw::exponential);
+  result.peak.fitted =
+      contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
   if (!result.peak.fitted) {
     result.peak.why = "follows from kinetic and spread";
   } else {
@@ -175,7 +176,7 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
   if (point.values[fit_delay] > 0.0)
     result.notes.push_back(
         "the delay is that of a first-order low-pass; a dead time of the same length looks much like it");
-  if (point.values[fit_compliance] > 0.0)
+  if (bends_stage(point.values))
     result.notes.push_back(
         "the presliding length is the bristles' own; a replay moves the contact by the measured position, "
         "without the stage's bending");
@@ -201,6 +202,9 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
 
 FitResult Fitter::report(const FitPoint& point) {
   FitResult result;
+  result.rule = options_.rule;
+  result.law = options_.law;
+  result.quantiles = options_.quantiles;
   result.past = point.past;
   result.frame = has_time(point.values) ? point.frame : FitFrame{};
   assume(model_, point);
@@ -223,7 +227,8 @@ FitResult Fitter::report(const FitPoint& point) {
   const PopulationError population = bristle_error(point, j, r);
   result.fluctuating_bristles =
       population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
-  const Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
+  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
+  raise_to_parts(cov, j, r, data_.samples());
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = singular_values(scaled);
   result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
@@ -274,39 +279,77 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
   model.set_frame(result.frame);
   FitValues values{};
   for (std::size_t p = 0; p < fit_parameters; ++p) values[p] = result.estimates[p].value;
-  if (values[fit_compliance] > 0.0) model.set_stage_force(model.force_on_stage(values));
+  model.settle_stage(values);
   const Eigen::VectorXd curve = model.force(values);
   return {curve.begin(), curve.end()};
 }
 
 }  // namespace
 
-FitResult fit_material(const FitData& data, const FitOptions& options) {
-  if (options.law == SnapLaw::single || options.law == SnapLaw::table) {
-    throw UserError("--law: allowed are lognormal, normal, uniform, exponential");
-  }
+namespace {
+
+/// What of the options holds with this rule. Throws UserError where they do not go together.
+FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
-  if (options.rule == SnapRule::keep) {
-    if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0) {
-      throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
-    }
-    held.residual = held.renewal = 0.0;
-    if (data.axes == 2) {
-      throw UserError(data.columns.name +
-                      ": two axes (x, y, fx, fy) need --rule redraw; for --rule keep leave out y and fy");
-    }
-  }
+  held.rule = rule;
+  if (options.law == SnapLaw::single)
+    throw UserError("--law: allowed are lognormal, normal, uniform, exponential, free");
+  if (options.law == SnapLaw::table && (rule != SnapRule::slide || data.axes == 2))
+    throw UserError(data.columns.name + ": --law free is for --rule slide, and for one axis");
+  if (rule == SnapRule::redraw) return held;
+  if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0)
+    throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
+  held.residual = held.renewal = 0.0;
+  if (data.axes == 2 && rule == SnapRule::keep)
+    throw UserError(
+        data.columns.name +
+        ": two axes (x, y, fx, fy) need --rule redraw or slide; for --rule keep leave out y and fy");
+  return held;
+}
+
+/// Searches with redraw and with slide. Returns the options and the point of the one that predicts better.
+std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& thin, const FitOptions& options,
+                                          Progress& progress, std::string& note) {
+  const bool free_law = options.law == SnapLaw::table;
+  const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
+  FitOptions held = with_rule(data, options, first);
+  if (free_law) held.law = SnapLaw::lognormal;  // to begin with
+  Found found = Fitter(thin, held, Detail::search, progress).search();
+  if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
+  const FitOptions other = with_rule(data, options, SnapRule::slide);
+  Found slid = Fitter(thin, other, Detail::search, progress).search();
+  // A residual at the end of its range is a brush on its way to slide.
+  const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
+  const bool slides =
+      slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;
+  note = fmt::format("rule {} is chosen: where not fitted, redraw leaves {:.3g} N rms and slide {:.3g} N",
+                     slides ? "slide" : "redraw", found.held_out, slid.held_out);
+  Found& chosen = slides ? slid : found;
+  chosen.evaluations = found.evaluations + slid.evaluations;
+  return {slides ? other : held, chosen};
+}
+
+}  // namespace
+
+FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
     // The search needs no more than shows the shape.
-    const FitData whole = held.for_prediction ? data : without_rests(data);
+    const FitData whole = options.for_prediction ? data : without_rests(data);
     const FitData moving =
-        options.rule == SnapRule::keep && !held.for_prediction ? without_origin(whole) : whole;
+        options.rule == SnapRule::keep && !options.for_prediction ? without_origin(whole) : whole;
     const FitData thin = thinned(moving, search_samples);
-    const Found found = Fitter(thin, held, Detail::search, progress).search();
+    std::string note;
+    auto [held, found] = search_rules(data, thin, options, progress, note);
     progress.update(0.9);
+    const int searched = found.evaluations;
+    if (options.law == SnapLaw::table) {
+      found = Fitter(moving, held, Detail::finish, progress).with_free_law(found, held.quantiles);
+      held.law = SnapLaw::table;
+    }
     FitResult result = Fitter(moving, held, Detail::finish, progress).finish(found);
-    result.evaluations += found.evaluations;
+    if (!note.empty()) result.notes.push_back(note);
+    result.evaluations += searched;
     if (moving.samples() < data.samples()) result.curve = curve_at(data, held, result);
     return result;
   } catch (const bristle::Error& error) {

@@ -23,9 +23,11 @@ struct FitOptions {
   std::optional<double> load;     ///< N, in place of a column
   double mass = 0.0;              ///< kg, that the force sensor accelerates with the body
   ForceSign sign = ForceSign::automatic;
-  bristle::SnapLaw law = bristle::SnapLaw::lognormal;
+  bristle::SnapLaw law = bristle::SnapLaw::lognormal;  ///< table: any law, of bristles that slide
   bristle::SnapRule rule = bristle::SnapRule::redraw;
+  bool choose_rule = false;  ///< redraw, or slide where parts that are not fitted to are clearly closer to it
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
+  std::vector<double> quantiles;     ///< over their mean, of SnapLaw::table: found, not given
   std::optional<double> residual;    ///< share of the presliding length; held there. keep: 0
   std::optional<double> renewal;     ///< held there. keep: 0
   std::optional<double> compliance;  ///< m/N, of the stage; held there
@@ -43,8 +45,12 @@ struct FitOptions {
   bool quiet = false;           ///< no progress on a terminal
 };
 
-/// The fitted parameters: twelve numbers of the material, one that no material has, and those of stage and
-/// sensor.
+/// Whether the law has a spread to choose.
+inline bool has_spread(bristle::SnapLaw law) {
+  return law != bristle::SnapLaw::exponential && law != bristle::SnapLaw::table;
+}
+
+/// The fitted parameters: twelve numbers of the material, and those of stage, direction and sensor.
 enum FitParameter : unsigned {
   fit_kinetic,        ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
   fit_length,         ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
@@ -60,19 +66,23 @@ enum FitParameter : unsigned {
   fit_damping,              ///< s/m, per newton of load
   fit_stribeck,             ///< m/s
   fit_compliance,           ///< m/N, of what is between the measured position and the contact
-  fit_delay,                ///< s, of a first-order low-pass between the friction and the force column
-  fit_asymmetry,            ///< friction towards +x is larger by this share, towards -x smaller
-  fit_offset,               ///< N, of the sensor, in the middle of the record
-  fit_drift,                ///< N/s
-  fit_offset_y,             ///< N, of the sensor of a second axis
-  fit_drift_y,              ///< N/s
-  fit_parameters            ///< how many
+  fit_softening,  ///< m/N^2, one axis: the stage's compliance grows by twice this per newton by the body
+  fit_delay,      ///< s, of a first-order low-pass between the friction and the force column
+  fit_asymmetry,  ///< friction towards +x is larger by this share, towards -x smaller
+  fit_offset,     ///< N, of the sensor, in the middle of the record
+  fit_drift,      ///< N/s
+  fit_offset_y,   ///< N, of the sensor of a second axis
+  fit_drift_y,    ///< N/s
+  fit_parameters  ///< how many
 };
 using FitValues = std::array<double, fit_parameters>;
 
 /// Where a parameter stays when the data do not determine it.
 inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-6, 0.0,
-                                           0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+                                           0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,  0.0};
+
+/// Whether the contact is elsewhere than the measured position.
+inline bool bends_stage(const FitValues& p) { return p[fit_compliance] > 0.0 || p[fit_softening] != 0.0; }
 
 /// At which speed and age numbers are given that change with them: in the middle of the record, so that the
 /// data determine them as well as they can.
@@ -99,6 +109,9 @@ struct FitResult {
   /// friction over load towards +x and -x where these differ.
   FitEstimate peak, stiffness, forward, backward;
   std::vector<std::string> notes;  ///< what else a reader of these numbers must know
+  bristle::SnapRule rule = bristle::SnapRule::redraw;
+  bristle::SnapLaw law = bristle::SnapLaw::lognormal;
+  std::vector<double> quantiles;  ///< over their mean, of SnapLaw::table
   bristle::Material material;
   Past past;
   std::vector<double> curve;        ///< N, the fit at the samples, by the body, offset and drift included
@@ -119,8 +132,8 @@ const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 /// Throws UserError where the brush explains too little of the force.
 FitResult fit_material(const FitData& data, const FitOptions& options);
 
-std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& result);
-std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& result);
+std::string fit_table(const FitData& data, const FitResult& result);
+std::string fit_json(const FitData& data, const FitResult& result);
 std::string fit_csv(const FitData& data, const FitResult& result);
 /// The motion that was understood, as a motion file: t,x,load (t,x,y,load).
 std::string fit_motion(const FitData& data);

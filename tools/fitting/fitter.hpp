@@ -34,7 +34,8 @@ struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
-  int evaluations = 0;  ///< that it took
+  int evaluations = 0;    ///< that it took
+  double held_out = 0.0;  ///< N, rms of parts that were not fitted to
 };
 
 /// Finds the best point of a record, or takes away from one what the record does not determine.
@@ -45,19 +46,29 @@ class Fitter {
 
   Found search() {
     const FitPoint point = choose();
-    return {point, why_, stage_note_, model_.evaluations()};
+    return {point, why_, stage_note_, model_.evaluations(),
+            std::sqrt(held_out(point) / static_cast<double>(samples()))};
+  }
+  /// A fit with a law of any lengths, to finish with that law.
+  Found with_free_law(const Found& found, std::vector<double>& quantiles) {
+    FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
+    quantiles = std::move(free.quantiles);
+    return {std::move(free.point), found.why, found.stage_note, found.evaluations, found.held_out};
   }
   FitResult finish(const Found& found) {
     why_ = found.why;
     stage_note_ = found.stage_note;
-    FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
-    if (point.values[fit_compliance] > 0.0) point = minimise_bent(point);
+    FitPoint point = minimise_all(found.point);
     if (options_.rule == bristle::SnapRule::keep) point = polish(point);
     refuse_without_friction(point);
     return report(keep_determined(point));
   }
 
  private:
+  FitPoint minimise_all(const FitPoint& found) {
+    const FitPoint point = found.free.empty() ? found : minimise(model_, found);
+    return bends_stage(point.values) ? minimise_bent(point) : point;
+  }
   FitPoint search_plain();
   FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
@@ -68,7 +79,7 @@ class Fitter {
   FitPoint choose();
   FitParameterSet bending() const {
     FitParameterSet set{fit_length};
-    if (options_.law != bristle::SnapLaw::exponential) set.push_back(fit_spread);
+    if (has_spread(options_.law)) set.push_back(fit_spread);
     return set;
   }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
@@ -99,6 +110,7 @@ class Fitter {
   FitPoint keep_determined(FitPoint point);
   FitPoint keep_predicting(FitPoint point);
   double held_out(const FitPoint& point);
+  double forecast(const FitPoint& point);
   bool drop_one(FitPoint& point, bool with_bristles = false);
   PopulationError bristle_error(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
     return population_error(model_, point, j, r, bristles_per_newton * data_.mean_load);

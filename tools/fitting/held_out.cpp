@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "tools/fitting/fitter.hpp"
+#include "tools/fitting/least_squares.hpp"
 
 namespace cli {
 
@@ -13,11 +14,11 @@ namespace cli {
 /// rest of the record gives for the parameters follows to first order from derivatives: no fit is repeated.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples) {
-  constexpr std::size_t blocks = 25, folds = 5;
+  constexpr std::size_t folds = 5;
   const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd j = jacobian * length.cwiseInverse().asDiagonal();
   const auto fold_of = [&](Eigen::Index row) {
-    return static_cast<std::size_t>(row) % samples * blocks / samples % folds;
+    return static_cast<std::size_t>(row) % samples * mixed_blocks / samples % folds;
   };
   const Eigen::MatrixXd whole = j.transpose() * j;
   const Eigen::VectorXd gradient = j.transpose() * residuals;
@@ -43,24 +44,49 @@ double Fitter::held_out(const FitPoint& point) {
   return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
 }
 
-/// Terms that explain the record, but not those parts of it that they were not fitted to, are taken out. The
-/// brush itself and what the sensor adds stay.
+/// Sum of squares of the later fifths of a record, each forecast from all before it by the offsets and drifts
+/// of the sensor, all else as it is. Between blocks that it was fitted to a drift follows anything slow.
+double Fitter::forecast(const FitPoint& point) {
+  constexpr std::size_t parts = 5, first = 2;
+  FitPoint sensor = point;
+  sensor.free.clear();
+  for (const FitParameter p : {fit_offset, fit_drift, fit_offset_y, fit_drift_y})
+    if (contains(point.free, p)) sensor.free.push_back(p);
+  assume(model_, point);
+  const Eigen::MatrixXd j = jacobian(model_, sensor);
+  const Eigen::VectorXd r = residuals(point);
+  const auto part_of = [&](Eigen::Index row) {
+    return static_cast<std::size_t>(row) % data_.samples() * parts / data_.samples();
+  };
+  double squares = 0.0;
+  for (std::size_t part = first; part < parts; ++part) {
+    std::vector<Eigen::Index> before, here;
+    for (Eigen::Index row = 0; row < j.rows(); ++row) {
+      if (part_of(row) < part) before.push_back(row);
+      if (part_of(row) == part) here.push_back(row);
+    }
+    const Eigen::VectorXd step = solve_least_squares(j(before, Eigen::all), -r(before));
+    squares += (r(here) + j(here, Eigen::all) * step).squaredNorm();
+  }
+  return squares;
+}
+
+/// Takes out terms that explain the record, but not the parts of it that they were not fitted to. The brush
+/// itself and the sensor's offset stay.
 FitPoint Fitter::keep_predicting(FitPoint point) {
-  double error = held_out(point);
-  for (const FitParameter p : {fit_delay, fit_compliance, fit_asymmetry, fit_damping, fit_strengthening,
-                               fit_ageing, fit_viscous, fit_renewal, fit_residual}) {
+  for (const FitParameter p :
+       {fit_drift, fit_drift_y, fit_delay, fit_softening, fit_compliance, fit_asymmetry, fit_damping,
+        fit_strengthening, fit_ageing, fit_viscous, fit_renewal, fit_residual}) {
     if (!contains(point.free, p)) continue;
     const auto why = why_;
     FitPoint without = point;
     leave(without, p, "what it was not fitted to is predicted no better with it (held-out error)");
     without = minimise(model_, without);
-    const double other = held_out(without);
-    if (other <= error) {
+    const bool drifts = p == fit_drift || p == fit_drift_y;
+    if (drifts ? forecast(without) <= forecast(point) : held_out(without) <= held_out(point))
       point = without;
-      error = other;
-    } else {
+    else
       why_ = why;
-    }
   }
   return point;
 }

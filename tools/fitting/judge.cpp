@@ -131,6 +131,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   minimise({function.values(), [&](const VectorXd& at, VectorXd& out) { function.fill(at, out); },
             [&](const VectorXd& at, Eigen::MatrixXd& out) { function.differentiate(at, out); }},
            {80, 1e-7, 1e-6, 1.0}, p);
+  if (!p.allFinite()) p = guess;
   function.fill(p, residuals);
   return {p, start, residuals.squaredNorm()};
 }
@@ -250,35 +251,14 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   }
   a.col(elements) = Eigen::Map<const VectorXd>(data.velocity.data(), samples) / speed * data.force_scale;
   a.col(elements + 1).setConstant(data.force_scale);
-  std::vector<Eigen::Index> used;
-  for (Eigen::Index i = 0; i < a.cols(); ++i) used.push_back(i);
-  VectorXd solution;
-  for (;;) {  // takes out what comes out negative, the worst first
-    Eigen::MatrixXd part(samples, static_cast<Eigen::Index>(used.size()));
-    for (std::size_t i = 0; i < used.size(); ++i) part.col(static_cast<Eigen::Index>(i)) = a.col(used[i]);
-    solution = solve_least_squares(part, Eigen::Map<const VectorXd>(data.force.data(), samples));
-    std::size_t worst = used.size();
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(i);
-      if (used[i] < elements && solution[at] <= 0.0 &&
-          (worst == used.size() || solution[at] < solution[static_cast<Eigen::Index>(worst)])) {
-        worst = i;
-      }
-    }
-    if (worst == used.size()) break;
-    used.erase(used.begin() + static_cast<std::ptrdiff_t>(worst));
-  }
-  const double weakest = 1e-4 * solution.cwiseAbs().maxCoeff() + 1e-300;
-  p.head(elements).setConstant(std::log(weakest));
-  p.tail(2).setZero();
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const double value = solution[static_cast<Eigen::Index>(i)];
-    if (used[i] < elements) {
-      p[used[i]] = std::log(std::max(value, weakest));
-    } else {
-      p[used[i] + elements] = value;
-    }
-  }
+  const VectorXd unit = a.colwise().norm().cwiseMax(1e-300);
+  a = a * unit.cwiseInverse().asDiagonal();
+  const Eigen::Map<const VectorXd> force(data.force.data(), samples);
+  const VectorXd solution =
+      solve_nonnegative(a.transpose() * a, a.transpose() * force, elements).cwiseQuotient(unit);
+  const double weakest = 1e-4 * solution.head(elements).maxCoeff() + 1e-300;
+  p.head(elements) = solution.head(elements).cwiseMax(weakest).array().log();
+  p.tail(2) = solution.tail(2);
   return p;
 }
 
@@ -316,6 +296,7 @@ class Judge {
     j.judged.all = rms(force, [&](std::size_t i) { return i >= fitted_; });
     j.judged.reversal = rms(force, [&](std::size_t i) { return i >= fitted_ && turns(i); });
     j.judged.sliding = rms(force, [&](std::size_t i) { return i >= fitted_ && !turns(i); });
+    if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
     all.models.push_back(j);
   }
   void count(Judgements& all) const {
@@ -355,9 +336,12 @@ FitColumns first_part(const FitColumns& columns, double until) {
 
 std::string brush_values(const FitResult& r) {
   const auto value = [&](FitParameter p) { return r.estimates[p].value; };
-  return fmt::format("kinetic {:.3g}, presliding {:.3g} m, spread {:.3g}, residual {:.3g}, renewal {:.3g}",
-                     value(fit_kinetic), value(fit_length), value(fit_spread), value(fit_residual),
-                     value(fit_renewal));
+  std::string text = r.rule == bristle::SnapRule::slide ? "slide: " : "redraw: ";
+  text += fmt::format("kinetic {:.3g}, presliding {:.3g} m, spread {:.3g}", value(fit_kinetic),
+                      value(fit_length), value(fit_spread));
+  for (unsigned p = fit_residual; p < fit_offset; ++p)
+    if (r.estimates[p].fitted) text += fmt::format(", {} {:.3g}", fit_name(p), r.estimates[p].value);
+  return text;
 }
 
 }  // namespace
@@ -380,11 +364,23 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   FitOptions held = options;
   held.no_drift = held.for_prediction = held.no_time = true;
   held.quiet = true;
+  held.choose_rule = false;
+  if (held.law == bristle::SnapLaw::table) held.law = bristle::SnapLaw::lognormal;
+  held.rule = bristle::SnapRule::redraw;
   const FitResult rubbed = fit_material(train, held);
   progress.update(0.25);
   FitOptions paper = held;
   paper.residual = paper.renewal = 0.0;
   const FitResult plain = fit_material(train, paper);
+  FitOptions sliding = held;
+  sliding.rule = bristle::SnapRule::slide;
+  const FitResult slid = fit_material(train, sliding);
+  FitOptions any_law = sliding;
+  any_law.law = bristle::SnapLaw::table;
+  const FitResult free = fit_material(train, any_law);
+  FitOptions handed_out = options;  // with stage, sensor and time, as without --rivals
+  handed_out.quiet = handed_out.no_drift = true;
+  const FitResult whole_fit = fit_material(train, handed_out);
   progress.update(0.4);
 
   Judgements all;
@@ -393,7 +389,11 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   const Judge judge(whole, train.force.size(), 2.0 * all.presliding_length);
   judge.count(all);
   const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
-    FitModel model(whole, used, Detail::finish);
+    FitOptions same = used;
+    same.rule = result.rule;
+    same.law = result.law;
+    same.quantiles = result.quantiles;
+    FitModel model(whole, same, Detail::finish);
     model.set_past(result.past);
     model.set_frame(result.frame);
     FitValues values{};
@@ -402,10 +402,21 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
       values[p] = result.estimates[p].value;
       parameters += result.estimates[p].fitted ? 1 : 0;
     }
+    model.settle_stage(values);
     judge.add(all, name, parameters, model.force(values), brush_values(result));
   };
   const auto add_rival = [&](const RivalModel& model, const std::vector<VectorXd>& guesses, double done) {
     const RivalFit fit = best_fit(model, train, guesses);
+    if (!std::isfinite(fit.sum_of_squares)) {
+      const double none = std::nan("");
+      all.models.push_back({model.name,
+                            model.logarithms + 2,
+                            none,
+                            {none, none, none},
+                            {},
+                            fmt::format("none of {} starts led to a finite force", guesses.size())});
+      return;
+    }
     const double speed = std::max(train.fast, 1e-12);
     const VectorXd force =
         whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), whole, fit.start), whole,
@@ -446,26 +457,35 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   add_rival(maxwell, guesses, 1.0);
   add_brush("brush, the paper's", plain, paper);
   add_brush("brush, rubbed", rubbed, held);
+  add_brush("brush, slide", slid, sliding);
+  add_brush("brush, slide, free law", free, any_law);
+  add_brush("brush, as fitted", whole_fit, handed_out);
   return all;
 }
 
 std::string judgement_table(const Judgements& all) {
   const auto best = [&](const auto& of) {
-    const Judgement* found = &all.models.front();
-    for (const Judgement& j : all.models) {
-      if (of(j) < of(*found)) found = &j;
-    }
-    return found;
+    return std::min_element(all.models.begin(), all.models.end(),
+                            [&](const Judgement& a, const Judgement& b) { return of(a) < of(b); })
+        ->model;
   };
+  std::string failures;
+  for (const Judgement& j : all.models)
+    if (!j.failed.empty())
+      failures += fmt::format("{}{}: {}", failures.empty() ? "" : "; ", j.model, j.failed);
+  const std::string winner =
+      failures.empty()
+          ? fmt::format("{} is closest to the rest of the record, and {} in its reversals.",
+                        best([](const Judgement& j) { return j.judged.all; }),
+                        best([](const Judgement& j) { return j.judged.reversal; }))
+          : fmt::format("No model is named closest, since not all could be fitted ({}).", failures);
   std::string text = fmt::format(
-      "{} is closest to the rest of the record, and {} in its reversals.\n\nFitted to the first {:g} s ({} "
-      "samples), "
+      "{}\n\nFitted to the first {:g} s ({} samples), "
       "judged on the rest: {} samples within {:.3g} um\nafter a turn (reversal, twice the presliding "
       "length), {} "
       "beyond (sliding). Residuals in N, rms.\n\n",
-      best([](const Judgement& j) { return j.judged.all; })->model,
-      best([](const Judgement& j) { return j.judged.reversal; })->model, all.until, all.fitted_samples,
-      all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples);
+      winner, all.until, all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length,
+      all.sliding_samples);
   Table table({"<model", "numbers", "fitted", "judged", "reversal", "sliding"});
   const auto number = [](double value) {
     return std::isnan(value) ? std::string("-") : fmt::format("{:.4g}", value);
@@ -495,7 +515,8 @@ std::string judgement_json(const FitColumns& columns, const Judgements& all) {
                                 {"judged_rms_n", j.judged.all},
                                 {"reversal_rms_n", j.judged.reversal},
                                 {"sliding_rms_n", j.judged.sliding},
-                                {"values", j.values}});
+                                {"values", j.values},
+                                {"failed", j.failed}});
   }
   return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }

@@ -21,6 +21,7 @@ struct Judgement {
   double fitted = 0.0;
   Residuals3 judged;
   std::string values;  ///< in words
+  std::string failed;  ///< why there is no fit; empty where there is one
 };
 
 struct Judgements {

@@ -13,6 +13,10 @@ Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::Vecto
 /// The shortest x of those that minimise |a x - b|.
 Eigen::VectorXd solve_shortest(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
+/// x that minimises x' normal x - 2 x' side, its first `count` numbers none negative (Lawson and Hanson).
+Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::VectorXd& side,
+                                  Eigen::Index count);
+
 /// The matrix that solve_shortest() multiplies b by.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 

@@ -48,6 +48,7 @@ bristle::Ageing FitModel::ageing(const FitValues& p) const {
 
 BrushShape FitModel::shape(const FitValues& p) const {
   BrushShape shape{options_.law, options_.rule, p[fit_spread], p[fit_residual], p[fit_renewal]};
+  shape.quantiles = options_.quantiles;
   const bristle::Ageing a = ageing(p);
   shape.ageing_form = a.form;
   shape.ageing_strength = a.strength;
@@ -60,7 +61,7 @@ Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
   ++evaluations_;
   Past past = past_;
   past.speed = frame_.speed;
-  bent_path_ = p[fit_compliance] > 0.0 ? contact_path(p) : data_.path;
+  bent_path_ = bends_stage(p) ? contact_path(p) : data_.path;
   const std::vector<double> forces = brush_.find(shape(p), p[fit_length], past, detail_, frame_.speed);
   return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
 }
@@ -68,7 +69,7 @@ Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
 const Eigen::VectorXd& FitModel::elastic(const FitValues& p) {
   bool same = true;
   for (unsigned q = fit_length; q <= fit_ageing_time; ++q) same = same && p[q] == known_values_[q];
-  same = same && p[fit_compliance] == known_values_[fit_compliance];
+  for (const FitParameter q : {fit_compliance, fit_softening}) same = same && p[q] == known_values_[q];
   if (!same) {
     known_ = elastic_at(p);
     known_values_ = p;
@@ -116,7 +117,8 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return sum * data_.velocity[row] / speed_[k];
 }
 
-/// The stage is pulled back by the friction: x - c F. Between two samples the force is straight in time.
+/// The stage is pulled back by the friction: x - c F - q F^2. Between two samples the force is straight in
+/// time.
 std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   std::vector<PathPoint> path = data_.path;
   const double c = p[fit_compliance];
@@ -132,7 +134,8 @@ std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
       const auto row = static_cast<Eigen::Index>(axis * n + k);
       return stage_force_[row] + (share > 0.0 ? share * (stage_force_[row - 1] - stage_force_[row]) : 0.0);
     };
-    point.x -= c * at(0);
+    const double along = at(0);
+    point.x -= (c + p[fit_softening] * along) * along;
     if (data_.axes == 2) point.y -= c * at(1);
     if (point.wanted) ++next;
   }
@@ -184,6 +187,21 @@ Eigen::VectorXd FitModel::before_sensor(const FitValues& p) {
 
 Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sensor(p); }
 
+void FitModel::settle_stage(const FitValues& p) {
+  if (!bends_stage(p)) return;
+  constexpr int most_rounds = 100;
+  constexpr double share =
+      0.5;  // of each correction: a stage up to three times as soft as the bristles converges
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(stage_force_.size());
+  for (int round = 0; round < most_rounds; ++round) {
+    set_stage_force(force);
+    const Eigen::VectorXd change = force_on_stage(p) - force;
+    force += share * change;
+    if (change.cwiseAbs().maxCoeff() < 1e-4 * data_.force_scale) break;
+  }
+  set_stage_force(std::move(force));
+}
+
 Eigen::VectorXd FitModel::force(const FitValues& p) {
   Eigen::VectorXd f = low_passed(before_sensor(p), p[fit_delay]);
   const std::size_t n = data_.samples();
@@ -206,10 +224,12 @@ Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter param
   const double step = parameter == fit_renewal       ? smooth * (1.0 + p[fit_renewal])
                       : parameter == fit_ageing_time ? 0.2
                       : faint                        ? 0.1 * smooth
+                      : parameter == fit_softening   ? 0.002
                                                      : smooth;
   const auto moved = [&](double by) {
     FitValues values = p;
-    values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
+    values[parameter] =
+        is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by * scale(p, parameter);
     return values;
   };
   const auto elastic_force = [&](double by) {
@@ -239,7 +259,8 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
   const std::size_t n = data_.samples();
   const double unit = scale(p, parameter);
   if (parameter == fit_kinetic) return skewed(unit * elastic(p), p[fit_asymmetry]);
-  if (bends(parameter) || parameter == fit_compliance) return bent_derivative(p, parameter, central);
+  if (bends(parameter) || parameter == fit_compliance || parameter == fit_softening)
+    return bent_derivative(p, parameter, central);
   if (parameter == fit_asymmetry) {
     FitValues dry = p;
     for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping}) dry[q] = 0.0;
@@ -307,6 +328,8 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
       return force / std::max(data_.fast, 1e-12);
     case fit_damping:  // of a damper whose highest force is that of the data
       return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
+    case fit_softening:
+      return data_.range / (force * force);
     case fit_drift:
     case fit_drift_y:
       return force / data_.length();
@@ -333,6 +356,8 @@ double FitModel::lowest(FitParameter parameter) const {
       return std::max(0.1 * data_.slow, 1e-9);
     case fit_compliance:
       return 1e-5 * highest(fit_compliance);
+    case fit_softening:
+      return -highest(fit_softening);
     case fit_delay:
       return 0.02 * data_.sample_time;
     case fit_kinetic:
@@ -362,6 +387,8 @@ double FitModel::highest(FitParameter parameter) const {
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
     case fit_compliance:  // the stage bends by the whole motion
       return data_.range / data_.force_scale;
+    case fit_softening:
+      return data_.range / (data_.force_scale * data_.force_scale);
     case fit_delay:
       return std::max(std::min(200.0 * data_.sample_time, 0.05 * data_.length()), data_.sample_time);
     case fit_kinetic:

@@ -33,6 +33,8 @@ class FitModel {
     known_values_ = {};
   }
   const Eigen::VectorXd& stage_force() const { return stage_force_; }
+  /// Sets the force that bends the stage to the model's own, without the measured one.
+  void settle_stage(const FitValues& values);
   /// Where the contact is when the stage bends.
   std::vector<PathPoint> contact_path(const FitValues& values) const;
   /// dF/dp times scale(p). What bends the brush by differences: central ones, or one-sided ones at half the

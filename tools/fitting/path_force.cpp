@@ -40,38 +40,48 @@ Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
 
 bristle::Material BrushShape::material(double length) const {
   bristle::Material m;
-  const double share = rule == SnapRule::keep ? 0.0 : residual_share;
+  const bool redraws = rule == SnapRule::redraw;
+  const double share = redraws ? residual_share : 0.0;
   m.bristle_stiffness = 1.0;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1e6;
   const double mean = (1.0 - share) * length / growth;
-  m.snap_length = make_snap_length(law, mean, spread);
+  if (law == bristle::SnapLaw::table) {
+    std::vector<double> lengths = quantiles;
+    for (double& l : lengths) l *= mean;
+    m.snap_length = bristle::SnapLength::table({lengths.data(), lengths.size()});
+  } else {
+    m.snap_length = make_snap_length(law, mean, spread);
+  }
   m.snap_rule = rule;
   m.residual_length =
       std::min(share * length, bristle::largest_residual * mean);  // much growth: no more fits
-  m.shared_renewal = rule == SnapRule::keep ? 0.0 : shared_renewal;
+  m.shared_renewal = redraws ? shared_renewal : 0.0;
   m.ageing_form = ageing_form;
-  m.ageing_strength = rule == SnapRule::keep ? 0.0 : ageing_strength;
+  m.ageing_strength = redraws ? ageing_strength : 0.0;
   m.ageing_time = ageing_time;
   return m;
 }
 
 /// A batch of one patch.
-struct PathForce::Infinite {
+struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
   bristle::Material material;
   bristle::PatchBatch batch;
   bristle::PatchId patch;
 
-  Infinite(const BrushShape& s, Detail d, unsigned axes, double most_load)
+  Brush(const BrushShape& s, Detail d, unsigned axes, double most_load)
       : shape(s), detail(d), material(s.material(unit_length)) {
-    patch = batch.add(material, bristle::PatchOptions{}
-                                    .with_axes(static_cast<int>(axes))
-                                    .with_max_normal_load(most_load)
-                                    .with_population(bristle::Population::infinite)
-                                    .with_resolution(d == Detail::search ? 8.0 : 16.0)
-                                    .with_cohorts(d == Detail::search ? 96 : 256));
+    bristle::PatchOptions options;
+    options.with_axes(static_cast<int>(axes)).with_max_normal_load(most_load);
+    if (s.rule == SnapRule::slide)
+      options.with_bristles(d == Detail::search ? 32 : 64);
+    else
+      options.with_population(bristle::Population::infinite)
+          .with_resolution(d == Detail::search ? 8.0 : 16.0)
+          .with_cohorts(d == Detail::search ? 96 : 256);
+    patch = batch.add(material, options);
     batch.warm_up();
   }
 
@@ -112,7 +122,7 @@ PathForce::PathForce(const std::vector<PathPoint>& path, unsigned axes, bool dis
 }
 PathForce::~PathForce() = default;
 
-PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail) {
+PathForce::Brush& PathForce::brush_of(const BrushShape& shape, Detail detail) {
   const auto found = std::find_if(made_.begin(), made_.end(), [&](const auto& brush) {
     return brush->shape == shape && brush->detail == detail;
   });
@@ -121,7 +131,7 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
     made_.front()->batch.reset(made_.front()->patch);
   } else {
     if (made_.size() == most_made) made_.pop_back();
-    made_.push_front(std::make_unique<Infinite>(shape, detail, axes_, most_load_));
+    made_.push_front(std::make_unique<Brush>(shape, detail, axes_, most_load_));
   }
   return *made_.front();
 }
@@ -140,7 +150,7 @@ std::vector<double> PathForce::find(const BrushShape& shape, double length, Past
 std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, double length, const Past& past,
                                        Detail detail, double kinetic_speed) {
   if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail);
-  Infinite& brush = infinite(shape, detail);
+  Brush& brush = brush_of(shape, detail);
   const double per_length = unit_length / length, scale = lever * per_length;
   const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * per_length)
                                              : brush.material.kinetic_coefficient();
@@ -167,7 +177,7 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
       begin(past.of_part(++part), point);
       at = point;
     }
-    const Infinite::Force force =
+    const Brush::Force force =
         brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
     at = point;
     if (!point.wanted) continue;

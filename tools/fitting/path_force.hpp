@@ -52,12 +52,13 @@ struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  double residual_share = 0.0;  ///< keep: not used
-  double shared_renewal = 0.0;  ///< keep: not used
+  double residual_share = 0.0;  ///< redraw only, as all that follows
+  double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
-  double ageing_strength = 0.0;  ///< keep: not used
-  double ageing_time = 1.0;      ///< s
-  double growth = 1.0;           ///< of the mean snap length at the age at which lengths are given
+  double ageing_strength = 0.0;
+  double ageing_time = 1.0;            ///< s
+  double growth = 1.0;                 ///< of the mean snap length at the age at which lengths are given
+  std::vector<double> quantiles = {};  ///< of SnapLaw::table, over their mean
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
   /// A material of this shape whose friction is that of one bristle stiffness and one bristle per newton.
@@ -66,8 +67,8 @@ struct BrushShape {
 
 /// Resolution at which the force is computed.
 enum class Detail : unsigned char {
-  search,  ///< redraw: within 0.2 % rms; keep: 512 bristles
-  finish   ///< redraw: within 0.05 % rms; keep: 2048 bristles
+  search,  ///< redraw: within 0.2 % rms; keep: 512 bristles; slide: 32 strata
+  finish   ///< redraw: within 0.05 % rms; keep: 2048 bristles; slide: 64 strata
 };
 
 /// Part of a contact that turns: everything on one radius goes the same way.
@@ -95,8 +96,8 @@ class PathForce {
                            double kinetic_speed = 0.0);
 
  private:
-  struct Infinite;
-  Infinite& infinite(const BrushShape& shape, Detail detail);
+  struct Brush;
+  Brush& brush_of(const BrushShape& shape, Detail detail);
   std::vector<double> of_ring(double lever, const BrushShape& shape, double presliding_length_m,
                               const Past& past, Detail detail, double kinetic_speed);
 
@@ -104,7 +105,7 @@ class PathForce {
   unsigned axes_;
   bool disc_;
   double most_load_ = 0.0;
-  std::list<std::unique_ptr<Infinite>> made_;  // the last used first
+  std::list<std::unique_ptr<Brush>> made_;  // the last used first
 };
 
 /// Force along the path of bristles that keep their lengths.

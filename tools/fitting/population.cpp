@@ -92,9 +92,14 @@ double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(
 PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles) {
+  if (model.options().rule == bristle::SnapRule::slide) {  // lengths are those of the law, and none is drawn
+    const auto freedom = static_cast<double>(residuals.size() - jacobian.cols());
+    return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()), false, 0.0,
+            residuals.squaredNorm() / std::max(freedom, 1.0)};
+  }
   std::vector<std::size_t> kept;
   FitData whole = model.data();
-  if (point.values[fit_compliance] > 0.0) whole.path = model.contact_path(point.values);
+  if (bends_stage(point.values)) whole.path = model.contact_path(point.values);
   const FitData data = thinned(whole, most_samples, &kept);
   const std::size_t all = model.data().samples(), part = kept.size();
   const auto samples = static_cast<Eigen::Index>(part * data.axes);

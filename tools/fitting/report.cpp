@@ -48,6 +48,7 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"damping_per_newton", "s/m", 1.0, "damping_per_newton"},
                                        {"stribeck_velocity", "mm/s", 1e3, "stribeck_velocity"},
                                        {"stage compliance", "um/N", 1e6, "stage_compliance"},
+                                       {"stage softening", "um/N^2", 1e6, "stage_softening"},
                                        {"sensor delay", "ms", 1e3, "sensor_delay"},
                                        {"asymmetry", "", 1.0, "asymmetry"},
                                        {"sensor offset", "N", 1.0, "sensor_offset"},
@@ -63,13 +64,17 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
   if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // friction either way
-  return row != fit_asymmetry || data.axes == 1;
+  return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
 }
 
 const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
                                         : "sliding towards -x";
+}
+
+const char* rule_text(bristle::SnapRule rule) {
+  return rule == bristle::SnapRule::keep ? "keep" : rule == bristle::SnapRule::slide ? "slide" : "redraw";
 }
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
@@ -143,7 +148,7 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
       found.empty() ? "" : ": ", found);
 }
 
-std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& r) {
+std::string fit_table(const FitData& data, const FitResult& r) {
   std::string text = fit_answer(data, r);
   text += fmt::format(
       "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
@@ -159,8 +164,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
                   data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
-  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
-                      options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
+  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(r.law), rule_text(r.rule));
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
@@ -242,7 +246,7 @@ Json as_written(const FitData& data) {
 
 }  // namespace
 
-std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& r) {
+std::string fit_json(const FitData& data, const FitResult& r) {
   Json report;
   report["schema"] = "bristle-fit-1";
   report["conditions"] = to_json(conditions());
@@ -265,8 +269,12 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
                     {"ignored_columns", data.columns.ignored_columns},
                     {"understood", data.columns.understood},
                     {"files", data.columns.parts.size() + 1}};
-  report["law"] = bristle::to_string(options.law);
-  report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
+  report["law"] = bristle::to_string(r.law);
+  if (r.law == bristle::SnapLaw::table) {
+    const auto quantiles = r.material.snap_length.table_values();
+    report["lengths_m"] = std::vector<double>(quantiles.begin(), quantiles.end());
+  }
+  report["rule"] = rule_text(r.rule);
   report["start"] = start_text(r.past.start);
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
@@ -355,6 +363,50 @@ std::string fit_motion(const FitData& data) {
   return text;
 }
 
+namespace {
+
+/// A material as coefficients.
+std::string by_coefficients(const FitResult& r) {
+  const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
+  const bool slides = c.rule == bristle::SnapRule::slide;
+  std::string text = fmt::format(
+      "kinetic = {}\n{} = {}\nspread = {}\npresliding_length = {}  # m\n"
+      "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
+      "{}\n"
+      "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
+      "damper_decay = \"{}\"\n",
+      c.kinetic, slides ? "drop" : "peak", slides ? c.drop : c.peak, c.spread, c.presliding_length,
+      c.bristles_per_newton, bristle::to_string(c.law), rule_text(c.rule), c.residual_share, c.shared_renewal,
+      c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
+      c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+  if (c.fall_per_decade > 0.0)
+    text += fmt::format(
+        "kinetic_speed = {}  # m/s\nfall_per_decade = {}\nageing_form = \"{}\"\nageing_time = {}  # s\n",
+        c.kinetic_speed, c.fall_per_decade,
+        c.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating", c.ageing_time);
+  if (c.speed_strengthening > 0.0)
+    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", c.speed_strengthening,
+                        c.strengthening_speed);
+  return text;
+}
+
+/// A material whose law no coefficients determine, by its bristles.
+std::string own_law(const bristle::Material& m) {
+  const auto quantiles = m.snap_length.table_values();
+  return fmt::format(
+      "rule = \"{}\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\nviscous_friction = {}  # "
+      "N s/m\n"
+      "stribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\nnormal_stiffness = {}  # N/m\n"
+      "asperity_height_deviation = {}  # m\nspeed_strengthening = {}\nstrengthening_speed = {}  # m/s\n"
+      "snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
+      rule_text(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
+      m.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential", m.normal_stiffness,
+      m.asperity_height_deviation, m.speed_strengthening, m.strengthening_speed,
+      fmt::join(quantiles.begin(), quantiles.end(), ", "));
+}
+
+}  // namespace
+
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& r) {
   std::string text = fmt::format(
       "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
@@ -372,29 +424,12 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
   // Of the motion that is replayed: the fit may have taken a load that wobbles as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
-  text += fmt::format(
-      "\n[[material]]\nname = \"fitted\"\nkinetic = {}\npeak = {}\nspread = {}\npresliding_length = {}  # m\n"
-      "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
-      "{}\n"
-      "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
-      "damper_decay = \"{}\"\n",
-      c.kinetic, c.peak, c.spread, c.presliding_length, c.bristles_per_newton, bristle::to_string(c.law),
-      c.rule == bristle::SnapRule::keep ? "keep" : "redraw", c.residual_share, c.shared_renewal,
-      c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
-      c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
-  if (c.fall_per_decade > 0.0)
-    text += fmt::format(
-        "kinetic_speed = {}  # m/s\nfall_per_decade = {}\nageing_form = \"{}\"\nageing_time = {}  # s\n",
-        c.kinetic_speed, c.fall_per_decade,
-        c.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating", c.ageing_time);
-  if (c.speed_strengthening > 0.0)
-    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", c.speed_strengthening,
-                        c.strengthening_speed);
+  text += "\n[[material]]\nname = \"fitted\"\n" +
+          (r.law == bristle::SnapLaw::table ? own_law(r.material) : by_coefficients(r));
   const bool own_file = !data.columns.replayable && motion_file(options) != "";
   const bool replays = data.columns.replayable || own_file;
   text += fmt::format(
@@ -427,7 +462,7 @@ std::vector<FileOption> inputs_of(const FitOptions& options) {
 
 void rivals_command(const FitOptions& options, bool on_stdout) {
   if (options.rule == bristle::SnapRule::keep)
-    throw UserError("--rivals: the brush is one with --rule redraw");
+    throw UserError("--rivals: fits brushes with the rules redraw and slide, not keep");
   OutputFile json(options.json);
   if (options.data.size() > 1) throw UserError("--rivals: one file only");
   const FitColumns columns = read_fit_columns(options.data, options.reading);
@@ -451,8 +486,8 @@ void fit_record(const FitOptions& options, bool prints) {
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result));
   if (picture) draw(data, result, picture);
-  if (json) json.write(fit_json(data, options, result));
-  if (prints) print_report(fit_table(data, options, result));
+  if (json) json.write(fit_json(data, result));
+  if (prints) print_report(fit_table(data, result));
 }
 
 }  // namespace

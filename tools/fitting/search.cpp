@@ -72,8 +72,9 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   FitPoint point;
   point.past = model_.past();
   point.frame = model_.frame();
-  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing, fit_ageing_time,
-                               fit_strengthening_speed, fit_stribeck, fit_compliance, fit_delay}) {
+  for (const FitParameter p :
+       {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing, fit_ageing_time,
+        fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
   point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
@@ -178,7 +179,8 @@ FitPoint Fitter::search_plain() {
   std::vector<FitValues> shapes;
   const std::vector<double> spreads = options_.rule == SnapRule::keep
                                           ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
-                                          : std::vector<double>{0.2, 0.5};
+                                      : options_.rule == SnapRule::slide ? std::vector<double>{0.15, 0.5, 1.5}
+                                                                         : std::vector<double>{0.2, 0.5};
   for (const double spread : spreads) {
     FitValues shape = fit_defaults;
     shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
@@ -188,7 +190,7 @@ FitPoint Fitter::search_plain() {
     shapes.push_back(shape);
     if (options_.law == SnapLaw::exponential) break;
   }
-  if (options_.rule == SnapRule::redraw) return search_with(shapes, bending(), 0.0);
+  if (options_.rule != SnapRule::keep) return search_with(shapes, bending(), 0.0);
   const FitPoint forgotten = search_with(shapes, bending(), 0.0);
   if (forgotten.free.empty()) return forgotten;
   const FitPoint whole = search_whole_memory(forgotten);
@@ -207,7 +209,7 @@ FitPoint Fitter::search_whole_memory(const FitPoint& about) {
     for (int i = -20; i <= 20; ++i) {
       FitValues bent = about.values;
       bent[fit_length] *= std::exp(0.005 * i);
-      if (options_.law != SnapLaw::exponential)
+      if (has_spread(options_.law))
         bent[fit_spread] = std::clamp(bent[fit_spread] * wider, model_.lowest(fit_spread),
                                       0.95 * model_.highest(fit_spread));
       FitPoint point = linear_start(bent, linear);
@@ -321,7 +323,7 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
     if (!options_.renewal) release(fit_renewal, 1.0);
     if (!options_.residual && residual > 0.0) release(fit_residual, residual);
     if (point.free.size() == plain.free.size()) continue;
-    point = point.values[fit_compliance] > 0.0 ? minimise_bent(point) : minimise(model_, point);
+    point = bends_stage(point.values) ? minimise_bent(point) : minimise(model_, point);
     const double count = samples_that_count(point);
     if (criterion(point, count) < criterion(best, count)) best = point;
   }
@@ -389,7 +391,7 @@ FitPoint Fitter::choose() {
   for (const FitParameter p : {fit_residual, fit_renewal}) {
     const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
     if (held)
-      why_[p] = options_.rule == SnapRule::keep ? "with the rule keep there is none" : "held";
+      why_[p] = options_.rule == SnapRule::redraw ? "held" : "with this rule there is none";
     else if (!takes_rubbed)
       why_[p] = "not seen: it does not pay for itself";
   }
@@ -438,7 +440,8 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
-  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_compliance, fit_delay})
+  for (const FitParameter p :
+       {fit_length, fit_spread, fit_residual, fit_renewal, fit_compliance, fit_softening, fit_delay})
     take_out(rigid.free, p);
   std::vector<FitPoint> candidates;
   const auto add = [&](const FitPoint& start) {

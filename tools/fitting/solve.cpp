@@ -208,6 +208,26 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
   return result;
 }
 
+void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals,
+                    std::size_t samples) {
+  constexpr std::size_t parts = 5;
+  constexpr double by_chance = 3.0;  // ratio of variances that noise exceeds in 2 % of the records
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(j.cols(), static_cast<Eigen::Index>(parts));
+  for (Eigen::Index row = 0; row < j.rows(); ++row) {
+    const std::size_t part = static_cast<std::size_t>(row) % samples * parts / samples;
+    gradients.col(static_cast<Eigen::Index>(part)) += j.row(row).transpose() * residuals[row];
+  }
+  const double freedom = static_cast<double>(parts) - 1.0;
+  const double wider =
+      student_quantile(freedom) / student_quantile(1e9);  // five parts know their spread poorly
+  const Eigen::MatrixXd normal = inverse_normal_matrix(j);
+  Eigen::MatrixXd seen =
+      normal * gradients * gradients.transpose() * normal * (static_cast<double>(parts) / freedom);
+  for (Eigen::Index i = 0; i < cov.rows(); ++i)
+    if (seen(i, i) <= by_chance * cov(i, i)) seen(i, i) = 0.0;
+  raise_to(cov, seen * (wider * wider));
+}
+
 double student_quantile(double nu) {
   if (nu < 3.0) {
     // Exact at 1, 2 and 3 degrees; a parabola of the logarithm over 1 / nu is within 1 % in between.

@@ -61,10 +61,26 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
 /// The whole of it: noise of the sensor and bristles, or the residuals' own (above) where that is larger.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated, const PopulationError& population);
+/// Raises variances to those that five parts of the record, one after the other, show by their differences,
+/// where noise would hardly make these so large. Friction that wanders is alike over minutes, which no
+/// correlation of neighbours shows.
+void raise_to_parts(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
+                    const Eigen::VectorXd& residuals, std::size_t samples);
 
-/// Sum of squares of what the parts of a record are off that were not fitted to, each in its turn (N^2).
+/// Blocks of time that a record is cut into: every fifth of them is held out in its turn.
+inline constexpr std::size_t mixed_blocks = 25;
+/// Sum of squares of the errors of the parts of a record that were not fitted to, each in its turn (N^2).
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples);
+
+/// Lengths of any law, and the point that they go with.
+struct FreeLaw {
+  std::vector<double> quantiles;  ///< over their mean, as SnapLength::table takes them
+  FitPoint point;
+};
+/// Finds the law of the lengths of bristles that slide, as a histogram of weights that are not negative.
+/// Throws UserError where there is none.
+FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about);
 
 /// 97.5 % point of Student's law, within 1 %; below one degree of freedom that of one.
 double student_quantile(double degrees_of_freedom);

@@ -49,8 +49,9 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   const auto explain = [&](FitParameter p, const std::string& why) { why_[p] = why; };
   if (options_.delay) explain(fit_delay, "held");
   if (options_.compliance) explain(fit_compliance, "held");
+  if (options_.compliance) explain(fit_softening, "not looked for beside a compliance that is held");
   if (options_.rule == bristle::SnapRule::keep || options_.for_prediction) {
-    for (const FitParameter p : {fit_delay, fit_compliance})
+    for (const FitParameter p : {fit_delay, fit_compliance, fit_softening})
       if (why_[p].empty())
         explain(p, options_.for_prediction ? "not looked for" : "not looked for with the rule keep");
     return core;
@@ -73,7 +74,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   };
   const auto minimum = [&](const FitPoint& start) {
     assume(model_, start);
-    const bool bent = contains(start.free, fit_compliance);
+    const bool bent = contains(start.free, fit_compliance) || contains(start.free, fit_softening);
     if (bent) model_.set_stage_force(measured);
     const FitPoint point = minimise(model_, start);
     return bent ? minimise_bent(point) : point;
@@ -105,6 +106,20 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     const double count = samples_that_count(candidate);
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
+  // Friction of bristles is alike either way: a stage that is stiffer one way shows beside any of them.
+  const bool may_soften =
+      !options_.compliance && data_.axes == 1 && two_ways() && contains(core.free, fit_length);
+  std::vector<FitValues> softer(2, best.values);
+  for (std::size_t i = 0; i < softer.size(); ++i)
+    softer[i][fit_softening] = (i ? -0.01 : 0.01) * model_.scale(best.values, fit_softening);
+  if (may_soften && promises(best, softer)) {
+    for (FitPoint point : {core, best}) {
+      point.free.push_back(fit_softening);
+      point = minimum(point);
+      const double count = samples_that_count(point);
+      if (criterion(point, count) < criterion(best, count)) best = point;
+    }
+  }
   // The other alone, where it pays as well and is as close.
   const bool one = contains(best.free, fit_delay) != contains(best.free, fit_compliance);
   if (one && candidates.size() == 3) {
@@ -114,7 +129,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     if (gain < told_apart && criterion(other, count) < criterion(core, count))
       stage_note_ = alike(best, other);
   }
-  for (const FitParameter p : {fit_delay, fit_compliance}) {
+  for (const FitParameter p : {fit_delay, fit_compliance, fit_softening}) {
     if (!contains(best.free, p) && why_[p].empty())
       explain(p, p == fit_delay && !two_ways() ? "the motion has one direction only" : lacking(p));
   }

@@ -209,8 +209,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
     best = try_saturating(best);
   }
   if (!several_speeds()) why_[fit_strengthening] = why_[fit_strengthening_speed] = "one speed only";
-  if (options_.rule == bristle::SnapRule::keep)
-    why_[fit_ageing] = why_[fit_ageing_time] = "not fitted with the rule keep";
+  if (options_.rule != bristle::SnapRule::redraw)
+    why_[fit_ageing] = why_[fit_ageing_time] = "fitted with the rule redraw only";
   return best;
 }
 

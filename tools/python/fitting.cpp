@@ -63,7 +63,8 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   const Names<SnapLaw> fitted_laws = {{"lognormal", SnapLaw::lognormal},
                                       {"normal", SnapLaw::normal},
                                       {"uniform", SnapLaw::uniform},
-                                      {"exponential", SnapLaw::exponential}};
+                                      {"exponential", SnapLaw::exponential},
+                                      {"free", SnapLaw::table}};
   constexpr double least_load = 1e-9;
   if (load && !(*load >= least_load && *load <= cli::most_force)) {
     throw bristle::Error("load is " + py::cast<std::string>(py::repr(py::float_(*load))) +
@@ -77,7 +78,8 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   options.renewal = held.renewal;
   options.sign = value_of(signs, "sign", names.sign);
   options.law = value_of(fitted_laws, "law", names.law);
-  options.rule = value_of(rule_names, "rule", names.rule);
+  options.choose_rule = names.rule == "auto";
+  if (!options.choose_rule) options.rule = value_of(rule_names, "rule", names.rule);
   options.decay = value_of(decay_names, "damper_decay", names.damper_decay);
   options.quiet = true;
   return options;
@@ -270,14 +272,12 @@ void define_result(py::module_& module) {
                              column_property([](const Fit& f) -> const auto& { return f.result.curve; }),
                              "The fit at the samples, N, by the body, sensor offset and drift included.")
       .def_property_readonly(
-          "report",
-          [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.options, fit.result)); },
+          "report", [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.result)); },
           "All of it but the samples: a dict as `bristle fit --json` writes it.")
       .def_property_readonly(
           "understood", [](const Fit& fit) { return fit.data.columns.understood; },
           "How the data were read, a sentence each.")
-      .def("__str__",
-           [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.options, fit.result)); })
+      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); })
       .def("__repr__", [](const Fit& fit) {
         return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
       });
@@ -290,7 +290,7 @@ void define_fitting(py::module_& module) {
   define_result(module);
   module.def(
       "fit", &fit_files, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
-      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
       py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
       py::arg("speed") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
@@ -303,15 +303,17 @@ void define_fitting(py::module_& module) {
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
       "that the force sensor accelerates. "
       "sign: whose force, \"on\" the body or \"by\" it; "
-      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". residual (a "
+      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where bristles "
+      "slide, \"free\". rule: \"redraw\", \"keep\", \"slide\", or \"auto\" for redraw or slide, what "
+      "predicts better. residual (a "
       "share of the presliding length, 0 to 0.95), renewal (0 to 8), compliance of the stage (m/N) and delay "
       "of the force sensor (s) hold these; None fits them, "
-      "residual=0, renewal=0 is the paper's brush. rule \"keep\" has neither. Takes seconds "
+      "residual=0, renewal=0 is the paper's brush; other rules have neither. Takes seconds "
       "and lets go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt "
       "from.");
   module.def(
       "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
-      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
       py::arg("renewal") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
       py::arg("delay") = py::none(),

@@ -1,0 +1,87 @@
+// Friction of springs with blocks, as an experiment would record it: what `bristle fit --rule slide` is held
+// against. Nothing here comes from bristle.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/synthetic_friction.hpp"
+
+namespace bristle_test {
+
+/// Springs in parallel, each with a block that slides at its own limit.
+class Springs {
+ public:
+  explicit Springs(std::vector<double> limits) : limit_(std::move(limits)), z_(limit_.size(), 0.0) {
+    for (const double l : limit_) sum_ += l;
+  }
+  /// Friction over that of all sliding, if the contact moved by d.
+  double after(double d) const {
+    double force = 0.0;
+    for (std::size_t i = 0; i < z_.size(); ++i) force += std::clamp(z_[i] + d, -limit_[i], limit_[i]);
+    return force / sum_;
+  }
+  void move(double d) {
+    for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = std::clamp(z_[i] + d, -limit_[i], limit_[i]);
+  }
+
+ private:
+  std::vector<double> limit_, z_;
+  double sum_ = 0.0;
+};
+
+/// Lognormal limits of equal probability.
+inline std::vector<double> sliding_limits(std::size_t count, double mean, double spread) {
+  const auto quantile = lognormal_quantile(mean, spread);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < count; ++i)
+    all.push_back(quantile((static_cast<double>(i) + 0.5) / static_cast<double>(count)));
+  return all;
+}
+
+/// A record of springs under 2 N, at 100 Hz.
+struct SlidingSprings {
+  double kinetic = 0.35, noise = 0.01, offset = 0.03, seconds = 10.0;
+  double spread = 0.6;
+  std::vector<double> of = sliding_limits(1000, 15e-6, spread);
+  double compliance = 0.0, softening = 0.0;  // m/N, m/N^2: the contact is at x - (c + q F) F
+  std::function<double(double)> motion = loops_and_strokes;
+  std::function<double(double)> growth = [](double) { return 1.0; };  // of the friction over time
+
+  double mean_limit() const {
+    double sum = 0.0;
+    for (const double l : of) sum += l;
+    return sum / static_cast<double>(of.size());
+  }
+  std::string csv(unsigned seed) const {
+    std::mt19937_64 generator(seed);
+    std::normal_distribution<double> sensor(0.0, noise);
+    Springs springs(of);
+    std::string text = "t,x,load,force\n";
+    double x = 0.0, force = 0.0;
+    for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {
+      const double t = 0.01 * i, next = motion(t), most = 2.0 * kinetic * growth(t);
+      const auto bent = [&](double f) { return (compliance + softening * f) * f; };
+      const auto moved = [&](double f) { return next - x - bent(f) + bent(force); };
+      double low = -most, high = most;
+      for (int k = 0; k < 50; ++k) {
+        const double middle = 0.5 * (low + high);
+        (middle < most * springs.after(moved(middle)) ? low : high) = middle;
+      }
+      const double f = 0.5 * (low + high);
+      springs.move(moved(f));
+      force = f;
+      x = next;
+      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + offset + sensor(generator));
+    }
+    return text;
+  }
+};
+
+}  // namespace bristle_test

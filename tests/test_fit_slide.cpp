@@ -1,0 +1,157 @@
+// `bristle fit` of bristles that slide at their limit, held against a row of springs with blocks. The choice
+// of the rule, a stage that is stiffer one way, drift and intervals over blocks of time.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/fit_helpers.hpp"
+#include "tests/sliding_springs.hpp"
+#include "tests/synthetic_friction.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/fitting/judge.hpp"
+#include "tools/fitting/path_force.hpp"
+
+using Catch::Matchers::Contains;
+using namespace bristle_test;
+using bristle::SnapLaw;
+using bristle::SnapRule;
+
+namespace {
+
+cli::FitOptions of_rule(SnapRule rule) {
+  cli::FitOptions options;
+  options.rule = rule;
+  options.quiet = true;
+  return options;
+}
+cli::FitOptions any_rule() {
+  cli::FitOptions options;
+  options.choose_rule = options.quiet = true;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("The force along a path follows springs whose blocks slide", "[fit]") {
+  for (const double spread : {0.3, 1.0}) {
+    Springs springs(sliding_limits(20000, 15e-6, spread));
+    std::vector<cli::PathPoint> path;
+    for (int i = 0; i < 1000; ++i) path.push_back({loops_and_strokes(0.01 * i), 2.0, true});
+    const std::vector<double> force = cli::PathForce(path).find({SnapLaw::lognormal, SnapRule::slide, spread},
+                                                                15e-6, {}, cli::Detail::finish);
+    double worst = 0.0, x = 0.0;
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      springs.move(path[i].x - x);
+      x = path[i].x;
+      worst = std::max(worst, std::abs(force[i] - 2.0 * springs.after(0.0)));
+    }
+    CHECK(worst <
+          1e-3 * 2.0);  // 64 strata: 2e-4 of a turn at a spread of 1; lengths cut off at 1 / 40000: 4e-4
+  }
+}
+
+TEST_CASE("A fit recovers bristles that slide at their limit", "[fit]") {
+  const Fitted fitted = fit(SlidingSprings{}.csv(1), of_rule(SnapRule::slide));
+  check_recovered(fitted[cli::fit_kinetic], 0.35, 0.004);
+  check_recovered(fitted[cli::fit_length], 15e-6, 0.8e-6);
+  check_recovered(fitted[cli::fit_spread], 0.6, 0.06);
+  check_recovered(fitted[cli::fit_offset], 0.03, 0.005);
+  CHECK(fitted.result.residual_rms < 1.05 * 0.01);
+  CHECK(fitted.result.material.snap_rule == SnapRule::slide);
+  for (const auto p :
+       {cli::fit_residual, cli::fit_renewal, cli::fit_ageing, cli::fit_softening, cli::fit_drift})
+    CHECK_FALSE(fitted[p].fitted);
+  const std::string scene = cli::fit_toml(fitted.data, of_rule(SnapRule::slide), fitted.result);
+  CHECK_THAT(scene, Contains("rule = \"slide\"") && Contains("drop = 0"));
+}
+
+TEST_CASE("Without a rule a fit takes the one that predicts better", "[fit]") {
+  const Fitted slid = fit(SlidingSprings{}.csv(2), any_rule());
+  CHECK(slid.result.rule == SnapRule::slide);
+  check_recovered(slid[cli::fit_spread], 0.6, 0.06);
+  SyntheticFriction redrawn;
+  redrawn.motion = loops_and_strokes;
+  redrawn.rate = 100.0;
+  redrawn.noise = 0.01;
+  for (const unsigned seed : {3u, 4u}) {
+    const Fitted brush = fit(record(redrawn, seed).csv(), any_rule());
+    CHECK(brush.result.rule == SnapRule::redraw);
+    check_recovered(brush[cli::fit_length], 15e-6, 1e-6);
+  }
+}
+
+TEST_CASE("A fit finds a stage that is stiffer one way than the other", "[fit]") {
+  SlidingSprings soft;
+  soft.softening = 4e-6;
+  const Fitted fitted = fit(soft.csv(5), of_rule(SnapRule::slide));
+  check_recovered(fitted[cli::fit_softening], 4e-6, 0.6e-6);
+  check_recovered(fitted[cli::fit_kinetic], 0.35, 0.004);
+  check_recovered(fitted[cli::fit_length], 15e-6, 1.2e-6);
+  CHECK(fitted.result.residual_rms < 1.1 * 0.01);
+  // A part that was not fitted to is predicted without its force.
+  const cli::FitColumns columns = cli::parse_fit_columns(soft.csv(6), "data.csv");
+  const cli::Judgements all = cli::judge_rivals(columns, any_rule(), 7.5);
+  CHECK(all.models.back().model == "brush, as fitted");
+  for (const cli::Judgement& j : all.models) {
+    CAPTURE(j.model);
+    CHECK(all.models.back().judged.all <= j.judged.all);
+    CHECK(all.models.back().judged.reversal <= j.judged.reversal);
+  }
+  CHECK(all.models.back().judged.all < 1.2 * 0.01);
+}
+
+TEST_CASE("Friction that runs in is no drift of the sensor", "[fit]") {
+  SlidingSprings runs_in;
+  runs_in.seconds = 20.0;
+  runs_in.motion = [](double t) { return 60e-6 * std::sin(2.0 * M_PI * t); };
+  runs_in.growth = [](double t) { return t < 1.0 ? 0.8 + 0.2 * t : 1.0; };
+  CHECK_FALSE(fit(runs_in.csv(7), of_rule(SnapRule::slide))[cli::fit_drift].fitted);
+}
+
+TEST_CASE("Intervals hold what separate parts of a record say", "[fit]") {
+  // Friction of 0.95, 1.05 and 1 in turn: each third alone would have an interval of 0.5 %.
+  SlidingSprings wanders;
+  wanders.seconds = 30.0;
+  wanders.motion = [](double t) { return 60e-6 * std::sin(2.0 * M_PI * t); };
+  wanders.growth = [](double t) { return 1.0 + 0.05 * std::sin(2.0 * M_PI * t / 20.0); };
+  const Fitted fitted = fit(wanders.csv(8), of_rule(SnapRule::slide));
+  const cli::FitEstimate& kinetic = fitted[cli::fit_kinetic];
+  CHECK(kinetic.high - kinetic.low > 0.02 * kinetic.value);
+}
+
+TEST_CASE("No model is named closest over one that could not be fitted", "[fit]") {
+  cli::Judgements all;
+  all.models = {{"Coulomb", 4, 0.2, {0.2, 0.2, 0.2}, "", ""},
+                {"Maxwell-slip", 22, NAN, {NAN, NAN, NAN}, "", "none of 9 starts led to a finite force"}};
+  const std::string table = cli::judgement_table(all);
+  CHECK_THAT(table, Contains("No model is named closest") && Contains("Maxwell-slip: none of 9 starts"));
+  CHECK_THAT(table, !Contains("is closest to"));
+  all.models.pop_back();
+  CHECK_THAT(cli::judgement_table(all), Contains("Coulomb is closest to"));
+}
+
+TEST_CASE("A free law finds lengths that no family has", "[fit]") {
+  SlidingSprings two;
+  two.of.assign(500, 3e-6);
+  two.of.resize(700, 15e-6);
+  cli::FitOptions free = of_rule(SnapRule::slide);
+  free.law = SnapLaw::table;
+  const std::string csv = two.csv(9);
+  const Fitted any = fit(csv, free), lognormal = fit(csv, of_rule(SnapRule::slide));
+  CHECK(any.result.residual_rms < 1.1 * two.noise);
+  CHECK(lognormal.result.residual_rms > 1.3 * two.noise);
+  check_recovered(any[cli::fit_kinetic], two.kinetic, 0.004);
+  CHECK(any[cli::fit_length].value == Approx(two.mean_limit()).epsilon(0.05));
+  // Two heaps: a length between them is rare.
+  const bristle::SnapLength& law = any.result.material.snap_length;
+  CHECK(law.survival(6e-6) - law.survival(10e-6) < 0.05);
+  CHECK(law.survival(10e-6) == Approx(2.0 / 7.0).margin(0.05));
+  CHECK_THAT(cli::fit_toml(any.data, free, any.result), Contains("law = \"table\", quantiles = ["));
+  free.rule = SnapRule::redraw;
+  CHECK_THAT(refusal(csv, free), Contains("--law free is for --rule slide"));
+}
