@@ -1,4 +1,5 @@
 // Friction that depends on the direction: its limits, and a block that is shaken to and fro.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -104,7 +105,7 @@ Block make_block(const std::string& model, const Settings& s) {
 
 void shake(const std::string& model, const Settings& s, ExperimentResult& result) {
   const double force = s.number("shaken") * s.number("friction") * s.number("load");
-  const auto per_cycle = std::lround(1.0 / (s.number("frequency") * s.number("dt")));
+  const long per_cycle = std::max(1L, std::lround(1.0 / (s.number("frequency") * s.number("dt"))));
   const auto cycles = std::lround(s.number("cycles"));
   Block block = make_block(model, s);
   double begin = 0.0;
