@@ -1,6 +1,5 @@
 // The friction of bristles in MuJoCo's hinges, in place of `frictionloss`: by the torque of the motor and of
-// all else, with presliding, without creep. An adapter to copy and to change; tried with
-// MuJoCo 2.2.2 and 3.12.1.
+// all else, with presliding, without creep. An adapter to copy and to change; MuJoCo 2.2.
 //
 //   mujoco_example::BristleJoints joints(*model, {shoulder, elbow}, {&gear, 1});
 //   while (...) joints.step(*model, *data);          // in place of mj_step(model, data)

@@ -1,5 +1,5 @@
 // The equations of bodies that touch, solved at once: a symmetric positive matrix of which each line is
-// stored from the first column on that it is coupled with. Both engines' adapters use it. For six unknowns a
+// stored from the first column on that it is coupled with. For six unknowns a
 // body it takes less than half the time of Eigen's SimplicialLLT, analysis included.
 #pragma once
 
