@@ -330,6 +330,20 @@ TEST_CASE(
     CHECK(f == Approx(-0.2 * gravity * std::sin(15.0 * M_PI / 180.0)).epsilon(1e-3));
 }
 
+TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of where a push found it",
+          "[mujoco]") {
+  // 3 N on the fifth plate, whose six plates of load hold 5.9 N; at once, and rising for a second.
+  for (const double ramp_s : {0.0, 1.0}) {
+    INFO(ramp_s << " s");
+    const Scene scene = tower(3.0, ramp_s);
+    const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+    CHECK(runs[0].samples.back().travel > 200e-6);
+    CHECK(runs[1].contacts == Approx(40.0).epsilon(0.01));
+    CHECK(std::fabs(runs[1].samples.back().travel) < 20e-6);
+    CHECK(std::fabs(runs[1].creep) < 1e-9);
+  }
+}
+
 TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",
           "[mujoco]") {
   // 5 mm of the default friction: 0.005 m g against 2/5 m r^2.

@@ -95,7 +95,7 @@ class Stepper {
 
  private:
   void find_place(double (&place)[3]) const {
-    mju_rotVecMat(place, scene_.point, data_->xmat + 9 * body_);
+    mju_mulMatVec(place, data_->xmat + 9 * body_, scene_.point, 3, 3);
     for (int a = 0; a < 3; ++a) place[a] += data_->xpos[3 * body_ + a];
   }
 

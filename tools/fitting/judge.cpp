@@ -371,23 +371,22 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   progress.update(0.25);
   FitOptions paper = held;
   paper.residual = paper.renewal = 0.0;
-  const FitResult plain = fit_material(train, paper);
   FitOptions sliding = held;
   sliding.rule = bristle::SnapRule::slide;
-  const FitResult slid = fit_material(train, sliding);
   FitOptions any_law = sliding;
   any_law.law = bristle::SnapLaw::table;
-  const FitResult free = fit_material(train, any_law);
   FitOptions handed_out = options;  // with stage, sensor and time, as without --rivals
   handed_out.quiet = handed_out.no_drift = true;
-  const FitResult whole_fit = fit_material(train, handed_out);
-  progress.update(0.4);
 
   Judgements all;
   all.until = until;
   all.presliding_length = rubbed.estimates[fit_length].value;
   const Judge judge(whole, train.force.size(), 2.0 * all.presliding_length);
   judge.count(all);
+  const auto add_failed = [&](const std::string& name, int parameters, const std::string& reason) {
+    const double none = std::nan("");
+    all.models.push_back({name, parameters, none, {none, none, none}, {}, reason});
+  };
   const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
     FitOptions same = used;
     same.rule = result.rule;
@@ -405,16 +404,19 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
     model.settle_stage(values);
     judge.add(all, name, parameters, model.force(values), brush_values(result));
   };
+  const auto fit_brush = [&](const std::string& name, const FitOptions& used, double done) {
+    try {
+      add_brush(name, fit_material(train, used), used);
+    } catch (const UserError& refused) {
+      add_failed(name, 0, refused.what());
+    }
+    progress.update(done);
+  };
   const auto add_rival = [&](const RivalModel& model, const std::vector<VectorXd>& guesses, double done) {
     const RivalFit fit = best_fit(model, train, guesses);
     if (!std::isfinite(fit.sum_of_squares)) {
-      const double none = std::nan("");
-      all.models.push_back({model.name,
-                            model.logarithms + 2,
-                            none,
-                            {none, none, none},
-                            {},
-                            fmt::format("none of {} starts led to a finite force", guesses.size())});
+      add_failed(model.name, model.logarithms + 2,
+                 fmt::format("none of {} starts led to a finite force", guesses.size()));
       return;
     }
     const double speed = std::max(train.fast, 1e-12);
@@ -432,7 +434,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
     guesses.push_back(
         (VectorXd(4) << std::log(kinetic), std::log(std::max(speed, 1e-12)), 0.0, 0.0).finished());
   }
-  add_rival(coulomb_model(), guesses, 0.45);
+  add_rival(coulomb_model(), guesses, 0.3);
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
@@ -444,7 +446,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
       guesses.push_back(p);
     }
   }
-  add_rival(lugre_model(train), guesses, 0.6);
+  add_rival(lugre_model(train), guesses, 0.4);
 
   guesses.clear();
   const RivalModel maxwell = maxwell_model(train);
@@ -454,12 +456,12 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
       guesses.push_back(maxwell_guess(maxwell, train, low, high));
     }
   }
-  add_rival(maxwell, guesses, 1.0);
-  add_brush("brush, the paper's", plain, paper);
+  add_rival(maxwell, guesses, 0.6);
+  fit_brush("brush, the paper's", paper, 0.65);
   add_brush("brush, rubbed", rubbed, held);
-  add_brush("brush, slide", slid, sliding);
-  add_brush("brush, slide, free law", free, any_law);
-  add_brush("brush, as fitted", whole_fit, handed_out);
+  fit_brush("brush, slide", sliding, 0.75);
+  fit_brush("brush, slide, free law", any_law, 0.85);
+  fit_brush("brush, as fitted", handed_out, 1.0);
   return all;
 }
 
