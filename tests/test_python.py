@@ -674,7 +674,7 @@ class Fit(unittest.TestCase):
         left = self.found.not_determined
         self.assertEqual(set(left), {"ageing", "ageing_time", "asymmetry", "damping_per_newton", "kinetic_backward",
                                      "kinetic_forward", "sensor_delay", "speed_strengthening", "stage_compliance",
-                                     "strengthening_speed", "stribeck_velocity", "viscous_friction"})
+                                     "stage_softening", "strengthening_speed", "stribeck_velocity", "viscous_friction"})
         for estimate in left.values():
             self.assertEqual((estimate.determined, estimate.low, estimate.high), (False, None, None))
             self.assertTrue(estimate.why)
@@ -943,7 +943,7 @@ class Experiment(unittest.TestCase):
             np.testing.assert_array_equal(rows[:, 0], 90.0)
 
     def test_what_an_experiment_does_not_know_is_named(self):
-        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*joint$"),
+        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*ratchet$"),
                                  ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
                                  ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
                                  ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):

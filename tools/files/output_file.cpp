@@ -33,14 +33,33 @@ extern "C" void remove_unfinished(int signal_number) {
   ::raise(signal_number);
 }
 
+constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+
 /// Signals that a command handles itself, which ends it in order, are left alone.
 void remove_on_signals() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+  for (const int number : ending) {
     struct sigaction now;
     if (::sigaction(number, nullptr, &now) == 0 && now.sa_handler == SIG_DFL)
       ::signal(number, &remove_unfinished);
   }
 }
+
+/// Holds signals back while it lives: none may come between the making of a file and the note of its name.
+class HeldSignals {
+ public:
+  HeldSignals() {
+    sigset_t held;
+    ::sigemptyset(&held);
+    for (const int number : ending) ::sigaddset(&held, number);
+    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  ~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  HeldSignals(const HeldSignals&) = delete;
+  HeldSignals& operator=(const HeldSignals&) = delete;
+
+ private:
+  sigset_t before_;
+};
 
 void note_unfinished(const char* name) {
   for (auto& place : unfinished) {
@@ -115,6 +134,7 @@ void OutputFile::open_beside() {
   if (there && ::access(target.c_str(), W_OK) != 0) fail();
   remove_on_signals();
   int file = -1;
+  const HeldSignals held;
   do {
     beside_ = fmt::format("{}.tmp.{}.{}", target, ::getpid(), count.fetch_add(1));
     file = ::open(beside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);

@@ -134,7 +134,8 @@ void define_joints(py::module_& module) {
   pair("static_motor", bristle::joint_static_motor_driving);
   pair("static_outside", bristle::joint_static_outside_driving);
   number("stribeck_speed", bristle::joint_stribeck_speed, "rad/s");
-  material.def("__repr__", [](const py::object& self) {
+  material.def("__repr__", [](const JointMaterial& m) {
+    const py::object self = py::cast(m, py::return_value_policy::reference);
     std::string text;
     for (const char* name : {"stiffness", "viscous", "base", "motor", "outside", "static_base",
                              "static_motor", "static_outside", "stribeck_speed"})
@@ -169,8 +170,8 @@ void define_joints(py::module_& module) {
       py::arg("spread") = JointOptions{}.spread, py::arg("gradients") = false, py::arg("threads") = 1,
       py::arg("isa") = py::none(),
       "Joint i is of materials[i % len(materials)]. Raises bristle.Error for values out of range.");
-  joints.def("__repr__", [](const py::object& self) {
-    return py::str("<bristle.JointFriction of {} joints>").format(py::len(self));
+  joints.def("__repr__", [](const Joints& self) {
+    return "<bristle.JointFriction of " + std::to_string(self.batch.joint_count()) + " joints>";
   });
   const auto define_step = [&](const char* name, const auto& function, const char* doc) {
     joints.def(name, function, py::arg("angle"), py::arg("speed") = py::none(), py::arg("motor") = py::none(),

@@ -30,6 +30,8 @@ inline constexpr bool is_module_class<bristle::DeadlineMonitor> = true;
 template <>
 inline constexpr bool is_module_class<bristle::JointMaterial> = true;
 template <>
+inline constexpr bool is_module_class<bristle::Lay> = true;
+template <>
 inline constexpr bool is_module_class<bristle::Material> = true;
 template <>
 inline constexpr bool is_module_class<bristle::Outline> = true;
