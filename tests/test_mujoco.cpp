@@ -194,7 +194,7 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
     // Half a step of the way is lost: MuJoCo moves bodies by the velocity at the end of a step.
     const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
     CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
-    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-9);
+    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // MuJoCo 3 leaves 8e-9
   }
 }
 

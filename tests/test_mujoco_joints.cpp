@@ -21,17 +21,19 @@ const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   </body></worldbody>
   <actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>)";
 
-std::string arm_with(const std::string& loss1, const std::string& loss2) {
+/// `more`: actuators beside the motors.
+std::string arm_with(const std::string& loss1, const std::string& loss2, const std::string& more = "") {
   std::string xml = arm;
   xml.replace(xml.find("LOSS1"), 5, loss1);
-  return xml.replace(xml.find("LOSS2"), 5, loss2);
+  xml.replace(xml.find("LOSS2"), 5, loss2);
+  return xml.insert(xml.find("</actuator>"), more);
 }
 
 struct World {
   mujoco_example::Model model;
   mujoco_example::Data data;
-  World(const char* loss1, const char* loss2)
-      : model(mujoco_example::load(arm_with(loss1, loss2))), data(mujoco_example::make_data(*model)) {}
+  World(const char* loss1, const char* loss2, const std::string& more = "")
+      : model(mujoco_example::load(arm_with(loss1, loss2, more))), data(mujoco_example::make_data(*model)) {}
 };
 
 bristle::JointMaterial gear(double base) {
@@ -70,7 +72,7 @@ TEST_CASE("An arm in MuJoCo hangs on the friction of its joints without creep, w
 }
 
 // The shoulder carries 0.4 to 8.4 N m of 12, the elbow 2.9 of 5, at 2 Hz for a minute.
-TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on frictionloss it does",
+TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on frictionloss and on LuGre it does",
           "[mujoco][joints]") {
   const auto creep = [](World& world, mujoco_example::BristleJoints* joints) {
     double before = 0.0;
@@ -88,6 +90,16 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
   CHECK(creep(ours, &joints) < 1e-9);
   World theirs("12", "5");
   CHECK(creep(theirs, nullptr) > 0.01);
+#if mjVERSION_HEADER >= 3007000
+  const auto motor = [](const std::string& joint, const std::string& limit) {
+    return "<dcmotor joint='" + joint + "' input='none' resistance='1' motorconst='1e-6' lugre='2000 20 " +
+           limit + ' ' + limit + " 0.1'/>";
+  };
+  World lugre("0", "0", motor("shoulder", "12") + motor("elbow", "5"));
+  lugre.model->opt.integrator = mjINT_IMPLICITFAST;  // explicit steps of this stiffness are unstable
+  CHECK(creep(lugre, nullptr) > 0.01);
+  CHECK(lugre.data->warning[mjWARN_BADQACC].number == 0);
+#endif
 }
 
 TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at that of being driven",

@@ -1,6 +1,6 @@
 // Friction of bristles in MuJoCo: its own contacts keep the normal force and lose friction, a bristle patch
-// at each contact point takes its place. An adapter to copy and to change; run with MuJoCo 2.2.2,
-// compiled with the headers of 3.12.1.
+// at each contact point takes its place. An adapter to copy and to change; run with MuJoCo 2.2.2 and
+// 3.12.1.
 //
 //   mjModel* model = mj_loadXML(...);
 //   const auto dims = mujoco_example::remove_friction(*model);
