@@ -44,9 +44,9 @@ py::object experiment(const std::string& name, const std::optional<std::vector<s
   for (const auto& [key, value] : parameters)
     settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name);
   InterruptCheck interrupted;
-  const cli::ExperimentInput input{settings,
-                                   cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment),
-                                   [&](double) { interrupted(); }};
+  const cli::ExperimentInput input{
+      settings, cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment),
+      [&](double) { interrupted(); }};
   cli::ExperimentResult result;
   {
     const py::gil_scoped_release release;
