@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 
+#include "skyline.hpp"
+
 namespace bullet_example {
 
 using bristle::Motion;
@@ -40,8 +42,7 @@ btVector3 angular_velocity(const btSolverBody& body) {
 
 }  // namespace
 
-/// A linear system for the changes of velocity of a group's bodies, six unknowns each. Each line of its
-/// symmetric matrix is stored from the first body on that it is coupled with: a stack has a narrow band.
+/// A linear system for the changes of velocity of a group's bodies, six unknowns each.
 struct BristleSolver::System {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   /// What a constraint sees of its two bodies' velocities. A body that does not move has the column -1.
@@ -65,9 +66,6 @@ struct BristleSolver::System {
     bool clipped;
   };
 
-  double* line(int i) {
-    return matrix.data() + start[static_cast<std::size_t>(i)] - first[static_cast<std::size_t>(i)];
-  }
   static double velocity(const Line& l, const Eigen::VectorXd& of) {
     double sum = 0.0;
     for (int side = 0; side < 2; ++side)
@@ -86,39 +84,10 @@ struct BristleSolver::System {
       const int own = l.column[side], other = l.column[1 - side];
       for (int i = 0; own >= 0 && i < 6; ++i) {
         const double share = weight * l.along[side][i];
-        double* const to = line(own + i);
+        double* const to = matrix.line(own + i);
         for (int j = 0; j <= i; ++j) to[own + j] += share * l.along[side][j];
         if (other >= 0 && other < own) Eigen::Map<Vector6>(to + other) += share * l.along[1 - side];
       }
-    }
-  }
-  double dot(const double* a, const double* b, int from_column, int to_column) const {
-    const int count = to_column - from_column;
-    return Eigen::Map<const Eigen::VectorXd>(a + from_column, count)
-        .dot(Eigen::Map<const Eigen::VectorXd>(b + from_column, count));
-  }
-  /// Replaces the matrix by its Cholesky factor.
-  void factor() {
-    for (int i = 0; i < right.size(); ++i) {
-      double* const a = line(i);
-      const int low = first[static_cast<std::size_t>(i)];
-      for (int j = low; j < i; ++j) {
-        const double* const b = line(j);
-        a[j] = (a[j] - dot(a, b, std::max(low, first[static_cast<std::size_t>(j)]), j)) / b[j];
-      }
-      a[i] = std::sqrt(a[i] - dot(a, a, low, i));
-    }
-  }
-  /// Replaces `right` by the solution.
-  void substitute() {
-    for (int i = 0; i < right.size(); ++i) {
-      const double* const a = line(i);
-      right[i] = (right[i] - dot(a, right.data(), first[static_cast<std::size_t>(i)], i)) / a[i];
-    }
-    for (int i = static_cast<int>(right.size()) - 1; i >= 0; --i) {
-      const double* const a = line(i);
-      right[i] /= a[i];
-      for (int j = first[static_cast<std::size_t>(i)]; j < i; ++j) right[j] -= right[i] * a[j];
     }
   }
   void set_shape();
@@ -128,9 +97,7 @@ struct BristleSolver::System {
   bool drop();
 
   std::vector<int> column;  // by solver body
-  std::vector<int> first;   // by line, the column that it is stored from
-  std::vector<std::size_t> start;
-  std::vector<double> masses, matrix;
+  bristle_example::Skyline matrix, masses;
   Eigen::VectorXd right, change;
   std::vector<Row> rows;
   std::vector<Friction> frictions;
@@ -138,24 +105,16 @@ struct BristleSolver::System {
 
 /// Makes room for the matrix and its factor.
 void BristleSolver::System::set_shape() {
+  for (int i = 0; i < masses.size(); ++i) masses.couple(i, i - i % 6);
   const auto couple = [&](const Line& l) {
     if (l.column[0] < 0 || l.column[1] < 0) return;
     const auto [low, high] = std::minmax(l.column[0], l.column[1]);
-    for (int i = high; i < high + 6; ++i) {
-      int& from_column = first[static_cast<std::size_t>(i)];
-      from_column = std::min(from_column, low);
-    }
+    for (int i = high; i < high + 6; ++i) masses.couple(i, low);
   };
   for (const Row& row : rows) couple(row.line);
   for (const Friction& f : frictions) couple(f.lines[0]);
-  start.clear();
-  std::size_t entries = 0;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    start.push_back(entries);
-    entries += i + 1 - static_cast<std::size_t>(first[i]);
-  }
-  matrix.assign(entries, 0.0);
-  right.resize(static_cast<Eigen::Index>(first.size()));
+  masses.set_zero();
+  right.resize(masses.size());
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
@@ -171,11 +130,10 @@ void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>&
         inertia(i, j) += free[i] * free[j] * static_cast<double>(body.getInvInertiaTensorWorld()[i][j]);
     inertia = inertia.inverse().eval();
     for (int i = 0; i < 3; ++i) {
-      line(at + i)[at + i] = 1.0 / (static_cast<double>(bodies[b].internalGetInvMass()[i]) + locked);
-      for (int j = 0; j <= i; ++j) line(at + 3 + i)[at + 3 + j] = inertia(i, j);
+      masses.line(at + i)[at + i] = 1.0 / (static_cast<double>(bodies[b].internalGetInvMass()[i]) + locked);
+      for (int j = 0; j <= i; ++j) masses.line(at + 3 + i)[at + 3 + j] = inertia(i, j);
     }
   }
-  masses = matrix;
 }
 
 /// Finds the change of velocity under the active rows and friction, and the impulses of these rows.
@@ -193,8 +151,8 @@ void BristleSolver::System::solve() {
       pull(f.lines[a], impulse[a]);
     }
   }
-  factor();
-  substitute();
+  matrix.factor();
+  matrix.substitute(right);
   change = right;
   for (Row& row : rows)
     if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
@@ -207,7 +165,7 @@ void BristleSolver::System::refine() {
   };
   right.setZero();
   for (const Row& row : rows) pull(row.line, missing(row) / row.softness);
-  substitute();
+  matrix.substitute(right);
   for (Row& row : rows)
     if (row.active) row.impulse += (missing(row) - velocity(row.line, right)) / row.softness;
   change += right;
@@ -491,13 +449,13 @@ void BristleSolver::list_unknowns(double dt_s) {
   System& system = *system_;
   const auto& bodies = m_tmpSolverBodyPool;
   system.column.assign(static_cast<std::size_t>(bodies.size()), -1);
-  system.first.clear();
+  int unknowns = 0;
   for (int b = 0; b < bodies.size(); ++b) {
     if (!bodies[b].m_originalBody || bodies[b].m_originalBody->getInvMass() == btScalar(0)) continue;
-    const auto at = static_cast<int>(system.first.size());
-    system.column[static_cast<std::size_t>(b)] = at;
-    system.first.insert(system.first.end(), 6, at);
+    system.column[static_cast<std::size_t>(b)] = unknowns;
+    unknowns += 6;
   }
+  system.masses.begin(unknowns);
   const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
 
   // Four corners carry a body that three would carry: a little softness shares the load out.
@@ -550,7 +508,7 @@ void BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
-  if (system.matrix.size() > 400 * system.rows.size()) return;  // it would take longer than the iterations
+  if (system.masses.entries() > 400 * system.rows.size()) return;  // it would take longer than the iterations
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
   for (int pass = 0; pass < passes; ++pass) {

@@ -1,6 +1,6 @@
-// The equations of bodies that touch, solved at once: a symmetric positive matrix of which each line is
-// stored from the first column on that it is coupled with. For six unknowns a
-// body it takes less than half the time of Eigen's SimplicialLLT, analysis included.
+// Symmetric positive matrix for the equations of bodies that touch, solved at once. Each line is stored from
+// the first column that it is coupled with: a stack has a narrow band. For six unknowns a body it takes less
+// than half the time of Eigen's SimplicialLLT, analysis included.
 #pragma once
 
 #include <algorithm>
