@@ -6,7 +6,7 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // of the largest force in the equation
+constexpr double tolerance = 1e-11;  // relative to the largest force in the equation
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -15,10 +15,10 @@ struct Root {
   int evaluations;
 };
 
-// Where a residual that falls with d is zero: secants, kept between the closest points of either sign, with a
-// bisection whenever two steps did not halve what lies between. The friction of a finite brush that redraws
-// is not continuous in d (a bristle takes one snap more); where the residual changes sign in such a jump, no
-// d solves the equation and the better side is taken.
+// Finds the zero of a residual that falls with d by secants, bracketed by the closest points of either sign,
+// with a bisection whenever two steps did not halve the bracket. The friction of a finite redrawing brush
+// jumps in d where one more bristle snaps; if the residual changes sign in such a jump, no d solves the
+// equation, and the better side is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
   double low = -INFINITY, high = INFINITY;  // residual > 0 at low, < 0 at high
