@@ -80,7 +80,7 @@ double critical_by_theory(const Response& r, double mass, double least_slope, co
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
   const int points = 400;
   double critical = 0.0, before = first;
-  bool negative = true;  // whether the real part of Z is negative, as at low frequency
+  bool negative = true;  // sign of Re Z at the last frequency
   for (int i = 1; i <= points; ++i) {
     const double w = first * std::pow(last / first, static_cast<double>(i) / points);
     if (negative != (damping(w) < 0.0)) {

@@ -47,7 +47,7 @@ struct Loop {
   double work = 0.0;
 };
 
-// Share of rigid Coulomb friction's work below which a loop counts as closed.
+// Share of rigid Coulomb friction's work above which a loop counts as open.
 constexpr double open_loop = 0.02;
 
 /// Moves to `stroke`, to -`stroke` and back to the middle. Returns the highest force and the work.

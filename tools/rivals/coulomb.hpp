@@ -14,7 +14,7 @@ namespace rivals {
 
 struct Coulomb {
   Surface surface;
-  double creep_velocity = 1e-5;  ///< m/s: full friction from this speed on
+  double creep_velocity = 1e-5;  ///< m/s, speed from which friction is full
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

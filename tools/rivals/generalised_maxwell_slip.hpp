@@ -21,7 +21,7 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  double attraction_rate = 100.0;  ///< 1/s: C over Fc, how fast slipping elements follow the Stribeck curve
+  double attraction_rate = 100.0;  ///< 1/s, C over Fc: how fast slipping elements approach the Stribeck curve
   std::array<Pair, elements> force{};  ///< N, of each element, against the motion
   std::array<bool, elements> slips{};
 

@@ -30,13 +30,14 @@ class LuGreGrid {
   LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule = StepRule::exact);
 
   /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
-  /// speed, under load_n >= 0 (N). No load, no force, and no memory. Never allocates or throws.
+  /// speed, under load_n >= 0 (N). Without load there is no force, and the state is reset. Never allocates or
+  /// throws.
   SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
 
   std::size_t cells() const noexcept { return cells_.size(); }
 
  private:
-  /// The deflection after the step, and the force, over the cell's share.
+  /// Deflection after the step, and force per share of the load.
   struct Moved {
     Pair z;
     Force force;

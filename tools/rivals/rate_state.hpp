@@ -19,19 +19,19 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< of it kinetic_coefficient = mu0 and stiffness = sigma0
-  double direct_effect = 0.02;    ///< a > 0: friction over load at once, per e-fold of speed
-  double state_effect = 0.04;     ///< b >= 0: friction over load, per e-fold of theta
+  Surface surface;                ///< used: kinetic_coefficient = mu0 and stiffness = sigma0
+  double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
+  double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
   double state_length = 2e-5;     ///< m, Dc
-  double reference_speed = 1e-3;  ///< m/s, v0: here steady friction is mu0 N
+  double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
   Pair z;                         ///< m, deflection of the spring
-  double psi = 0.0;               ///< ln(v0 theta / Dc); contact begins as if it had slid at v0
+  double psi = 0.0;               ///< ln(v0 theta / Dc); a new contact starts as after sliding at v0
 
   static constexpr double tolerance = 1e-7;
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 
-  /// Of the slider, m/s: what the law says for the present z and psi.
+  /// Returns the slider's speed, m/s, by the law for the present z and psi.
   double slider_speed(double load_n) const noexcept;
 };
 
