@@ -1,4 +1,4 @@
-# Sphinx: the guides as a site. tools/site/build gathers the sources and calls it.
+# Configures Sphinx, which makes the guides a site. tools/site/build gathers the sources and calls it.
 import os
 
 project = "bristle"
@@ -10,7 +10,7 @@ html_theme = "furo"
 html_title = f"bristle {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_extra_path = ["extra"]  # the page that runs, and the headers as HTML
+html_extra_path = ["extra"]  # the interactive page, and the headers as HTML
 templates_path = ["_templates"]
 html_sidebars = {"**": ["sidebar/brand.html", "sidebar/search.html", "site_links.html", "sidebar/scroll-start.html",
                         "sidebar/navigation.html", "sidebar/scroll-end.html"]}
