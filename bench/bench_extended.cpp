@@ -132,7 +132,7 @@ struct Ours {
   int rings, around;  ///< cells around; 0: three times the rings
   Population population;
   std::uint32_t bristles;  ///< number of representatives in the whole disc
-  double resolution;       ///< of the infinite brush
+  double resolution;       ///< resolution of the infinite brush
 };
 constexpr Ours ours[] = {{"infinite_3_rings", 3, 0, Population::infinite, 900, 2.0},
                          {"infinite_4_rings", 4, 0, Population::infinite, 900, 4.0},

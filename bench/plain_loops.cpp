@@ -607,7 +607,7 @@ constexpr std::size_t stream_block = 256;
 [[gnu::noinline]] float rewrite_block(float* column, std::size_t count) {
   float sum = 0.0f;
   for (std::size_t i = 0; i < count; ++i) {
-    const float value = 1.0f - column[i];  // its own inverse, so values stay bounded
+    const float value = 1.0f - column[i];  // the mapping is its own inverse, so values stay bounded
     column[i] = value;
     sum += value;
   }

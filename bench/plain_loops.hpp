@@ -99,9 +99,9 @@ class PlainLoop {
 
   struct Columns {
     float* zx = nullptr;
-    float* zy = nullptr;  ///< two axes only
+    float* zy = nullptr;  ///< second axis only
     float* delta = nullptr;
-    std::uint32_t* draws = nullptr;  ///< redraw only
+    std::uint32_t* draws = nullptr;  ///< draw counters, for redraw only
   };
 
  private:
@@ -129,7 +129,7 @@ class SlideLoop {
  private:
   std::size_t n_;
   double mean_m_;
-  float* zx_;  ///< all lengths in mean limits
+  float* zx_;  ///< lengths in units of the mean limit
   float* zy_;
   float* limit_;
 };

@@ -7,7 +7,7 @@ void register_kernels();
 void register_batches();
 void register_beds();  // absent in the minimal library
 void register_cohorts();
-void register_extended();  // only where tools/rivals is built
+void register_extended();  // built only if tools/rivals is
 void register_scaling();
 void register_joints();
 void register_keys();

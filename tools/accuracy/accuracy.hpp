@@ -33,7 +33,7 @@ struct SettingResult {
   /// Whether also compared with the same bristles run exactly, in double precision, at the finest step.
   bool paired = false;
   double predicted_s = 0.0;                     ///< predicted time of one run
-  std::vector<RunTime> times;                   ///< one per round, for the whole scene with all its copies
+  std::vector<RunTime> times;                   ///< times of whole scene runs with all copies, one per round
   std::vector<std::vector<PatchError>> errors;  ///< [run][patch], error against the reference
   std::vector<std::vector<PatchError>> same_steps;  ///< error against the reference at the scene's dt (for
                                                     ///< bristle counts)
@@ -61,7 +61,7 @@ struct SlopeResult {
 /// Feature with the times and errors with and without it.
 struct FeatureResult {
   std::string feature;
-  std::string state;  ///< "used", "left out already", "needed"
+  std::string state;  ///< state: "used", "left out already", "needed"
   bool measured = false;
   /// Share of the time with it that leaving it out saves; median and quartiles.
   double saves = 0.0, saves_low = 0.0, saves_high = 0.0;
@@ -87,8 +87,8 @@ struct CheapestOf {
   bool infinite = false;
   bool found = false;
   Setting setting;
-  double error = 0.0;         ///< rms, worst patch
-  double scene_step_s = 0.0;  ///< CPU seconds
+  double error = 0.0;         ///< rms error of the worst patch
+  double scene_step_s = 0.0;  ///< CPU seconds of a scene step
 };
 
 struct AccuracyResult {
@@ -114,7 +114,7 @@ struct AccuracyResult {
   std::string no_literal;
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
-  std::vector<CheapestOf> cheapest;  ///< one for representatives, one for the infinite brush
+  std::vector<CheapestOf> cheapest;  ///< cheapest with representatives, and with the infinite brush
   std::vector<FeatureResult> features;
   double seconds = 0.0;  ///< wall time of the study
 };
@@ -130,7 +130,7 @@ struct AccuracyStudy {
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
 
   const AccuracyOptions& options;
-  const Scene& scene;  ///< as read
+  const Scene& scene;  ///< scene as read from its file
   Scene cut;           ///< scene with few copies, on which errors are measured
   bool is_cut = false;
   Reference fine, same_steps;

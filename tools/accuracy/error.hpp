@@ -53,7 +53,7 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // step of the reference
+    std::size_t copy, step;  // `step`: step of the reference
     double force[2];
   };
   std::size_t patches_;

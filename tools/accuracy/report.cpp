@@ -28,7 +28,7 @@ const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 // Names of a setting's options; for the unchanged scene, those of its first patch.
 struct Shown {
   const char *population, *rule, *precision, *sampling;
-  double resolution;  // of an infinite patch
+  double resolution;  // resolution of an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;

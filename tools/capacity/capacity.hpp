@@ -76,8 +76,8 @@ struct StepTimes {
 
 struct CapacityRow {
   CapacityCase what;
-  std::vector<StepTimes> curve;  ///< all numbers of bristles tried, ascending
-  StepTimes in_cache;            ///< at 14,400 bristles
+  std::vector<StepTimes> curve;  ///< times at all numbers of bristles tried, ascending
+  StepTimes in_cache;            ///< times at 14,400 bristles, which fit into the cache
   /// Largest number of bristles with p99 inside the deadline, in the confirming run.
   StepTimes fits;
   bool capped = false;  ///< whether more would have fitted, which was not tried

@@ -74,7 +74,7 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   // literal rule loses the overshoot.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    const double place = static_cast<double>(i) * 1.4142135623730951;  // not in step with the snap lengths
+    const double place = static_cast<double>(i) * 1.4142135623730951;  // out of phase with the snap lengths
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;
     b.zy = 0.6 * bend;

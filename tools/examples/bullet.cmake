@@ -8,7 +8,7 @@ if(NOT TARGET PkgConfig::BULLET)
   return()
 endif()
 if(BRISTLE_MINIMAL)
-  return() # two axes, redraw
+  return() # the adapter needs two axes and redraw
 endif()
 # Compiles the adapter from a copy, without this tree among the include folders, which proves that it can be copied out.
 add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)

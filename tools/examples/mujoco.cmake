@@ -10,7 +10,7 @@ get_target_property(folders mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
 list(FILTER folders EXCLUDE REGEX "libqhull|^/usr/include/?$")
 set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${folders}")
 if(BRISTLE_MINIMAL)
-  return() # two axes, redraw
+  return() # the adapter needs two axes and redraw
 endif()
 # Compiles the adapters from a copy, without this tree among the include folders, which proves that they can be copied
 # out.

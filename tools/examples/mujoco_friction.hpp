@@ -88,7 +88,7 @@ class BristleFriction {
   /// Contact of the last step.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;       ///< in the batch; for a disc in the extended patches
+    bristle::PatchId patch;       ///< id in the batch; for a disc, in the extended patches
     bristle::ContactFrame frame;  ///< normal from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
                                Eigen::Vector3d::Zero()};  ///< rad, turn not yet in `frame`

@@ -38,7 +38,8 @@ Root solve(const Residual& residual, double d, double slope, double accepted) {
       next = low + 0.5 * width;
       slow = 0;
     }
-    if (next == last_d || (bracketed && !(next > low && next < high))) break;  // no number in between
+    // No floating-point number lies in between.
+    if (next == last_d || (bracketed && !(next > low && next < high))) break;
     const double r = residual(next);
     secant = std::clamp((last - r) / (next - last_d), 1e-3 * slope, slope);
     if (bracketed) slow += (r > 0.0 ? high - next : next - low) > 0.5 * width;

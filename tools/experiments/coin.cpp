@@ -12,7 +12,7 @@ constexpr double gravity = 9.81;  // m/s^2
 // V / (omega R) at the end, root of F(eps) / mu N = 2 eps T(eps) / mu N R for a uniform disc.
 constexpr double last_ratio = 0.653002;
 constexpr double seen_at = 0.02;         // share of the initial speed at which the late ratio is read
-constexpr double stopped_below = 0.002;  // of it
+constexpr double stopped_below = 0.002;  // share of the initial speed below which the coin counts as stopped
 
 /// Result of a throw from v / (omega R) = ratio: the ratio late in the motion, and the times (s) at which
 /// sliding and spinning end.

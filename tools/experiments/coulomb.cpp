@@ -14,7 +14,7 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // not in step with the snap lengths
+  const double step = 0.37 * s.number("presliding");  // m, out of phase with the snap lengths
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;

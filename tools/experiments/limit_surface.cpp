@@ -16,7 +16,8 @@ using rivals::Wrench;
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
-  const double step = 0.37 * s.number("presliding");  // m, of the fastest point; not in step with the snaps
+  // m, step of the fastest point; out of phase with the snaps
+  const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);
   const double slide = slides_alone ? step : step * eps / (1.0 + eps);

@@ -18,7 +18,7 @@ struct Parameter {
   bool is_list = false;
   std::string text;                  ///< default of a choice
   std::vector<std::string> choices;  ///< if not empty, the parameter is a choice instead of a number
-  bool whole = false;                ///< whole numbers only
+  bool whole = false;                ///< whether only whole numbers are allowed
 };
 
 /// Values of one run. Setting a value checks its range.

@@ -41,8 +41,8 @@ struct ColumnKind {
 };
 
 struct CsvHeader {
-  std::vector<bool> present;               ///< by kind
-  std::vector<double> per_si;              ///< by kind
+  std::vector<bool> present;               ///< whether the file has the column, by kind
+  std::vector<double> per_si;              ///< the column's units per SI unit, by kind
   std::vector<std::string> other_columns;  ///< names of columns that are none of these kinds
   /// Header for the splitter: our names without units, others as "-".
   std::string canonical;

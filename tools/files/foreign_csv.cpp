@@ -17,7 +17,7 @@ constexpr std::size_t probed_rows = 50;    // rows examined for decimal commas
 
 struct Line {
   std::string_view text;
-  std::size_t number;  // from 1
+  std::size_t number;  // line number, from 1
 };
 
 std::string lower(std::string_view text) {

@@ -302,7 +302,7 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
         next.planar() != all.planar())
       throw UserError(
           fmt::format("{}: its columns (t, x, v, load, force) are not those of {}", next.name, all.name));
-    constexpr std::size_t fewest_rows = 3;  // enough for one velocity
+    constexpr std::size_t fewest_rows = 3;  // fewest rows of a file, enough for one velocity
     for (const FitColumns* file : {&all, &next})
       if (file->t.size() < fewest_rows)
         throw UserError(fmt::format("{}: {} data rows; a file of several needs at least {}", file->name,

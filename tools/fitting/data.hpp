@@ -33,7 +33,7 @@ struct FitReading {
 
 /// Column as the file has it.
 struct WrittenColumn {
-  std::string header;  ///< with its unit
+  std::string header;  ///< header cell with its unit
   std::vector<double> values;
 };
 
@@ -42,7 +42,7 @@ struct FitColumns {
   std::vector<double> t, x, v, load,
       force;                       ///< SI units; v is empty without a column, x is integrated if only v is
                                    ///< given
-  std::vector<double> y, force_y;  ///< of a record in the plane; else empty
+  std::vector<double> y, force_y;  ///< second axis of a record in the plane; else empty
   bool has_x = false, has_load = false;
   /// Whether the contact is a disc under even pressure that turns about its middle; then x and force (torque
   /// over radius) are those at its rim.

@@ -14,8 +14,9 @@ namespace cli {
 namespace {
 
 using bristle::SnapLaw;
-constexpr double widest_deviation = 0.5;  // of a logarithm; beyond, the 95 % interval spans a factor of seven
-// Of the logarithm of a time or a speed; beyond, a factor of a hundred.
+// Widest deviation of a logarithm; beyond, the 95 % interval spans a factor of seven.
+constexpr double widest_deviation = 0.5;
+// Widest deviation of the logarithm of a time or a speed; beyond, the interval spans a factor of a hundred.
 constexpr double widest_scale = 1.2;
 constexpr double widest_offset = 0.25;  // deviation over the rms of the force
 constexpr double nearly_alike =
@@ -145,7 +146,7 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (p == fit_softening)
     return std::fabs(point.values[p]) >= 2.0 * deviation * model_.scale(point.values, p);
   return point.values[p] >=
-         2.0 * deviation * model_.scale(point.values, p);  // lubricant, damper: distinguishable from 0?
+         2.0 * deviation * model_.scale(point.values, p);  // tells lubricant or damper from 0
 }
 
 /// Takes a parameter out of the fit, with those that mean nothing without it.
@@ -162,7 +163,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   }
   const double before = point.values[p];
   drop(p);
-  if (p == fit_kinetic) {  // keeps the stiffness
+  if (p == fit_kinetic) {  // keeps the stiffness when the kinetic coefficient is reset
     double& length = point.values[fit_length];
     length =
         std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));

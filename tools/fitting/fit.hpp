@@ -63,7 +63,7 @@ enum FitParameter : unsigned {
   /// saturating: Ageing::strength.
   fit_ageing,
   fit_ageing_time,          ///< s
-  fit_strengthening,        ///< Material::speed_strengthening
+  fit_strengthening,        ///< Material::speed_strengthening, as a fitted parameter
   fit_strengthening_speed,  ///< m/s
   fit_viscous,              ///< N s/m
   fit_damping,              ///< s/m, damping per newton of load

@@ -77,7 +77,7 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
         fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
-  point.values[fit_kinetic] = 1.0;  // so that its derivative is the force at unit coefficient
+  point.values[fit_kinetic] = 1.0;  // makes the derivative the force at unit coefficient
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);

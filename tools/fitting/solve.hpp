@@ -48,10 +48,11 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 /// loop. It comes from simulation: random brushes of the fitted material, each fitted in turn (to first
 /// order).
 struct PopulationError {
-  Eigen::MatrixXd covariance;  ///< of the free parameters, in units of FitModel::scale
+  Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
   bool seen = false;           ///< whether the residuals show the bristles' fluctuation
-  double bristles = 0.0;       ///< if seen, number at the mean load; a lower estimate, as misfit counts too
-  double noise = 0.0;          ///< N^2, variance that remains for the sensor
+  /// Number of bristles at the mean load, if seen; a lower estimate, as misfit counts too.
+  double bristles = 0.0;
+  double noise = 0.0;  ///< N^2, variance that remains for the sensor
 };
 /// Estimates the error from a finite population; assumes `usual_bristles` at the mean load as far as the
 /// residuals do not show their number.

@@ -1,5 +1,5 @@
-# What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
-# and folder='...' (where this file is).
+# Sets the common style of the pictures of `bristle experiment`. Loaded by experiment_*.gp, which get csv='FILE' (of
+# --csv), png='FILE' and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
 models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged brush_slide brush_slide_drop"
 titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush' 'brush, slide' 'brush, slide, drop'"

@@ -57,7 +57,7 @@ class Overload {
   std::uint64_t step_ = 0;
   std::string record_path_;
   OutputFile record_;
-  std::map<std::uint64_t, std::size_t> copy_of_;  ///< by id
+  std::map<std::uint64_t, std::size_t> copy_of_;  ///< index of a copy by its patch id
   OverloadResult result_;
 };
 

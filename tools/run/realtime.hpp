@@ -37,7 +37,7 @@ struct RealtimeResult {
   double scene_dt = 0.0;  ///< s, dt in the scene file
   double period = 0.0;    ///< s, dt of every step
   double busy_wait = 0.0;
-  std::optional<int> fifo, core;  ///< as the system granted them
+  std::optional<int> fifo, core;  ///< real-time priority and core that the system granted
   bool locked_memory = false;
   std::vector<std::string> refused;
   PacedLoopResult ours, bare;

@@ -290,7 +290,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // the machine delayed the rest
+      left_out -= by_tool;  // leaves the part that the machine caused
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);

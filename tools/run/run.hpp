@@ -56,7 +56,7 @@ struct ForceStatistics {
 
 /// Result of one [[patch]] over its copies and all steps.
 struct PatchResult {
-  bristle::PatchInfo info;  ///< first copy, at the end
+  bristle::PatchInfo info;  ///< info of the first copy at the end
   std::uint64_t memory_bytes = 0;
   ForceStatistics force[2];       ///< end force on the body
   ForceStatistics mean_force[2];  ///< mean force on the body, if computed

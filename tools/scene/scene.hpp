@@ -93,7 +93,7 @@ struct Scene {
   std::vector<ScenePatch> patches;
   std::vector<SceneBody> bodies;
 
-  std::size_t patch_count() const noexcept;  ///< counts copies
+  std::size_t patch_count() const noexcept;  ///< returns the number of patches, copies included
   double trace_length() const noexcept;      ///< s, length of the longest trace; 0 without one
 };
 

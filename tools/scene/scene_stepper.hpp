@@ -17,10 +17,11 @@ namespace cli {
 struct SceneCopy {
   std::size_t patch = 0;  ///< index into Scene::patches
   std::string name;
-  double delay = 0.0;               ///< s
-  double cosine = 1.0, sine = 0.0;  ///< of the angle by which the copy's directions are turned
-  double axis[2] = {1.0, 0.0};      ///< direction of the patch's first axis
-  Position last;                    ///< last position, by the unturned motion
+  double delay = 0.0;  ///< s
+  /// Cosine and sine of the angle by which the copy's directions are turned.
+  double cosine = 1.0, sine = 0.0;
+  double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis
+  Position last;                ///< last position, by the unturned motion
 };
 
 /// Returns the number of steps in the scene's duration. Throws UserError when they are too many.

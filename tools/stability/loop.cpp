@@ -13,8 +13,8 @@ namespace cli {
 namespace {
 
 constexpr double zeta = 1000.0;          // number of bristles at 1 N, the largest load
-constexpr double rest_amplitude = 1e-7;  // in mean snap lengths; below, the loop is at rest
-constexpr double bound_amplitude = 1e5;  // in mean snap lengths; above, it grows without bound
+constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop is at rest
+constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which it grows without bound
 constexpr double lasting_energy = 0.8;   // ratio to the quarter of the run before; above, snapping continues
 constexpr double lasting_amplitude = 0.5;  // in mean snap lengths, peak to peak: the shortest bristle's snap
                                            // length

@@ -67,7 +67,7 @@ struct LoopSetup {
   /// Two axes: pushed sideways to the start velocity after a quarter of the run.
   bool turn = false;
   double smallest_load = 1.0;       ///< share of the largest load down to which the load swings; 1 = constant
-  std::uint64_t steps = 8000;       ///< in all 4 quarters
+  std::uint64_t steps = 8000;       ///< number of steps in all 4 quarters of the run
   std::uint64_t load_period = 500;  ///< steps
   bool stop_early = true;           ///< stops once at rest or without bound
   bristle::Population population = bristle::Population::representatives;

@@ -105,7 +105,7 @@ StabilityResult measure(const StabilityOptions& options) {
   result.maps.resize(mapped_schemes().size());
   result.varied.resize(mapped_schemes().size());
   std::vector<std::function<void()>> jobs;
-  result.rests.resize(2);  // first, because they take longest
+  result.rests.resize(2);  // starts these first, because they take longest
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.push_back([&result, &options, i] {
       result.rests[i] = rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0,

@@ -13,7 +13,7 @@ namespace cli {
 
 struct StabilityOptions {
   bool quick = false;
-  int threads = 0;   ///< number; 0: one per core
+  int threads = 0;   ///< number of threads; 0: one per core
   std::string json;  ///< report to write; empty: none, "-": stdout
   std::string csv;   ///< file for the map, for tools/plots/stability.gp; empty: none
   /// Population in the maps and on the slope.
@@ -37,7 +37,7 @@ struct MapCell {
   double second = 0.0;  ///< C T/m, or for a device b T/m
   bool linear_stable = false;
   LoopResult sticking, sliding;        ///< started from a push within presliding, and from steady sliding
-  Verdict verdict = Verdict::settles;  ///< the worse of the two
+  Verdict verdict = Verdict::settles;  ///< worse verdict of the two
   bool unbounded = false;
   Why why = Why::agree;
 };
@@ -69,8 +69,8 @@ struct StopRow {
 struct RestRow {
   Scheme scheme = Scheme::predictor;
   double seconds = 0.0;         ///< s, simulated
-  double first_second_m = 0.0;  ///< m, motion while it settles
-  double creep_m = 0.0;         ///< m, motion after that
+  double first_second_m = 0.0;  ///< m, motion in the first second, while it settles
+  double creep_m = 0.0;         ///< m, creep after the first second
   double creep_over_snap_length = 0.0;
 };
 

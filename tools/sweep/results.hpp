@@ -31,9 +31,10 @@ nlohmann::json to_json(const SweepColumn& column);
 
 /// Sums of one [[patch]] over the steps in the window and all its copies.
 struct WindowSums {
-  double coefficient_sum = 0.0, highest_coefficient = 0.0;  ///< of elastic force over load
+  /// Sum and highest value of elastic force over load.
+  double coefficient_sum = 0.0, highest_coefficient = 0.0;
   std::uint64_t count = 0;
-  double error_square_sum = 0.0, reference_square_sum = 0.0;  ///< N^2, of end forces
+  double error_square_sum = 0.0, reference_square_sum = 0.0;  ///< N^2, sums of squares of end forces
   /// m, path of the first copy over the whole run
   double way[2] = {0.0, 0.0};
 };
@@ -42,7 +43,7 @@ struct WindowSums {
 struct SweepRun {
   const Scene& scene;
   const RunResult& result;
-  std::vector<WindowSums> windows;  ///< by patch
+  std::vector<WindowSums> windows;  ///< sums by patch
   double cpu_s = 0.0;
 };
 

@@ -424,7 +424,7 @@ std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
       values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
     return values;
   }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // the last key varies fastest
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // counts backwards, so that the last key varies fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();
   }

@@ -11,8 +11,8 @@
 namespace room {
 
 struct ComparedScene {
-  const char* name;  ///< as the button's list shows it
-  const char* key;   ///< as a script writes it
+  const char* name;  ///< name in the button's list
+  const char* key;   ///< name in scripts
   const char* says;
   std::size_t beside;  ///< number of blocks beside the first one
   bool driven;         ///< whether a carriage holds and moves all blocks

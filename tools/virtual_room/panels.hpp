@@ -18,7 +18,7 @@ namespace room {
 /// Places of the panels and the room, in pixels.
 struct Layout {
   Picture picture;
-  Area settings, bar, plots;  ///< width 0: hidden
+  Area settings, bar, plots;  ///< areas of settings, buttons and plots; width 0: hidden
   float scale = 1;
 };
 /// Computes the layout. `glass_left` puts the glass at the left of the room instead of the right.

@@ -9,7 +9,7 @@ namespace room {
 
 struct Preset {
   const char* name;
-  const char* says;  ///< source of its figures
+  const char* says;  ///< sentence on the source of the preset's figures
   double kinetic, peak_over_kinetic, presliding_length, damping_per_newton, viscous_friction,
       stribeck_velocity;
   double growth_per_decade, ageing_time;

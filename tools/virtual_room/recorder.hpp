@@ -36,7 +36,7 @@ class Recorder {
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
   /// @name Writing thread. All throw cli::UserError. @{
-  void start_forces(const std::string& path);  ///< forces alone
+  void start_forces(const std::string& path);  ///< starts a recording of forces without the hand
   void start_all(const std::string& base, const Settings& settings, std::uint64_t revision);
   /// Announces settings, before rows that use them are drained.
   void know(std::uint64_t revision, const Settings& settings);

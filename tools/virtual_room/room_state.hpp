@@ -108,13 +108,13 @@ struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double moved = 0.0;                                             ///< m, creep, as Snapshot::moved
-  double strength = 0.0, strength_beside = 0.0;                   ///< as in Snapshot
+  double strength = 0.0, strength_beside = 0.0;                   ///< strengths as in Snapshot
 };
 
 struct LoopStatistics {
   std::uint64_t ticks = 0, late_ours = 0, late_machine = 0;
   double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< s, computing time of a tick
-  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, from tick to tick
+  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, time from tick to tick
 };
 
 /// State of the room at the end of a tick, for display.

@@ -1,5 +1,5 @@
 // Shows the room in a GLFW window, with the mouse as a hand, and keys.
-#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
+#define GLFW_INCLUDE_NONE  // epoxy declares OpenGL instead of GLFW
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <epoxy/gl.h>
