@@ -75,7 +75,7 @@ double median(std::vector<double> values) {
 
 struct Figures {
   double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells
-  double error = 0.0, rival_error = 0.0;  ///< per cent
+  double error = 0.0, rival_error = 0.0;  ///< error in per cent
 };
 
 /// Adds a benchmark. `make` sets both steps and returns the figures. Times are divided by `per`.

@@ -84,7 +84,7 @@ class LuGreDisc {
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = friction() / load_n;
-    s.stiffness = load_n;  // as much as the brush's bristles, at 1 N/m each
+    s.stiffness = load_n;  // N/m, equal to the brush's bristles at 1 N/m each
     s.damping = s.viscous_friction = 0.0;
     return s;
   }

@@ -142,8 +142,9 @@ struct AccuracyStudy {
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
-  double predict(const Setting& setting) const;  ///< s, of one run of the cut scene
-  std::uint32_t scene_bristles() const;          ///< bristles of the scene's largest patch
+  /// Returns the predicted time of one run of the cut scene, s.
+  double predict(const Setting& setting) const;
+  std::uint32_t scene_bristles() const;  ///< bristles of the scene's largest patch
 };
 
 /// Seconds given to the parts of a study.

@@ -150,7 +150,7 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   changed.dt = dt_s;
   for (ScenePatch& p : changed.patches) {
     bristle::PatchOptions& o = p.options;
-    // A stride that wraps: copies have neighbouring seeds, which rounds must not share.
+    // Adds a stride to the seed, which may wrap: copies have neighbouring seeds, which rounds must not share.
     o.seed += round * 0x9E3779B9u;
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);

@@ -72,7 +72,7 @@ class TomlEditor {
   };
   struct Line {
     std::string text;
-    std::multimap<std::size_t, Edit> edits;  // by position
+    std::multimap<std::size_t, Edit> edits;  // edits of a line, by position
     std::string added;                       // below
   };
 

@@ -27,7 +27,7 @@ struct CapacityOptions {
 /// Steady motion of a measurement, after 32 mean snap lengths of sliding. Lengths are in mean snap lengths.
 enum class Regime {
   rest,        ///< no motion
-  tremor,      ///< to and fro by 0.05; nothing snaps once it has settled
+  tremor,      ///< motion to and fro by 0.05; nothing snaps once it has settled
   presliding,  ///< 0.003 a step; each bristle snaps once in 333 steps
   one_snap,    ///< 1.0 a step; each bristle snaps up to twice, once on average
   sliding,     ///< 1.6 a step; every bristle snaps, one to three times
@@ -62,8 +62,8 @@ struct CapacityCase {
   bool zigzag = false;      ///< whether every other step goes sideways
 
   bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
-  std::string kernel_name() const;  ///< such as "2 axes, keep, end + mean, single"
-  std::string layout_name() const;  ///< such as "one patch", "patches of 100"
+  std::string kernel_name() const;  ///< returns a text such as "2 axes, keep, end + mean, single"
+  std::string layout_name() const;  ///< returns a text such as "one patch", "patches of 100"
 };
 
 /// Step times at one number of bristles.

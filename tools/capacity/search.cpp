@@ -99,7 +99,7 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // the machine is too noisy for a result
+    row_.unconfirmed = true;  // the machine is too noisy for a confirmed result
   }
 
   const CapacityOptions& options_;

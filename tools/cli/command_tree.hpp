@@ -20,7 +20,8 @@ struct Command {
 std::vector<Command> commands_of(const CLI::App& program);
 
 struct OptionWords {
-  std::string name, also;            ///< such as "--help" and "-h"; for a positional "SCENE" and nothing
+  /// Names such as "--help" and "-h"; for a positional "SCENE" and nothing.
+  std::string name, also;
   std::string value;                 ///< kind of value, such as "FILE"; empty: it is a flag
   std::vector<std::string> choices;  ///< words that it may take; empty: any
   std::string description;

@@ -89,7 +89,7 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    const std::string before = word.substr(0, word.rfind(',') + 1);  // in a list the last word is completed
+    const std::string before = word.substr(0, word.rfind(',') + 1);  // completes the last word of a list
     for (const std::string& choice : option.choices) offer(before + choice, option.description);
     if (option.value.starts_with("KEY=") && command->get_name() == "sweep")
       for (const std::string& key : keys_of_scene(words)) offer(key, "a key of the scene");

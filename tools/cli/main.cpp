@@ -670,7 +670,7 @@ struct CommandEntry {
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< Whether it takes --wide.
+  bool prints_figures = true;  ///< Whether the command takes --wide.
 };
 
 /// Commands in the order of --help. The manual comes last, since it lists the names of the others.

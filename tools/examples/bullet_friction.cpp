@@ -56,7 +56,7 @@ struct BristleSolver::System {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;        // N s
-    double wanted, own, softness;  // m/s, 1/kg, 1/kg
+    double wanted, own, softness;  // target speed m/s; the row's softness and the larger one used here, 1/kg
     bool active;                   // whether the impulse is within its limits
   };
   struct Friction {

@@ -70,7 +70,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     std::uint64_t key = 0;
     bristle::PatchId patch;
     bristle::ContactFrame frame;        ///< normal from body B of the manifold to body A
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, contact point in the world
     double force[2] = {0, 0};           ///< N along frame.along() and aside(), on body A
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< the contact's coefficient over the material's

@@ -92,13 +92,13 @@ std::vector<Scene> all_scenes();
 struct Sample {
   double t;
   double place[3];  ///< m
-  double turn;      ///< rad, about z
+  double turn;      ///< rad, turn about z
 };
 
 struct Run {
   Friction friction = Friction::stock;
   std::vector<Sample> samples;  ///< every tenth of a simulated second
-  double creep = 0.0;           ///< m/s, along x, mean over the last quarter
+  double creep = 0.0;           ///< m/s, mean speed along x over the last quarter
   double step_us = 0.0;         ///< us, CPU time of a step, median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points
 };

@@ -44,7 +44,7 @@ chai3d::cMesh* make_floor() {
 struct Outcome {
   double wall = 0.0;        // N, wall force at rest on the floor
   double held_first = 0.0;  // N, friction at the end of a pull of 4 um
-  double held_last = 0.0;   // N, two seconds later
+  double held_last = 0.0;   // N, friction two seconds later
   double lean = 0.0;        // friction over wall force in sliding
   double across = 0.0;      // N, sideways force in sliding
   double lifted = 0.0;      // N, force in the air
@@ -90,7 +90,7 @@ void print(const char* name, const Outcome& o) {
 struct Pinch {
   double wall = 0.0;   // N, wall force of one point
   double drop = 0.0;   // m, fall of the block until it is held
-  double creep = 0.0;  // m/s, over the last second of holding
+  double creep = 0.0;  // m/s, mean speed over the last second of holding
   double lift = 0.0;   // m, rise of the block when the points have gone up by lift_m
 };
 constexpr double lift_m = 0.05;

@@ -92,13 +92,13 @@ class BristleFriction {
     bristle::ContactFrame frame;  ///< normal from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
                                Eigen::Vector3d::Zero()};  ///< rad, turn not yet in `frame`
-    Eigen::Vector3d point = {0, 0, 0};                    ///< m, in the world
+    Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;                                  ///< whether it was not found in the step before
     bool is_disc = false;                                ///< whether it has condim 4
-    double radius = 0.0;                                 ///< m, for a disc
-    double normal_load = 0.0;                            ///< N, from MuJoCo's solver in this step
+    double radius = 0.0;                                 ///< m, radius of a disc
+    double normal_load = 0.0;                            ///< N, normal load from MuJoCo's solver in this step
     double scale = 1.0;                                  ///< the contact's coefficient over the material's
     Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted: m/s along normal and axes, rad/s
     int bodies[2] = {0, 0};                              ///< bodies of geom1 and geom2
@@ -122,7 +122,7 @@ class BristleFriction {
   /// Cell of a patch; a point has one, a disc several.
   struct Cell {
     bristle::Response response;    ///< response at the bodies' present place
-    Eigen::Vector2d at = {0, 0};   ///< m, from the contact point
+    Eigen::Vector2d at = {0, 0};   ///< m, offset from the contact point
     Eigen::Vector2d way = {0, 0};  ///< direction of its force, once it slips in the prediction
     bool slips = false;
   };

@@ -12,7 +12,7 @@ namespace cli {
 namespace {
 
 struct BreakAway {
-  double friction = 0.0;  // N, highest before the block slides
+  double friction = 0.0;  // N, highest friction before the block slides
   double applied = 0.0;   // N, applied force at that time
 };
 

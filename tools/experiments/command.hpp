@@ -15,8 +15,8 @@ struct ExperimentOptions {
   std::string config;               ///< TOML file; empty: none
   std::vector<std::string> models;  ///< names of models; empty: all
   std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
-  std::string markdown;             ///< with "all": file for the table as a page
-  bool no_cost = false;             ///< with "all": leaves out the times of a step
+  std::string markdown;             ///< file for the table as a page, with "all"
+  bool no_cost = false;             ///< leaves out the times of a step, with "all"
 };
 
 /// Throws UserError.

@@ -16,8 +16,8 @@ namespace cli {
 
 /// Phenomenon of the literature, and the criterion by which a model shows it.
 struct Phenomenon {
-  std::string id;          ///< such as "drift_per_cycle"
-  std::string title;       ///< such as "no drift under a wavering force"
+  std::string id;          ///< name such as "drift_per_cycle"
+  std::string title;       ///< title such as "no drift under a wavering force"
   std::string literature;  ///< what the literature reports, and who
   std::string measured;    ///< meaning of the measured number
   std::string unit;

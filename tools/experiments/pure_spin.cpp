@@ -12,7 +12,7 @@ using rivals::SpinForce;
 
 /// Friction of a first motion from rest, > 0 where it resists; a force, or a torque over the radius.
 struct FirstMotion {
-  double slope = 0.0;  ///< N/m, over the first thousandth of a presliding length
+  double slope = 0.0;  ///< N/m, stiffness over the first thousandth of a presliding length
   double peak = 0.0, steady = 0.0;
 };
 

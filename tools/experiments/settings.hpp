@@ -17,7 +17,7 @@ struct Parameter {
   double min = 0.0, max = 1e9;
   bool is_list = false;
   std::string text;                  ///< default of a choice
-  std::vector<std::string> choices;  ///< if not empty, the parameter is a choice instead of a number
+  std::vector<std::string> choices;  ///< words of a choice; empty: the parameter is a number
   bool whole = false;                ///< whether only whole numbers are allowed
 };
 

@@ -14,7 +14,7 @@ namespace {
 // Friction over kinetic friction in a step of speed, averaged over repeats.
 struct Step {
   double before = 0.0, after = 0.0;
-  std::vector<double> friction;  // after each step of the path
+  std::vector<double> friction;  // friction after each step of the path
 };
 
 // Mean step up and mean step down of a repeated pair.

@@ -24,7 +24,7 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 struct FitReading {
   ColumnWords columns;           ///< pairs of our name, and the file's header or column number from 1
   ColumnWords units;             ///< pairs of our name and the unit
-  std::optional<double> speed;   ///< m/s, of a motion without a column
+  std::optional<double> speed;   ///< m/s, speed of a motion without a column
   std::optional<double> radius;  ///< m, radius at which angle and torque are converted
   bool disc = false;             ///< whether the contact is a full disc of this radius, not a ring
   double clip_load = 0.0;        ///< N, loads from -clip_load to 0 count as 0
@@ -64,8 +64,8 @@ struct FitData {
   unsigned axes = 1;
   /// N, by the body: positive along the motion. In the plane all x, then all y.
   std::vector<double> force;
-  std::vector<double> load;             ///< N, as the fit uses it
-  std::vector<double> velocity;         ///< m/s, for terms that depend on speed; ordered as `force`
+  std::vector<double> load;             ///< N, load as the fit uses it
+  std::vector<double> velocity;         ///< m/s, velocity for terms that depend on speed; ordered as `force`
   std::vector<PathPoint> path;          ///< samples, and the turning points between them
   bool steady_load = false;             ///< whether the load varies so little that it is taken as constant
   double quantum = 0.0;                 ///< m, count of an encoder; 0: none seen

@@ -316,7 +316,7 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
   const bool free_law = options.law == SnapLaw::table;
   const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
   FitOptions held = with_rule(data, options, first);
-  if (free_law) held.law = SnapLaw::lognormal;  // the starting point of the free law
+  if (free_law) held.law = SnapLaw::lognormal;  // lognormal law, the starting point of a free one
   Found found = Fitter(thin, held, Detail::search, progress).search();
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);

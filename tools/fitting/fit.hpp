@@ -20,7 +20,7 @@ inline constexpr double most_renewed = 8.0;
 struct FitOptions {
   std::vector<std::string> data;  ///< files of measured friction, CSV; several make one record
   FitReading reading;             ///< facts that the files lack
-  std::optional<double> load;     ///< N, replaces the file's column
+  std::optional<double> load;     ///< N, load that replaces the file's column
   double mass = 0.0;              ///< kg, accelerated with the body by the force sensor
   ForceSign sign = ForceSign::automatic;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;  ///< table: any law, for the slide rule
@@ -31,7 +31,7 @@ struct FitOptions {
   std::optional<double> residual;    ///< share of the presliding length; fixed. keep: 0
   std::optional<double> renewal;     ///< fixed if given. keep: 0
   std::optional<double> compliance;  ///< m/N, of the stage; fixed if given
-  std::optional<double> delay;       ///< s, of the force sensor; fixed if given
+  std::optional<double> delay;       ///< s, delay of the force sensor; fixed if given
   bool joint = false;                ///< fits the friction of a joint (joint.hpp), with the options below
   std::optional<double> torque_constant;  ///< N m/A
   /// N m, gravity torque of a pendulum on the joint; it hangs straight down at angle 0.
@@ -90,7 +90,7 @@ inline bool bends_stage(const FitValues& p) { return p[fit_compliance] > 0.0 || 
 /// Speed and age at which speed- and age-dependent parameters are given: in the middle of the record, where
 /// the data determine them best.
 struct FitFrame {
-  double speed = 0.0;                            ///< m/s; 0 without ageing and strengthening
+  double speed = 0.0;                            ///< m/s, reference speed; 0 without ageing and strengthening
   double age = 0.0;                              ///< s
   double shortest_age = 0.0, longest_age = 0.0;  ///< s, range of ages in the record
   bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
@@ -102,7 +102,7 @@ struct FitEstimate {
   double value = 0.0;
   bool fitted = false;
   double low = 0.0, high = 0.0;  ///< limits of the 95 % interval, if fitted
-  std::string why;               ///< if not fitted, what the data lack
+  std::string why;               ///< lack of the data, if not fitted
 };
 
 struct FitResult {

@@ -11,7 +11,7 @@ namespace cli {
 /// Root mean square residuals, N, of all samples and of kinds of them; NaN where there is no such sample.
 struct Residuals3 {
   double all = 0.0;
-  double reversal = 0.0;  ///< within twice the presliding length after a turn
+  double reversal = 0.0;  ///< rms residual within twice the presliding length after a turn
   double sliding = 0.0;   ///< beyond
 };
 

@@ -11,8 +11,9 @@ namespace {
 
 using bristle::SnapLength;
 
-constexpr double longest_way = 1e9;  // lengths; longest step, since whole snaps are counted in 32 bits
-// lengths; shorter steps are summed up first, since float would round them off
+// Mean lengths of the longest step, since whole snaps are counted in 32 bits.
+constexpr double longest_way = 1e9;
+// mean lengths; shorter steps are summed up first, since float would round them off
 constexpr double shortest_way = 1e-4;
 
 double part(double value) { return value - std::floor(value); }

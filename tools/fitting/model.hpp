@@ -102,7 +102,7 @@ class FitModel {
   double square_lever_ = 1.0;  // mean square of the lever over the load
   Past past_;
   FitFrame frame_;
-  std::vector<double> speed_;  // m/s, at the samples
+  std::vector<double> speed_;  // m/s, speed at the samples
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

@@ -17,16 +17,16 @@ struct PathPoint {
   double x = 0.0;       ///< m
   double load = 0.0;    ///< N
   bool wanted = true;   ///< whether the force is wanted here; else a turning point
-  double t = 0.0;       ///< s, for contacts that age
-  double y = 0.0;       ///< m, in the plane only
+  double t = 0.0;       ///< s, time for contacts that age
+  double y = 0.0;       ///< m, second coordinate, in the plane only
   bool begins = false;  ///< whether a new record begins, with no memory of the last
 };
 
 /// State of the bristles at the first point.
 enum class StartState : unsigned char {
   straight,  ///< bristles straight: set down there
-  forward,   ///< after a long slide towards +x; in the plane, along the first motion
-  backward   ///< after a long slide towards -x; in the plane, against the first motion
+  forward,   ///< state after a long slide towards +x; in the plane, along the first motion
+  backward   ///< state after a long slide towards -x; in the plane, against the first motion
 };
 
 /// Memory of a population that keeps its snap lengths.
@@ -40,7 +40,7 @@ struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
   double rested = 0.0;                 ///< s, rest of straight bristles before the record, for ageing
-  double speed = 0.0;                  ///< m/s, of a slide before the record; 0: too fast to age
+  double speed = 0.0;                  ///< m/s, speed of a slide before the record; 0: too fast to age
   std::vector<StartState> later = {};  ///< starts of the later records; none: straight
   StartState of_part(std::size_t part) const {
     return part == 0 ? start : part <= later.size() ? later[part - 1] : StartState::straight;
@@ -53,7 +53,8 @@ struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  double residual_share = 0.0;  ///< for redraw only, as the members below
+  /// Share of the presliding length that a snap leaves; for redraw only, as the members below.
+  double residual_share = 0.0;
   double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;

@@ -15,7 +15,7 @@ struct BlockSettings {
   std::uint32_t bristles = 1000;   ///< number of representatives, all in contact
   double normal_load = 1.0;        ///< N
   double mass = 0.1;               ///< kg
-  double spring_stiffness = 60.0;  ///< N/m, between hand and block
+  double spring_stiffness = 60.0;  ///< N/m, spring between hand and block
 };
 
 /// Record of one past millisecond.

@@ -63,7 +63,7 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
       .with_shared_renewal(shared_renewal)
       .with_growth_per_decade(growth_per_decade)
       .with_damping_per_newton(damping_per_newton)
-      .with_stribeck_velocity(0.02);  // m/s, up to which the damper acts
+      .with_stribeck_velocity(0.02);  // m/s, speed up to which the damper acts
   try {
     block().set(settings);
   } catch (const bristle::Error& error) {

@@ -50,7 +50,7 @@ class Batch {
 template <>
 inline constexpr bool is_module_class<Batch> = true;
 
-// State and pickles (batch_state.cpp).
+// Functions for state and pickles (batch_state.cpp).
 
 py::bytes save_state(Batch& self);
 void restore_state(Batch& self, const py::bytes& state);

@@ -18,7 +18,7 @@ LOAD = 2.0  # N
 DT = 1e-3  # s
 MEAN_LENGTH = 20e-6  # m, mean snap length of the bristles
 AMPLITUDES = np.array([12e-6, 18e-6, 30e-6, 60e-6])  # m
-TICKS = 800  # per swing to and fro
+TICKS = 800  # steps of a swing to and fro
 
 
 def loops(surface):

@@ -24,7 +24,7 @@ class PushedBlocks:
         self.dt, self.mass = dt, mass
         grid = side * ((np.arange(contacts) + 0.5) / contacts - 0.5)
         self.places = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)  # m, places of the contacts on the block
-        self.load = mass * GRAVITY / len(self.places)  # N, on each contact
+        self.load = mass * GRAVITY / len(self.places)  # N, load on each contact
         self.inertia = np.diag([mass, mass, mass * side**2 / 6.0])  # kg, kg, kg m^2
         material = material or bristle.Material.from_coefficients(kinetic=0.4, peak=0.46, presliding_length=20e-6)
         # Takes infinitely many bristles in each contact: no noise, and cheapest where many slide.
@@ -121,10 +121,10 @@ class PushedBlocks:
 def main(environments=1000, steps=200):
     blocks = PushedBlocks(environments)
     random = np.random.default_rng(1)
-    strongest = 1.5 * 0.4 * blocks.mass * GRAVITY  # N, so that some pushes move the block and some do not
+    strongest = 1.5 * 0.4 * blocks.mass * GRAVITY  # N, largest push, so that some pushes move the block and some do not
     begun, stepping = time.perf_counter(), 0.0
     for step in range(steps):
-        if step % 50 == 0:  # as a policy at 20 Hz
+        if step % 50 == 0:  # draws new pushes, as a policy at 20 Hz
             push = np.append(random.uniform(-1.0, 1.0, (environments, 2)) * strongest,
                              random.uniform(-0.02, 0.02, (environments, 1)), 1)
         start = time.perf_counter()

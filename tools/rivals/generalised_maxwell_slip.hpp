@@ -22,7 +22,7 @@ struct GeneralisedMaxwellSlip {
 
   Surface surface;
   double attraction_rate = 100.0;  ///< 1/s, C over Fc: how fast slipping elements approach the Stribeck curve
-  std::array<Pair, elements> force{};  ///< N, of each element, against the motion
+  std::array<Pair, elements> force{};  ///< N, friction of each element, against the motion
   std::array<bool, elements> slips{};
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;

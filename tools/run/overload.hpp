@@ -15,12 +15,12 @@
 namespace cli {
 
 struct OverloadOptions {
-  std::optional<double> budget_us;  ///< us, instead of the scene's
+  std::optional<double> budget_us;  ///< us, time budget instead of the scene's
   std::string record, replay;       ///< files of decisions; empty: none
 };
 
 struct OverloadResult {
-  double budget_s = 0.0;  ///< s; 0: the clock decided nothing
+  double budget_s = 0.0;  ///< s, time budget; 0: the clock decided nothing
   bool replayed = false;
   std::uint64_t decisions = 0;  ///< number of changes of detail
   std::uint64_t late_steps = 0;

@@ -16,7 +16,7 @@
 namespace cli {
 
 struct RealtimeOptions {
-  std::optional<double> rate_hz;  ///< Hz; none: one over the scene's dt
+  std::optional<double> rate_hz;  ///< Hz, rate of ticks; none: one over the scene's dt
   double busy_wait_s = 0.0;
   double bare_share = 1.0;  ///< ticks of the bare sleep loop per tick of ours, above 0 and at most 1
   RealtimeThreadOptions thread;

@@ -525,7 +525,7 @@ std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
 }
 
 void check_size(const Scene& scene) {
-  if (scene.limits.bytes) return;  // with this limit check_memory counts bytes instead
+  if (scene.limits.bytes) return;  // leaves the check to check_memory, which counts bytes
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
     bristles += most_bristles_of(patch.options) * patch.count;
@@ -617,7 +617,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Most materials without a memory limit; each takes milliseconds.
+  // Most materials in a scene without a memory limit; each takes milliseconds.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
   std::vector<TomlTable> material_tables = table.tables("material");

@@ -57,7 +57,7 @@ struct SceneBody {
   double mass = 1.0;                 ///< kg
   double gravity = 9.80665;          ///< m/s^2
   std::vector<LoadStep> extra_load;  ///< N, load besides the weight
-  double velocity[2] = {0.0, 0.0};   ///< m/s, at the start
+  double velocity[2] = {0.0, 0.0};   ///< m/s, initial velocity
   std::vector<ForceRow> force;       ///< linear between rows; two rows at one time make a jump
   std::vector<ForceSine> force_sines;
   std::vector<std::size_t> patches;  ///< indices into Scene::patches
@@ -82,7 +82,7 @@ struct Scene {
   std::string name;
   std::string description;
   double dt = 1e-3;                ///< s
-  std::optional<double> duration;  ///< s; by default the length of the longest trace
+  std::optional<double> duration;  ///< s, duration; by default that of the longest trace
   double deadline = 1e-3;          ///< s
   std::optional<double> budget;    ///< s per step; to stay within it, bristles are left out
   int threads = 1;

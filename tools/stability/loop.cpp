@@ -16,9 +16,9 @@ constexpr double zeta = 1000.0;          // number of bristles at 1 N, the large
 constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop is at rest
 constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which it grows without bound
 constexpr double lasting_energy = 0.8;   // ratio to the quarter of the run before; above, snapping continues
-constexpr double lasting_amplitude = 0.5;  // in mean snap lengths, peak to peak: the shortest bristle's snap
-                                           // length
-constexpr double quanta_at_rest = 4.0;     // encoder counts within which a loop at rest may move
+// peak-to-peak amplitude in mean snap lengths: the shortest bristle's snap length
+constexpr double lasting_amplitude = 0.5;
+constexpr double quanta_at_rest = 4.0;  // encoder counts within which a loop at rest may move
 
 // Coefficients of a mass under a force held over a step: the changes of x and v per unit of v and F.
 struct Hold {
@@ -36,7 +36,7 @@ Hold hold_of(double mass, double device_damping, double dt) {
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
-  double force = 0.0;  // N, acts in the next step
+  double force = 0.0;  // N, force that acts in the next step
 };
 
 // Returns the displacement to the next sample and sets v to the velocity there. Not for the implicit schemes.

@@ -13,14 +13,14 @@ namespace cli {
 enum class Scheme {
   explicit_euler,      ///< explicit Euler: position from the old velocity, velocity from the old force
   semi_implicit,       ///< velocity from the old force, position from the new velocity; end force
-  semi_implicit_mean,  ///< as semi_implicit, with the mean force
+  semi_implicit_mean,  ///< scheme semi_implicit with the mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements
   linear_always,       ///< implicit Euler with constant stiffness and no force limit, for comparison
   hold,                ///< zero-order hold: end force held over the next step; damper by true velocity
-  hold_difference,     ///< as hold, with the damper by the difference of the last two positions
+  hold_difference,     ///< scheme hold with the damper by the difference of the last two positions
   device,              ///< zero-order hold with damping b of the device, end force, and an encoder
-  device_mean          ///< as device, with the mean force and no encoder
+  device_mean          ///< scheme device with the mean force and no encoder
 };
 const char* to_string(Scheme scheme) noexcept;
 /// Returns the linear condition as text, with k = K T^2/m, c = C T/m, beta = b T/m.
@@ -55,13 +55,13 @@ struct LoopSetup {
   double dt_s = 1e-3;
   double stiffness = 0.0;           ///< K, N/m, at the largest load
   double damping = 0.0;             ///< C, N s/m, of all bristles at rest, at the largest load
-  double stribeck_velocity = 1e12;  ///< m/s; the default means no decay of the damper
+  double stribeck_velocity = 1e12;  ///< m/s, speed at which the damper decays; the default means never
   double device_damping = 0.0;      ///< b, N s/m
   double quantum_m = 0.0;           ///< m, count of the encoder; 0 = none
   double mean_snap_length = 1e-5;   ///< m; snap lengths are uniform, 0.5 to 1.5 of it
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   std::uint32_t bristles = 300;
-  double start_velocity = 0.0;  ///< m/s, along the first axis
+  double start_velocity = 0.0;  ///< m/s, initial velocity along the first axis
   bool sliding = false;         ///< starts in steady sliding instead of with all deflections zero
   int axes = 1;
   /// Two axes: pushed sideways to the start velocity after a quarter of the run.
@@ -83,10 +83,11 @@ const char* to_string(Verdict verdict) noexcept;
 struct LoopResult {
   Verdict verdict = Verdict::settles;
   bool unbounded = false;
-  double peak_to_peak_m = 0.0;  ///< m, in the last quarter, on the axis where it is larger
-  double highest_speed = 0.0;   ///< m/s, in the last quarter
-  double energy_ratio = 0.0;    ///< highest energy of the last quarter over that of the quarter before
-  double distance_m = 0.0;      ///< m, farthest along the first axis
+  /// m, peak-to-peak motion in the last quarter, on the axis where it is larger
+  double peak_to_peak_m = 0.0;
+  double highest_speed = 0.0;  ///< m/s, highest speed in the last quarter
+  double energy_ratio = 0.0;   ///< highest energy of the last quarter over that of the quarter before
+  double distance_m = 0.0;     ///< m, farthest distance along the first axis
 };
 
 /// Runs the loop. Throws bristle::Error on parameters that the library refuses.

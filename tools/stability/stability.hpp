@@ -68,7 +68,7 @@ struct StopRow {
 /// Creep of a rigid block on four patches on a slope, two thirds of the way to sliding.
 struct RestRow {
   Scheme scheme = Scheme::predictor;
-  double seconds = 0.0;         ///< s, simulated
+  double seconds = 0.0;         ///< s, simulated time
   double first_second_m = 0.0;  ///< m, motion in the first second, while it settles
   double creep_m = 0.0;         ///< m, creep after the first second
   double creep_over_snap_length = 0.0;

@@ -28,7 +28,7 @@ inline constexpr int surfaces = 5;
 /// Place where two bodies touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< if one of the two is a surface
+  Surface surface = Surface::floor;  ///< surface, if one of the two bodies is one
   int corner = 0;                    ///< corner of the block, for block_surface
   /// m, on the moving body that touches a surface; on the block against the tool
   Vector3 point = Vector3::Zero();
@@ -51,7 +51,7 @@ struct Touches {
 };
 
 struct Pose {
-  Vector3 position = Vector3::Zero();           ///< m, of the block's centre of mass
+  Vector3 position = Vector3::Zero();           ///< m, centre of mass of the block
   Rotation orientation = Rotation::Identity();  ///< orientation of the block
 };
 

@@ -30,8 +30,8 @@ struct PatchContact {
   TangentRows rows = TangentRows::Zero();
   /// Spin . u is the block's rate of turn on the tool's pad, rad/s; unused for other contacts.
   Velocity spin = Velocity::Zero();
-  double load = 0.0;         ///< N; 0 resets the patch's bristles
-  double force[2] = {0, 0};  ///< N, on the block; step() fills in this and the rest
+  double load = 0.0;         ///< N, normal load; 0 resets the patch's bristles
+  double force[2] = {0, 0};  ///< N, friction on the block; step() fills in this and the rest
   bristle::Status status = bristle::Status::ok;
   double limit = 0.0;  ///< N, highest elastic force
   /// N m, torque of a pad on the block about the normal, and its limit.

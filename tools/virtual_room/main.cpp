@@ -83,7 +83,7 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--stall-graphics", o.stall_graphics_ms,
                  "ms that the graphic loop stands still, once a second")
       ->check(cli::within(0.0, 10000.0))
-      ->group("");  // for tests
+      ->group("");  // hidden from --help, as it is for tests
 }
 
 std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {

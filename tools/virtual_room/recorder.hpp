@@ -21,7 +21,7 @@
 namespace room {
 
 struct RecordRow {
-  double time = 0.0;  ///< s, at the start of the tick
+  double time = 0.0;  ///< s, time at the start of the tick
   double dt = 0.0;    ///< s
   Hand hand;
   bool device_there = true;

@@ -34,7 +34,7 @@ struct Settings {
   bool keep = false;              ///< SnapRule::keep instead of redraw
   bool infinite = false;          ///< Population::infinite; `bristles` is ignored
   std::uint32_t bristles = 4096;  ///< representatives of one patch under the block
-  double mass = 0.25;             ///< kg, of the block
+  double mass = 0.25;             ///< kg, mass of the block
   double extra_load = 0.0;        ///< N, load on the block besides its weight
   double slope = 0.0;             ///< rad, tilt of the room about y; positive: down towards +x
   double tapping = 0.0;           ///< N, amplitude of the taps along the slope
@@ -120,7 +120,7 @@ struct LoopStatistics {
 /// State of the room at the end of a tick, for display.
 struct Snapshot {
   std::uint64_t tick = 0;
-  double time = 0.0;   ///< s, simulated
+  double time = 0.0;   ///< s, simulated time
   double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
   bool paused = false, recording = false;
   bool held = false;  ///< whether the hand pulls the tool; else `device` is at the tool

@@ -29,10 +29,11 @@ struct RunOptions {
   std::uint64_t udp_token = 0;  ///< tag key that packets must carry; 0 = none
   std::string frames;           ///< folder for pictures; empty = none
   double frames_per_second = 30.0;
-  double seconds = 0.0;  ///< s, simulated; 0 = to the end of the script, or until the window closes
+  double seconds = 0.0;  ///< s, simulated time; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< file for forces; empty = none
   PictureOptions picture;
-  double stall_graphics_ms = 0.0;  ///< ms, for which the graphic loop stands still once a second; for tests
+  /// ms, time for which the graphic loop stands still once a second; for tests
+  double stall_graphics_ms = 0.0;
   LoopOptions loop;
 };
 

@@ -19,7 +19,7 @@ struct Script {
   std::vector<Change> changes;  ///< complete settings, in order of time
   HandMotion hand;
   double seconds = 0.0;                     ///< s, length; by default up to the last row or change
-  double lost_at = 1e300, back_at = 1e300;  ///< s, between which the device fails
+  double lost_at = 1e300, back_at = 1e300;  ///< s, times between which the device fails
 };
 
 /// Parses a script. Throws cli::UserError naming file, line and key. A table [material] without [settings]

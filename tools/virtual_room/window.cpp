@@ -432,7 +432,7 @@ class RoomWindow {
   MouseControl mouse_;
   bool screenshot_ = false, touched_ = false;
   double notice_until_ = 0, next_stall_ = 1.0;
-  double sent_at_ = 0;  // when settings were last sent; 0: the initial ones count as sent
+  double sent_at_ = 0;  // s, time when settings were last sent; 0: the initial ones count as sent
   long pictures_ = 0;
 };
 
