@@ -240,7 +240,7 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    const float rest = path.h - t;  // 0 without a snap, so that the two terms below are 0 too
+    const float rest = path.h - t;  // 0 without a snap, so that the two terms below vanish too
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
     const float new_zx = snaps ? r * path.ex : zx + path.dx;

@@ -1,6 +1,6 @@
-# Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the
-# result by wine: tools/check_windows uses it. Not g++ of mingw: it keeps the stack at 16
-# bytes and may move 32- and 64-byte vectors to it as if they were aligned (GCC bug 54412).
+# Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the result by
+# wine, for tools/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and may move 32- and
+# 64-byte vectors to it as if they were aligned (GCC bug 54412).
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 foreach(language C CXX)

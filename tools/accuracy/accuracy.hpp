@@ -65,7 +65,7 @@ struct FeatureResult {
   bool measured = false;
   /// Share of the time with it that leaving it out saves; median and quartiles.
   double saves = 0.0, saves_low = 0.0, saves_high = 0.0;
-  double error_with = 0.0, error_without = 0.0;  ///< rms against the reference, worst patch
+  double error_with = 0.0, error_without = 0.0;  ///< rms error against the reference, worst patch
   std::string advice;
 };
 
@@ -138,7 +138,7 @@ struct AccuracyStudy {
   std::optional<ClosedForm> closed_form;
   StepCost cost;                           ///< cost of the cut scene in single precision
   double full_over_cut = 1.0;              ///< number of patches of the scene over that of the cut one
-  std::function<void(const char*)> spend;  ///< shows what is being measured
+  std::function<void(const char*)> spend;  ///< function that shows what is being measured
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }

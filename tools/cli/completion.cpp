@@ -64,7 +64,7 @@ std::string completion_script(const std::string& shell) {
   throw UserError(fmt::format("completion: '{}' is no shell that is known; allowed: bash, zsh, fish", shell));
 }
 
-/// Returns the keys of the scene file that the words name, each with "=" behind it.
+/// Returns the keys of the scene file named in the words, each followed by "=".
 static NameList keys_of_scene(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (!word.ends_with(".toml")) continue;

@@ -69,11 +69,12 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;
-    bristle::ContactFrame frame;        ///< normal from body B of the manifold to body A
+    /// Contact frame; its normal points from body B of the manifold to body A.
+    bristle::ContactFrame frame;
     Eigen::Vector3d point = {0, 0, 0};  ///< m, contact point in the world
     double force[2] = {0, 0};           ///< N along frame.along() and aside(), on body A
     double normal_load = 0.0;           ///< N
-    double scale = 1.0;                 ///< the contact's coefficient over the material's
+    double scale = 1.0;                 ///< ratio of the contact's coefficient to the material's
     bristle::Response response;         ///< response of its patch, before `scale`
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< A and B
 

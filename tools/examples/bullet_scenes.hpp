@@ -97,7 +97,7 @@ struct Sample {
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< every tenth of a simulated second
+  std::vector<Sample> samples;  ///< sampled every tenth of a simulated second
   double creep = 0.0;           ///< m/s, mean speed along x over the last quarter
   double step_us = 0.0;         ///< us, CPU time of a step, median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points

@@ -89,17 +89,18 @@ class BristleFriction {
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;       ///< id in the batch; for a disc, in the extended patches
-    bristle::ContactFrame frame;  ///< normal from geom1 to geom2
+    bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
                                Eigen::Vector3d::Zero()};  ///< rad, turn not yet in `frame`
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;                                  ///< whether it was not found in the step before
-    bool is_disc = false;                                ///< whether it has condim 4
-    double radius = 0.0;                                 ///< m, radius of a disc
-    double normal_load = 0.0;                            ///< N, normal load from MuJoCo's solver in this step
-    double scale = 1.0;                                  ///< the contact's coefficient over the material's
+    bool is_new = true;        ///< whether it was not found in the step before
+    bool is_disc = false;      ///< whether it has condim 4
+    double radius = 0.0;       ///< m, radius of a disc
+    double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
+    /// Ratio of the contact's coefficient to the material's.
+    double scale = 1.0;
     Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted: m/s along normal and axes, rad/s
     int bodies[2] = {0, 0};                              ///< bodies of geom1 and geom2
     /// Index of its normal force among MuJoCo's constraints.

@@ -1,4 +1,4 @@
-# Draws what `bristle accuracy --csv` wrote: error of the force against time per scene step.
+# Draws the output of `bristle accuracy --csv`: error of the force against time per scene step.
 #   gnuplot -e "csv='accuracy.csv'; png='accuracy.png'; title='fingertip'" accuracy.gp
 if (!exists("csv")) { print "accuracy.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "accuracy.png"

@@ -1,4 +1,4 @@
-# Draws what `bristle capacity --csv` wrote: step time (p99) against bristles, with the deadline and the paper's 900.
+# Draws the output of `bristle capacity --csv`: step time (p99) against bristles, with the deadline and the paper's 900.
 #   gnuplot -e "csv='capacity.csv'; png='capacity.png'" capacity.gp
 if (!exists("csv")) { print "capacity.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "capacity.png"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment break-away --csv`.
+# Draws the output of `bristle experiment break-away --csv`.
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "Break-away: the highest friction of a block under a growing force" font ",17"
 set ylabel "break-away friction, axis from 0.9  [N]"

@@ -1,4 +1,5 @@
-# Draws what `bristle run --realtime --histograms` wrote: step time, and jitter of the period beside a bare sleep loop.
+# Draws the output of `bristle run --realtime --histograms`: step time, and jitter of the period with a bare sleep
+# loop's.
 #   gnuplot -e "csv='histograms.csv'; png='realtime.png'; title='1 kHz'; deadline_us=1000" realtime.gp
 if (!exists("csv")) { print "realtime.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "realtime.png"

@@ -1,5 +1,5 @@
-# Draws what `bristle stability --csv` wrote: for each scheme what the simulation does over k and c, and the limit
-# of linear theory as a line.
+# Draws the output of `bristle stability --csv`: for each scheme the verdict of the simulation over k and c, and the
+# limit of linear theory as a line.
 #   gnuplot -e "csv='stability.csv'; png='stability.png'" stability.gp
 if (!exists("csv")) { print "stability.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "stability.png"

@@ -6,7 +6,7 @@
 //   F = sum F_i + sigma2 v        s(v) = Fc + (Fs - Fc) exp(-(v/vs)^2),   sum a_i = 1
 //
 // Source: Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE TAC 50(11), 2005. Ten
-// elements of equal stiffness with a_i in proportion to 0.5, 1.5, ... as in maxwell_slip.hpp. At constant v
+// elements of equal stiffness, with a_i in proportion to 0.5, 1.5, ... as in maxwell_slip.hpp. At constant v
 // over the step both phases are exact: a straight line to the limit, then an exponential with rate C/s. In
 // the plane F_i is a vector and "reverses" means F_i . v < 0 (our extension).
 #pragma once

@@ -1,17 +1,17 @@
-// Rate and state: friction that depends on the speed and on a state that ages at rest and wears off in
-// sliding; a quasi-static slider without mass, pulled through the contact's spring.
+// Rate and state: friction that depends on the speed and on a state, which ages at rest and wears off in
+// sliding. The model is a quasi-static slider without mass, pulled through the contact's spring.
 //
 //   |F| / N  = a asinh( V / (2 v0) exp((mu0 + b psi) / a) ),   psi = ln(v0 theta / Dc)
 //   dtheta/dt = 1 - V theta / Dc        (the ageing law: theta = Dc / V in steady sliding, = time at rest)
 //   dz/dt     = v - V e,   F = sigma0 z,   e = z / |z|        (V: speed of the slider, along its spring)
 //
-// Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which makes V = 0 at F = 0 and
-// lets it reverse: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice
-// and Ruina, J. Appl. Mech. 50, 1983. Where V is far above v0 exp(-mu0/a), asinh is a logarithm and the law
-// the usual one, mu0 + a ln(V/v0) + b ln(v0 theta/Dc). The plane is an extension: the slider follows its
-// spring. A step solves the equations by Rodas4 (Hairer and Wanner, Solving ODEs II, IV.7: six linearly
-// implicit stages, order 4, stiffly accurate) in pieces whose error estimate is below `tolerance` in
-// |F| / (a N) and psi. A spring softer than (b - a) N / Dc makes even a prescribed motion stick and slip.
+// Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which gives V = 0 at F = 0 and
+// allows reversal: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice and Ruina, J. Appl. Mech.
+// 50, 1983. For V far above v0 exp(-mu0/a) the asinh is a logarithm, and the law the usual one, mu0 + a
+// ln(V/v0) + b ln(v0 theta/Dc). The plane is an extension, in which the slider follows its spring. A step
+// solves the equations by Rodas4 (Hairer and Wanner, Solving ODEs II, IV.7: six linearly implicit stages,
+// order 4, stiffly accurate) in pieces whose error estimate is below `tolerance` in |F| / (a N) and psi. A
+// spring softer than (b - a) N / Dc makes even a prescribed motion stick and slip.
 #pragma once
 
 #include "tools/rivals/pair.hpp"

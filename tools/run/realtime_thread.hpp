@@ -8,7 +8,7 @@
 namespace cli {
 
 struct RealtimeThreadOptions {
-  std::optional<int> fifo_priority;  ///< SCHED_FIFO, 1 to 99
+  std::optional<int> fifo_priority;  ///< SCHED_FIFO priority, 1 to 99
   std::optional<int> core;           ///< core to be bound to
   bool lock_memory = false;          ///< keeps the process's present pages in memory (mlockall)
 };

@@ -22,5 +22,5 @@ source_suffix = {".md": "markdown"}
 myst_heading_anchors = 6  # anchors as GitHub makes them
 myst_enable_extensions = []
 highlight_language = "none"
-suppress_warnings = ["myst.header"]  # a README may begin below the first level
+suppress_warnings = ["myst.header"]  # allows a README to begin below the first level
 pygments_style = "friendly"

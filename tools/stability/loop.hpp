@@ -11,8 +11,9 @@ namespace cli {
 
 /// Scheme that couples force and motion from one sample to the next.
 enum class Scheme {
-  explicit_euler,      ///< explicit Euler: position from the old velocity, velocity from the old force
-  semi_implicit,       ///< velocity from the old force, position from the new velocity; end force
+  explicit_euler,  ///< explicit Euler: position from the old velocity, velocity from the old force
+  /// semi-implicit: velocity from the old force, position from the new velocity; end force
+  semi_implicit,
   semi_implicit_mean,  ///< scheme semi_implicit with the mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements

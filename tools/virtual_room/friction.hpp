@@ -26,7 +26,7 @@ using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
 
 /// Contact that has a patch, with its load as input and its force as output.
 struct PatchContact {
-  std::size_t patch = 0;  ///< 0 to patch_count - 1
+  std::size_t patch = 0;  ///< index of the patch, 0 to patch_count - 1
   TangentRows rows = TangentRows::Zero();
   /// Spin . u is the block's rate of turn on the tool's pad, rad/s; unused for other contacts.
   Velocity spin = Velocity::Zero();

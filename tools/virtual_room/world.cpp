@@ -283,7 +283,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
   if (touch.pair == Touch::Pair::block_surface) {
     place.along = along_of(touch.surface);
-  } else {  // carried along as the normal turns
+  } else {  // carries the axes along as the normal turns
     Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
     if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
     place.along = along.normalized();
@@ -392,7 +392,7 @@ Vector3 World::friction() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  for (std::size_t corner = 0; corner < corners; ++corner) {  // the floor's corners are the first places
+  for (std::size_t corner = 0; corner < corners; ++corner) {  // the places of the floor's corners come first
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
   }
