@@ -137,7 +137,7 @@ struct AccuracyStudy {
   ForceRecord paired[2];  ///< runs of the same bristles at the finest step, for rounds 0 and 1
   std::optional<ClosedForm> closed_form;
   StepCost cost;                           ///< cost of the cut scene in single precision
-  double full_over_cut = 1.0;              ///< number of patches of the scene over that of the cut one
+  double full_over_cut = 1.0;              ///< ratio of the scene's number of patches to the cut one's
   std::function<void(const char*)> spend;  ///< function that shows what is being measured
   AccuracyResult result;
 

@@ -1,5 +1,5 @@
 // Experiment: the critical stiffness of stick-slip, which is the spring stiffness below which a slider pulled
-// slowly no longer slides steadily. Found twice: by bisection on a simulated slider, and by linear theory
+// slowly does not slide steadily. Found twice: by bisection on a simulated slider, and by linear theory
 // from the force after a small step in speed (Rice and Ruina 1983; Heslot et al. 1994).
 //
 // A slider of mass m on a spring k, pulled at v, whose friction answers a small change of speed dv(t) by

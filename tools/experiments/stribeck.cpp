@@ -20,7 +20,7 @@ struct Curve {
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // Takes a step that is no fraction of the snap lengths and no longer than dt allows.
+  // Takes a step that is no fraction of the snap lengths and at most as long as dt allows.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));

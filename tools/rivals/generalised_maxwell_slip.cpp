@@ -33,7 +33,7 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
       if (!slips[at] && (dot(f, e) < 0.0 || length(f) < limit)) {
         // Finds how far the element sticks. A force above the limit at this speed that is being unloaded
         // sticks until it has passed below the limit and out on the far side or, if its path misses the
-        // limit, until it no longer shrinks.
+        // limit, until it stops shrinking.
         stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
         bent = f + k * stuck * e;
       }

@@ -25,7 +25,7 @@
 namespace cli {
 namespace {
 
-/// Path of a bed by time t, counted from the beginning; linear between rows.
+/// Row of a bed's path: its displacement by time t, since the beginning. The path is linear between rows.
 struct BedRow {
   double t = 0.0;                 ///< s
   double x = 0.0, y = 0.0;        ///< m
