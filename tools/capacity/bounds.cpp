@@ -1,6 +1,5 @@
-// Names what bounds the time of each target: what would have to change for it to be shorter. Plain
-// statements; bench/RESULTS.md, "The targets, and what bounds them", has the counts and the code that show
-// each.
+// Names what bounds the time of each target, so what would have to change to shorten it. Statements only; the
+// counts and code behind them are in bench/RESULTS.md, "The targets, and what bounds them".
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"
@@ -9,11 +8,11 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< its name, or what the names of several begin with
+  std::string_view target;  ///< name of a target, or the common beginning of several names
   const char* by;
 };
 
-// The first that fits.
+// Bounds; the first entry that matches a name is used.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},

@@ -1,5 +1,5 @@
-// A wheel that rolls and creeps sideways: its force, its aligning moment, the parts of the contact that slip,
-// the distance over which its force rises, and whether it stands.
+// Experiment: a wheel that rolls and creeps sideways. Measures its force, aligning moment, slipping parts of
+// the contact and relaxation length, and whether it stands still under a side force.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,8 @@ namespace {
 using rivals::Wheel;
 using Answer = rivals::WheelForce;
 
-/// Distance rolled, in half lengths of the contact, after which a small creepage has 1 - 1/e of its force.
+/// Returns the distance rolled, in half contact lengths, after which a small creepage reaches 1 - 1/e of its
+/// force.
 template <class Model>
 double relaxation(const Wheel& wheel, double per_step) {
   const double creepage = 0.01 * wheel.full_slip(), step = 1e-3 * wheel.half, dt = 1e-3 * step / per_step;
@@ -27,7 +28,7 @@ double relaxation(const Wheel& wheel, double per_step) {
   return length;
 }
 
-/// Way that a wheel which does not roll creeps in a cycle of side force, m, after the first cycle.
+/// Returns how far (m) a standing wheel creeps in a cycle of side force, after the first cycle.
 template <class Model>
 double creep_at_rest(const Wheel& wheel, int cycles) {
   constexpr int steps = 50;

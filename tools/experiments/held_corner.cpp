@@ -1,4 +1,4 @@
-// A square plate held at one corner: turned about it, and left to hang under a wavering moment.
+// Experiment: a square plate held at one corner, turned about it, and left to hang under a wavering moment.
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +11,10 @@ namespace {
 using rivals::Pair;
 using rivals::SpinForce;
 
-/// Mean distance of a square of side 1 from its corner.
+/// Mean distance of the points of a unit square from its corner.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
-/// A plate that can only turn about its corner.
+/// Plate that can only turn about its corner.
 class HeldPlate {
  public:
   HeldPlate(const std::string& model, const Settings& s)
@@ -23,7 +23,7 @@ class HeldPlate {
         load_(s.number("load")) {}
 
   struct Moment {
-    double end = 0.0, mean = 0.0;  ///< N m, of friction, on the plate, about the corner
+    double end = 0.0, mean = 0.0;  ///< N m, friction torque on the plate about the corner
   };
   Moment turn(double angle, double dt_s) {
     const rivals::Turn centre(turned_, angle);
@@ -41,7 +41,7 @@ class HeldPlate {
   double turned_ = 0.0;
 };
 
-/// Friction of the plate in pure sliding.
+/// Returns the friction of the plate in pure sliding.
 double sliding_friction(const std::string& model, const Settings& s) {
   SpinSubject subject(model, s, {ContactArea::Shape::square, 0.5 * s.number("side")});
   const double step = 0.37 * s.number("presliding"), dt = step / s.number("velocity");

@@ -1,4 +1,4 @@
-// What `bristle experiment` says: tables for people, CSV for plots, JSON for programs, the page
+// Writes the output of `bristle experiment`: tables for people, CSV for plots, JSON for programs, the page
 // EXPERIMENTS.md.
 #include <algorithm>
 #include <cctype>
@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Three digits; what rounding leaves of nothing is nothing.
+// Formats a value to three digits; a rounding residue becomes 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);
@@ -42,7 +42,7 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
   return nullptr;
 }
 
-/// Verdict and value; the unit stands in a header.
+/// Formats verdict and value; the unit stands in a header.
 std::string cell(const Finding* finding, const char* yes, const char* no) {
   if (!finding) return "not measured";
   return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
@@ -55,7 +55,8 @@ Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const s
                                                         : CellStyle::bad};
 }
 
-// One line for the models that share a verdict and a reason; the largest group comes last, as "all others".
+// Returns a line for each group of models that share a verdict and a reason; the largest group comes last, as
+// "all others".
 std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
                     const std::vector<std::string>& models) {
   struct Group {
@@ -119,7 +120,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   return text;
 }
 
-/// Calls `visit` with the reports that have the same models, which follow each other.
+/// Calls `visit` for each run of successive reports that have the same models.
 template <class Visit>
 void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
   while (!reports.empty()) {
@@ -132,7 +133,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Models that show equally many, the most first.
+  // Models grouped by the number of phenomena they show, most first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();
@@ -157,7 +158,7 @@ std::string findings_answer(std::span<const ExperimentReport> reports,
   return text + ".\n";
 }
 
-/// Prints a row a phenomenon and a column a model; the width grows with the models.
+/// Returns a table with a row per phenomenon and a column per model; its width grows with the models.
 std::string wide_table(std::span<const ExperimentReport> reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
@@ -172,7 +173,7 @@ std::string wide_table(std::span<const ExperimentReport> reports, const std::vec
   return table.text();
 }
 
-/// One row a model and one column a phenomenon of one experiment.
+/// Returns a table with a row per model and a column per phenomenon of one experiment.
 std::string tall_table(const ExperimentReport& report, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<" + report.experiment->name};
   for (const Phenomenon& p : report.experiment->phenomena)

@@ -1,4 +1,4 @@
-# Draws `bristle experiment load-step --csv`.
+# Draws the output of `bristle experiment load-step --csv`.
 load folder."/experiment_style.gp"
 set terminal pngcairo size 1200,520 font "DejaVu Sans,13" linewidth 1.2
 set output png

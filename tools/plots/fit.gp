@@ -17,7 +17,7 @@ set rmargin 3
 stats csv using "x" nooutput
 scale = STATS_max - STATS_min < 1e-3 ? 1e6 : 1e3
 unit = scale == 1e6 ? "um" : "mm"
-# Thin points where there are many.
+# Uses thin points if there are many.
 dots = STATS_records > 3000 ? 0.25 : 0.5
 
 set multiplot title title font ",22" noenhanced

@@ -1,4 +1,4 @@
-// SnapLength, Coefficients, Material.
+// Binds SnapLength, Coefficients and Material.
 #include <pybind11/stl.h>
 
 #include "tools/python/material_names.hpp"
@@ -33,7 +33,7 @@ std::string text_of(const SnapLength& law) {
   return text + ")";
 }
 
-/// Name and parameters, as the static methods take them.
+/// Returns a law's name and parameters, as the static methods take them.
 py::object parameters_of(const SnapLength& law) {
   const bristle::Span<const double> values = law.table_values();
   py::list table;

@@ -30,8 +30,8 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Label on the left, slider on the right; the value is shown and typed in `unit` (value / unit_size).
-  // `works` false: it does nothing under the other settings, and says so.
+  // Draws a label on the left and a slider on the right, which shows `value` / `unit_size` with its unit.
+  // Without `works` the slider is greyed out, and its tip says that it has no effect now.
   void slider(const char* label, double& value, double unit_size, double low, double high, const char* format,
               bool logarithmic, const char* says, bool works = true) {
     double shown = value / unit_size;
@@ -40,7 +40,7 @@ struct Panel {
     const ImGuiSliderFlags flags =
         ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
-      // A typed "nan" passes every clamp.
+      // Ignores a typed "nan", which would pass every clamp.
       if (std::isfinite(shown)) {
         value = std::clamp(shown, low, high) * unit_size;
         changed = true;
@@ -51,7 +51,7 @@ struct Panel {
     explain_row(works ? says : fmt::format("{}\n(nothing here depends on it now)", says).c_str());
   }
 
-  // A tip over label and control alike.
+  // Shows a tip when the pointer is over the label or the control.
   void explain_row(const char* says) const {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     if (ImGui::IsAnyItemActive() || !ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem))
@@ -87,7 +87,7 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Buttons of equal width in one row; the one pressed, or -1.
+  // Draws buttons of equal width in one row. Returns the index of the one pressed, or -1.
   int choice(const char* const* names, const char* const* says, int count, int chosen) const {
     const float gap = 4 * scale;
     const float wide =
@@ -134,8 +134,8 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   panel.slider("bristle length", s.presliding_length, 1e-6, 1,
                1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,
                "presliding length: the mean deflection at which a bristle snaps", works.peak);
-  // The paper's way to say the same: K = zeta sigma0, of all bristles that touch. It goes as one over the
-  // length.
+  // Shows the stiffness in the paper's terms: K = zeta sigma0 of all bristles in contact, inversely
+  // proportional to the presliding length.
   if (load > 0 && room.stiffness_per_newton > 0 && room.settings.presliding_length > 0) {
     const double times_length = room.stiffness_per_newton * load * room.settings.presliding_length;
     double stiffness = times_length / s.presliding_length;
@@ -201,7 +201,7 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
     return std::isfinite(part) && part > 0 ? part : 0.0;
   };
   const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
-  // Without a clock to keep (headless) no time is late.
+  // Judges deadlines only with a real clock: headless runs have none, so no tick is late.
   const bool paced = loop.period_p50 > 0;
   const ImU32 colour = !paced       ? colours::text
                        : used >= 1  ? colours::bad
@@ -274,7 +274,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
   const float left =
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
-  // The buttons take as many rows as they need.
+  // Breaks the buttons into as many rows as they need.
   const float bar = (w - left) / scale;
   const float above = panels ? std::round((bar >= 940 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
@@ -457,7 +457,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   const float room_for_time = 120 * scale;
   bool first = true;
   const auto button = [&](const char* label, const char* says, float gap = 5) {
-    // On the next row where this one is full.
+    // Starts a new row of buttons where the present one is full.
     const float wide = ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
     if (!first) {
       const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + gap * scale + wide;
@@ -553,7 +553,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
-  // Where there is little room, what the loop takes stands in the panel alone.
+  // Omits the plot of tick times in a narrow window; the panel shows those figures anyway.
   const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
@@ -567,8 +567,8 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // Friction that the bristles hold at present: it grows while they rest, which the plot over time shows as
-    // a curve.
+    // Shows as peak level the friction limit of the bristles at present: it grows while they rest, and the
+    // plot over time draws it as a curve.
     levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
@@ -577,7 +577,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  // A scene of rests is seen whole.
+  // Shows a longer time span in the scene of rests, so that the whole scene is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);

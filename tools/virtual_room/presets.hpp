@@ -1,4 +1,4 @@
-// Pairs of surfaces to begin from.
+// Presets: pairs of surfaces to start from.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace room {
 
 struct Preset {
   const char* name;
-  const char* says;  ///< where its figures come from
+  const char* says;  ///< sentence on the source of the preset's figures
   double kinetic, peak_over_kinetic, presliding_length, damping_per_newton, viscous_friction,
       stribeck_velocity;
   double growth_per_decade, ageing_time;
@@ -17,10 +17,10 @@ struct Preset {
   unsigned bristles;
 };
 
-/// Coefficients are the middle of what handbooks give for dry wood, rubber on a smooth dry floor, and
-/// ice near freezing. Presliding lengths are as large as a hand can feel: real wood slides after tens of
-/// micrometres. How wood and rubber age is what core/guides/MATERIALS.md has, an estimate. The last is a
-/// demonstration in the spirit of Zhang and Phillips: 900 bristles that keep their snap lengths.
+/// Presets. Coefficients are mid-range handbook values for dry wood, rubber on a smooth dry floor, and ice
+/// near freezing. Presliding lengths are as large as a hand can feel: real wood slides after tens of
+/// micrometres. The ageing of wood and rubber is the estimate of core/guides/MATERIALS.md. The last preset is
+/// a demonstration in the spirit of Zhang and Phillips: 900 bristles that keep their snap lengths.
 inline constexpr std::array<Preset, 4> presets = {{
     {"Wood", "wood on wood, dry: 0.40; presliding enlarged to 1 mm; at rest it grows by 5 % per decade", 0.40,
      1.15, 1e-3, 0.0, 0.0, 1e-3, 0.05, 0.1, false, 4096},
@@ -33,7 +33,8 @@ inline constexpr std::array<Preset, 4> presets = {{
      1.50, 2e-3, 0.5, 0.0, 1e-2, 0.0, 0.1, true, 900},
 }};
 
-/// The scene that tells the models apart in a minute: on a tapped slope the brush stays, the others creep.
+/// Returns the settings of the scene that tells the models apart in a minute: on a tapped slope the brush
+/// stays, the others creep.
 inline Settings comparison() {
   Settings s;
   s.slope = 10.0 * 3.14159265358979323846 / 180.0;
@@ -42,13 +43,13 @@ inline Settings comparison() {
   return s;
 }
 
-/// The scenes that compare, of the default surface with changes that show what each is about.
+/// Returns the settings of a comparing scene: the default surface, changed to bring out its effect.
 inline Settings settings_of(Comparison scene) {
   Settings s;
   if (scene == Comparison::models) return comparison();
   s.compare = scene;
   if (scene == Comparison::rubbing) s.presliding_length = 3e-3;
-  // Twice as fast as wood ages, so that it shows; without noise, as the cohorts that it is.
+  // Ages twice as fast as wood, to be visible, and uses cohorts, which have no sampling noise.
   if (scene == Comparison::rest) s.growth_per_decade = 0.10;
   s.infinite = scene == Comparison::rest;
   return s;
@@ -61,7 +62,7 @@ inline void apply(const Preset& p, Settings& s) {
   s.damping_per_newton = p.damping_per_newton;
   s.viscous_friction = p.viscous_friction;
   s.stribeck_velocity = p.stribeck_velocity;
-  // The rule that keeps its bristles is the paper's, which neither leaves nor shares anything.
+  // Sets no residual and no shared renewal for the keep rule: the paper's law has neither.
   s.residual_share = p.keep ? 0.0 : bristle::Coefficients{}.residual_share;
   s.shared_renewal = p.keep ? 0.0 : bristle::Coefficients{}.shared_renewal;
   s.growth_per_decade = p.growth_per_decade;

@@ -1,5 +1,5 @@
-// The window: GLFW, the mouse as a hand, keys.
-#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
+// Shows the room in a GLFW window, with the mouse as a hand, and keys.
+#define GLFW_INCLUDE_NONE  // epoxy declares OpenGL instead of GLFW
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <epoxy/gl.h>
@@ -40,7 +40,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double picture_period_s = 1.0 / 60;
 constexpr double notice_lasts_s = 4.0;
-constexpr double answer_takes_s = 1.0;  // at most, from settings sent to settings in force
+constexpr double answer_takes_s = 1.0;  // s, longest time between sending settings and their taking effect
 
 std::string last_glfw_error;
 
@@ -49,7 +49,7 @@ std::string last_glfw_error;
   throw cli::UserError("no window: " + what + why + "; --headless runs the same room without one");
 }
 
-// GLFW, started and ended.
+// Owner of the GLFW library: starts it, and ends it when destroyed.
 struct Glfw {
   Glfw() {
     glfwSetErrorCallback([](int, const char* text) { last_glfw_error = text; });
@@ -64,7 +64,7 @@ struct DestroyWindow {
   void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
 };
 
-// ImGui's platform part: it needs the view's context first.
+// Owner of ImGui's GLFW part; it needs an ImGui context first.
 struct ImGuiOnGlfw {
   explicit ImGuiOnGlfw(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
   ~ImGuiOnGlfw() { ImGui_ImplGlfw_Shutdown(); }
@@ -72,7 +72,7 @@ struct ImGuiOnGlfw {
   ImGuiOnGlfw& operator=(const ImGuiOnGlfw&) = delete;
 };
 
-// Stops the loop's thread on every way out.
+// Guard that stops the loop's thread however the function is left.
 struct RunningLoop {
   HapticLoop& loop;
   explicit RunningLoop(HapticLoop& l) : loop(l) { loop.start(); }
@@ -81,7 +81,7 @@ struct RunningLoop {
   RunningLoop& operator=(const RunningLoop&) = delete;
 };
 
-// A name for a new file in the working folder.
+// Returns a name with date and time for a new file in the working folder.
 std::string dated_name(const char* ending) {
   const std::string stem = fmt::format("bristle-room-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
   std::string name = stem + ending;
@@ -151,7 +151,8 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // No larger than the panels have room for, in steps: each redraws the type.
+    // Limits the scale to what the panels have room for, in steps of a quarter, because each change rebuilds
+    // the font.
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
@@ -245,7 +246,7 @@ class RoomWindow {
     write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
   }
 
-  // Lists the files of 'Load', the newest first.
+  // Lists the files that "Load" offers, the newest first.
   void list_files() {
     std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
     std::error_code error;
@@ -272,7 +273,7 @@ class RoomWindow {
     }
   }
 
-  // Starts a scene that compares, or the level floor, from its beginning.
+  // Starts the scene of a comparison, or the level floor, from its beginning.
   void compare(Comparison scene) {
     Settings to = settings_of(scene);
     to.bristles = view_->gui.settings.bristles;
@@ -304,7 +305,7 @@ class RoomWindow {
     }
   }
 
-  // For tests: a graphic loop that stands still.
+  // Makes the graphic loop stand still for a while. For tests.
   void stall() {
     if (options_.stall_graphics_ms <= 0 || glfwGetTime() < next_stall_) return;
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(options_.stall_graphics_ms));
@@ -431,7 +432,7 @@ class RoomWindow {
   MouseControl mouse_;
   bool screenshot_ = false, touched_ = false;
   double notice_until_ = 0, next_stall_ = 1.0;
-  double sent_at_ = 0;  // the settings; those of the beginning are sent already
+  double sent_at_ = 0;  // s, time when settings were last sent; 0: the initial ones count as sent
   long pictures_ = 0;
 };
 

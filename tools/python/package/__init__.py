@@ -31,7 +31,7 @@ if hasattr(_bristle, "_SweepStudy"):
 
 
 def __getattr__(name):
-    """Says of a name that this build leaves out why it does."""
+    """Explains why this build lacks a name that others have."""
     why = getattr(_bristle, "__getattr__", None)
     if why is not None:
         return why(name)

@@ -1,4 +1,4 @@
-# Types of the module, for editors and checkers. Units and meaning: docstrings, help(bristle).
+# Type stubs of the module, for editors and checkers. Units and meaning are in the docstrings: help(bristle).
 import enum
 import os
 from collections.abc import Mapping, Sequence
@@ -405,7 +405,7 @@ class DeadlineMonitor:
 
 def instruction_sets() -> dict[str, bool]: ...
 
-# What follows is there where the build has the tools (BRISTLE_BUILD_TOOLS).
+# Names below exist only in builds with the tools (BRISTLE_BUILD_TOOLS).
 
 class FitEstimate:
     value: Final[float]
