@@ -73,10 +73,10 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
-/// Sets the displacements of the next step in `motions` by the midpoint rule. `external` as above, at the
-/// middle of the step. Bristles that redraw over many snaps make F_mean jump a little with the displacement;
-/// if the equation has no solution in such a jump, the best point is taken, and the report gives its
-/// residual.
+/// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the
+/// middle of the step (N, N m). Bristles that redraw over many snaps make F_mean jump a little with the
+/// displacement; if the equation has no solution because of such a jump, the best point is taken, and the
+/// report gives its residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,
@@ -85,8 +85,8 @@ SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody
   return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve(midpoint);
 }
 
-/// Call after PatchBatch::step: sets the velocity from the forces that acted, so that momentum is conserved
-/// to rounding.
+/// Sets the velocity from the forces that acted, so that momentum is conserved to rounding. Call it after
+/// PatchBatch::step.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const BodyContact<Dof>>> contacts, Span<const Response> responses) noexcept {

@@ -51,7 +51,7 @@ class BRISTLE_API SnapLength {
   /// E[delta^k; delta < x], k = 0..2. x in m.
   double partial_moment(int k, double x_m) const;
 
-  /// Parameters as given to the factory (the second is 0 if there is none).
+  /// First parameter as given to the factory; second_parameter() is 0 if the law has only one.
   double first_parameter() const noexcept { return a_; }
   double second_parameter() const noexcept { return b_; }
   Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }
@@ -59,7 +59,7 @@ class BRISTLE_API SnapLength {
   friend BRISTLE_API bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
   friend bool operator!=(const SnapLength& x, const SnapLength& y) noexcept { return !(x == y); }
 
-  /// Uniform between 5 and 15 um.
+  /// Makes a uniform law between 5 and 15 um.
   SnapLength() noexcept;
 
  private:
