@@ -31,7 +31,7 @@ inline double from_bits(std::uint64_t bits) noexcept {
 /// Returns 2^k for -1022 <= k <= 1023.
 inline double power_of_two(int k) noexcept { return from_bits(static_cast<std::uint64_t>(k + 1023) << 52); }
 
-/// (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
+/// Returns (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
 inline double exp_remainder(double r) noexcept {
   constexpr double inverse_factorial[] = {1.0 / 2,          1.0 / 6,        1.0 / 24,        1.0 / 120,
                                           1.0 / 720,        1.0 / 5040,     1.0 / 40320,     1.0 / 362880,
@@ -42,7 +42,7 @@ inline double exp_remainder(double r) noexcept {
   return sum;
 }
 
-// ln 2 in two parts; up to 2^11 times the first is exact.
+// ln 2 in two parts; products of the first with integers up to 2^11 are exact.
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
@@ -61,7 +61,7 @@ inline double exp(double x) noexcept {
   return y * power_of_two(half) * power_of_two(k - half);
 }
 
-/// exp(x) - 1 without cancellation at small x.
+/// Returns exp(x) - 1 without cancellation at small x.
 inline double expm1(double x) noexcept {
   if (magnitude(x) < 0.35) return x + x * x * exp_remainder(x);
   return exp(x) - 1.0;
@@ -96,7 +96,7 @@ inline double log(double x) noexcept {
   return k * ln2_high - ((half_f2 - (s * (half_f2 + series) + k * ln2_low)) - f);
 }
 
-/// log(1 + x) without cancellation at small x.
+/// Returns log(1 + x) without cancellation at small x.
 inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
@@ -122,9 +122,9 @@ inline double exp_half_square(double x) noexcept {
 /// Density of the standard normal law.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
-/// P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z) times
-/// the ratio is smooth in t = (z - 4) / (z + 4); Chebyshev coefficients computed in 113-bit arithmetic.
-/// Several at a time, since each step of the recurrence waits for the one before.
+/// Calculates P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z)
+/// times the ratio is smooth in t = (z - 4) / (z + 4); Chebyshev coefficients computed in 113-bit arithmetic.
+/// Takes several z at a time, since each step of the recurrence waits for the one before.
 template <int n>
 inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {
@@ -137,7 +137,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       4.05706442433535364e-17,  7.00640077281459613e-18};
   double t[n], b1[n] = {}, b2[n] = {};  // Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
-    const double within = z[i] > 40.0 ? 40.0 : z[i];  // infinity is no number to divide by
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division
     t[i] = (within - 4.0) / (within + 4.0);
   }
   for (int k = 25; k >= 1; --k)
