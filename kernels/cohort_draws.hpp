@@ -52,8 +52,7 @@ inline double deviation_of(std::uint64_t random) {
 /// Draws the number that leaves of n bristles (n whole), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  constexpr double bound = 12.0;  // if n chance (1 - chance) exceeds this, root(12) standard deviations lie
-                                  // within 0 and n
+  constexpr double bound = 12.0;  // from n chance / (1 - chance) = 12 on, root(12) deviations are within 0
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
   // Rounding to whole bristles adds 1/12 to the variance.

@@ -1,4 +1,4 @@
-// Bodies on patches: stops, rest, energy and stability of the two ways to couple them.
+// Bodies on patches: stops, rest, energy and stability of the two coupling methods.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -33,7 +33,7 @@ struct Rail : RailBody {
                      precisions().back())),
         stiffness(k * mass / (tick * tick)) {}
 
-  /// Steady sliding, thirty mean snap lengths in.
+  /// Slides steadily, thirty mean snap lengths from the start.
   void slide_in() {
     for (int i = 0; i < 400; ++i) patch.step(0.0731 * dbar, 0.0, 1.0);
   }
@@ -58,16 +58,15 @@ double stopping_ratio(Way way, double k, double way_in_dbar) {
 }  // namespace
 
 TEST_CASE("A sliding body stops where a constant friction force stops it, by either coupling", "[coupling]") {
-  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation
-  // 0.38 / sqrt(4000 * 20) = 0.0014. Where the way ends, the bristles' spring back is up to a share of 0.3
-  // dbar.
+  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation 0.38 /
+  // sqrt(4000 * 20) = 0.0014. At the end of the path the bristles spring back by up to 0.3 dbar.
   for (const double k : {0.08, 0.8, 8.0}) {
     CAPTURE(k);
     CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
     CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
-    // The clipped predictor may pull with the peak force where the kinetic one acts, for the displacement of
-    // a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. Of the last steps one is
-    // such.
+    // The clipped predictor may pull with the peak force in place of the kinetic force, during the
+    // displacement of a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. One of the
+    // last steps does so.
     CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
     CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
   }
@@ -106,7 +105,8 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
       const double start = std::sqrt(20.0 * k) * dbar / tick;
       rail.body.velocity[0] = start;
       // A free swing of the stuck mass takes 2 pi / sqrt(k) steps and loses k/2 of its squared amplitude in a
-      // step (determinant 1 / (1 + k/2)); a stiff one flips its sign by 1 - 4 / (1 + k/2). Six decay times.
+      // step (determinant 1 / (1 + k/2)); a stiff one multiplies it by 1 - 4 / (1 + k/2), which is negative.
+      // Six decay times.
       const double decay = std::max({4.0 / std::max(k, c), 0.25 * k, 50.0});
       const auto steps = static_cast<int>(std::min(6.0 * decay, 24000.0));
       for (int i = 0; i < steps; ++i) rail.step();
@@ -121,7 +121,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
   for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // damper x tick / mass
     CAPTURE(c);
     const double damper = c * body_mass / tick;
-    // A film alone: bristles that hold 1e-14 N.
+    // A lubricating film alone: bristles that hold 1e-14 N.
     const Material film = plain_material(uniform, SnapRule::keep).with_viscous_friction(damper);
     RailBody rail(false, body_mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
     rail.body.velocity[0] = 1.0;
@@ -133,7 +133,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x way
+    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x distance
   }
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
         bristle::apply_end_forces(tick, body, none, feet, responses);
       } else {
         const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
-        // Forces of 500 bristles that redraw over many snaps come in jumps of one bristle.
+        // Forces of 500 bristles that redraw over many snaps jump by one bristle at a time.
         expect(report.residual < 5e-3, "solved");
         batch.step(tick, motions, responses);
         bristle::apply_mean_forces(tick, body, none, feet, responses);
