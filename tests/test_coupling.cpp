@@ -181,8 +181,8 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
       angle += 0.5 * tick * (before + body.velocity[5]);
       farthest = std::max(farthest, angle);
     }
-    // The feet's axes do not turn with the plate, as for small angles. The tolerance counts the noise of 2000
-    // bristles and the bending at the start, one mean snap length of some 300 of path.
+    // The feet's axes do not turn with the plate, an approximation for small angles. The tolerance covers the
+    // noise of 2000 bristles and the bending at the start, one mean snap length of some 300 of path.
     const double expected = inertia * spin * spin / 2.0 / (0.4 * 4.0 * load * radius);
     CHECK(farthest == Approx(expected).epsilon(0.01));
     CHECK(body.velocity.head<5>().norm() < 0.02 * spin * radius);
@@ -200,8 +200,8 @@ TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on
 }
 
 TEST_CASE("A patch of one axis does not hold a body back along the other", "[coupling]") {
-  // A stands along x, 8e6 N/m; B, along y, lets go at once and pulls with its limit, 10,000 N/m times 10 um.
-  // Row 1 of A's Jacobian, which its patch does not have, is y: the Jacobian as it is by default.
+  // A acts along x, 8e6 N/m. B, along y, slides at once and pulls with its limit, 10,000 N/m times 10 um. Row
+  // 1 of A's Jacobian, which its patch of one axis lacks, is y, the default.
   PatchBatch batch;
   const SnapLength one_length = SnapLength::single(dbar);
   const PatchId a = batch.add(plain_material(one_length, SnapRule::keep).with_bristle_stiffness(8e4),
@@ -211,7 +211,7 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // down
+  batch.step(tick, motions, responses);  // pressed down
   bristle::MovingBody<2> body;           // 1 kg
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
@@ -232,22 +232,24 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
 }
 
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
-  // Two thirds of the kinetic force; a step is 1 ms. At rest the equation's only solution is to stay.
+  // A push of two thirds of the kinetic force; a step is 1 ms. At rest the only solution of the equation is
+  // to stay.
   for (const Way way : {Way::predictor, Way::midpoint}) {
     Rail rail(way, 0.8, 0.2, 500);
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
     for (int i = 0; i < 2000; ++i) rail.step(push);
     const double settled = rail.x;
-    CHECK(settled > 0.3 * dbar);  // bent by 0.36 dbar at the least
+    CHECK(settled > 0.3 * dbar);  // bent by at least 0.36 dbar
     CHECK(settled < 3.0 * dbar);
     for (std::uint32_t i = 0; i < test_size(200000); ++i) rail.step(push);
-    // Forces are solved to 1e-10 of themselves; a rest that is off by that much does not add up.
+    // Forces are solved to a relative 1e-10; errors of that size in a rest do not accumulate.
     CHECK(std::abs(rail.x - settled) < 1e-8 * dbar);
   }
 }
 
 TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
-  // At rest relative to a belt: ground velocity enters the slip. Friction accelerates until both are equal.
+  // A body on a belt: the ground velocity enters the slip, and friction accelerates the body until both are
+  // equal.
   PatchBatch batch;
   Motion motion;
   motion.id = batch.add(Material{}.with_bristle_damping(0.05).with_stribeck_velocity(1e6),
@@ -278,8 +280,8 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
 }
 
 TEST_CASE("The plate of the example holds below the limit, and accelerates beyond it", "[coupling]") {
-  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. Held, it bends by less than the longest bristle; past the
-  // limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 over a second.
+  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. A held plate moves by less than the longest bristle; past
+  // the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
   CHECK(pushed_plate(0.5) < 15e-6);
   CHECK(pushed_plate(0.5) > 1e-6);
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));

@@ -1,5 +1,6 @@
-// Slides of the infinite brush along paths that turn slowly: carried along as they stand, beside the same
-// brush that takes its pieces. What never glides and is the same brush to nine digits: one that ages by 1e-9.
+// Slides of the infinite brush along paths that turn slowly, carried along unchanged, compared with the brush
+// that takes its pieces. The comparison is a brush that ages by 1e-9: it never glides, and equals the other
+// to nine digits.
 #include <catch2/catch.hpp>
 
 #include <cmath>
