@@ -230,7 +230,7 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  std::size_t part = 0;  // held parameters also stay fixed in fits to a fifth of the rows
+  std::size_t part = 0;  // they also stay fixed in a fit to a fifth of the rows
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;

@@ -279,7 +279,7 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
   CHECK_THAT(refusal(csv, keep), Contains("two axes (x, y, fx, fy) need --rule redraw"));
   CHECK_THROWS_WITH(cli::judge_rivals(cli::parse_fit_columns(csv, "data.csv"), {}, 3.0),
                     Contains("--rivals has one axis"));
-  // A record with only one force component in the plane is refused.
+  // A record of two axes with one column of force is refused.
   std::string half = "t,x,y,load,fx\n";
   for (int i = 0; i < 40; ++i) half += fmt::format("{},{},{},1,1\n", i, i % 7, i % 5);
   CHECK_THAT(refusal(half), Contains("column y varies, and there is no column fy"));
