@@ -52,7 +52,7 @@ struct Reach {
 /// Numbers of the snap-length laws, as the kernels' switch knows them.
 enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
 
-/// Law of the snap length in scaled lengths, for redraw. Built by core/materials/kernel_law.cpp.
+/// Law of the snap length in scaled lengths, for SnapRule::redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
   double location;           ///< uniform: lowest length. exponential: mean. (normal, lognormal: see `table`)
@@ -88,15 +88,16 @@ template <class T>
 struct PatchView {
   T* zx;
   T* zy;                ///< null with one axis
-  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; keep: for ever
-  std::uint32_t* draw;  ///< draw states; null with keep
-  const T* first;       ///< first snap lengths (== delta with keep)
+  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; SnapRule::keep: for
+                        ///< ever
+  std::uint32_t* draw;  ///< draw states; null with SnapRule::keep
+  const T* first;       ///< first snap lengths (== delta with SnapRule::keep)
   Block* blocks;
   Reach* groups;
   std::uint32_t bristles;  ///< number of allocated bristles
   std::uint32_t whole;     ///< number of bristles that count fully
   T fraction;              ///< weight of bristle `whole`; 0 = not in contact
-  const KernelLaw* law;    ///< null with keep
+  const KernelLaw* law;    ///< null with SnapRule::keep
   // Null without ageing. The age of a bristle now is age + (now - since of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
@@ -127,7 +128,8 @@ struct Advance : Travel {
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< Material::ageing_strength
-  double largest_growth;      ///< long steps of redraw: aged over fresh length, for the longest snap length
+  double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length, for the longest
+                              ///< snap length
   std::uint32_t ageing_form;  ///< 1: saturating form, 0: logarithmic
 };
 

@@ -80,10 +80,10 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
   return met;
 }
 
-/// Walks a bristle along the path left, by redraw: `delta` becomes its fresh snap length at the end, `state`
-/// its draw state. With ageing, at constant velocity, the paths from snap to snap are independent too, but
-/// have another law: l = delta g(l / v). `law` then holds the moments of l (core, aged_law.cpp) with the
-/// parameters of delta.
+/// Walks a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
+/// end, `state` its draw state. With ageing, at constant velocity, the paths from snap to snap are
+/// independent too, but have another law: l = delta g(l / v). `law` then holds the moments of l (core,
+/// aged_law.cpp) with the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {
@@ -148,7 +148,8 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
   }
 }
 
-/// Walks a bristle that ages along the path left, by keep: all its paths from snap to snap are equal.
+/// Walks a bristle that ages along the path left, by SnapRule::keep: all its paths from snap to snap are
+/// equal.
 inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
                                    std::uint32_t phase) {
   AfterFarStep land{rest, 0.0, 0.0, 0.0};
@@ -215,7 +216,7 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// A row of 16 bristles, for keep.
+/// A row of 16 bristles, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections
   alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
@@ -301,7 +302,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   }
 }
 
-/// Steps one bristle, for redraw or ageing.
+/// Steps one bristle, for SnapRule::redraw or ageing.
 template <class T, int axes, bool redraw, bool residual, bool ages>
 inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                         const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {

@@ -1,4 +1,4 @@
-// Redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
+// SnapRule::redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
 //
 // A bristle with path left samples a length and either ends on it or snaps again. Uniform, normal and
 // lognormal lengths, in a step in which many bristles snap once or twice, are sampled vector by vector in

@@ -33,8 +33,8 @@ struct AfterSnaps {
   T variance = 0;    ///< variance of the squares that jumps know only in the mean
 };
 
-/// Walks a bristle along the path left, by keep: n = 1 + floor(R / delta) snaps; the rest of the path bends
-/// it.
+/// Walks a bristle along the path left, by SnapRule::keep: n = 1 + floor(R / delta) snaps; the rest of the
+/// path bends it.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;
@@ -69,8 +69,8 @@ T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& m
   return way;
 }
 
-/// Walks a bristle along the path left, by redraw: samples a fresh length after each snap. A long path is
-/// jumped: its end is sampled from the distribution.
+/// Walks a bristle along the path left, by SnapRule::redraw: samples a fresh length after each snap. A long
+/// path is jumped: its end is sampled from the distribution.
 template <class T, bool ages>
 AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
                            std::uint32_t& state) {
@@ -156,8 +156,8 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
   }
 }
 
-/// Walks an ageing bristle along the path left, by keep: at constant velocity all its paths from snap to snap
-/// are equal.
+/// Walks an ageing bristle along the path left, by SnapRule::keep: at constant velocity all its paths from
+/// snap to snap are equal.
 template <class T>
 AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   AfterSnaps<T> after;

@@ -2,13 +2,13 @@
 //
 // A draw selects a bristle in contact by number, and a place within the piece ahead. If the bristle is bent
 // along the motion by more than the residual at that place, it slips to the residual and samples a new snap
-// length (redraw); otherwise the draw is spent. The bristle is stored as if it had come from (residual - way)
-// e, `way` the path to the place: the kernels then carry it on with all others, and their sums along `way`
-// are corrected here. A renewer takes the bristles of a range of blocks and passes over the draws of others,
-// so that threads may share the blocks: a draw changes only its own bristle, and sums are integers. One
-// source serves the reference and every instruction set. They differ in `Lengths`, which turns draw states
-// into snap lengths and says whether draws are processed in columns, for the widest vectors, or one by one.
-// Both have the same bits.
+// length (SnapRule::redraw); otherwise the draw is spent. The bristle is stored as if it had come from
+// (residual - way) e, `way` the path to the place: the kernels then carry it on with all others, and their
+// sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes over the
+// draws of others, so that threads may share the blocks: a draw changes only its own bristle, and sums are
+// integers. One source serves the reference and every instruction set. They differ in `Lengths`, which turns
+// draw states into snap lengths and says whether draws are processed in columns, for the widest vectors, or
+// one by one. Both have the same bits.
 #pragma once
 
 #include "ageing.hpp"
@@ -91,7 +91,7 @@ class Renewer {
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    alignas(64) std::uint32_t state[draws_together];  ///< redraw: state of the bristle's next draw
+    alignas(64) std::uint32_t state[draws_together];  ///< SnapRule::redraw: state of the bristle's next draw
     alignas(64) T length[draws_together];             ///< length that the next draw gives
     std::uint8_t alone[draws_together];               ///< 1: the draw must be handled alone
   };

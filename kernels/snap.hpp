@@ -233,8 +233,8 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
-/// Keep: a bristle snaps after every delta. Advances the bristles at i of a block that is being rewritten,
-/// after begin_pass(). `again`: the step is long enough for a bristle to snap more than once.
+/// SnapRule::keep: a bristle snaps after every delta. Advances the bristles at i of a block that is being
+/// rewritten, after begin_pass(). `again`: the step is long enough for a bristle to snap more than once.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, bool again>
 [[gnu::always_inline]] inline void end_keep(const BlockMotion<T, axes, residual>& motion,
                                             const BlockOutput<T>& output, std::uint32_t i, Lanes<T> path,
@@ -254,8 +254,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      Weights<T, partial>(row_weights), sums);
 }
 
-/// Redraw with few draws, if most vectors hold a bristle that snaps: advances the vectors at i, i + 16 and so
-/// on.
+/// SnapRule::redraw with few draws, if most vectors hold a bristle that snaps: advances the vectors at i, i +
+/// 16 and so on.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
 [[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
@@ -291,7 +291,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Runs the first pass of redraw before the walk by rounds. Returns whether any bristle snaps.
+/// Runs the first pass of SnapRule::redraw before the walk by rounds. Returns whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
@@ -301,7 +301,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return xsimd::any(pass.snaps);
 }
 
-/// Redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,

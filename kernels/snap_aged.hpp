@@ -53,7 +53,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// Paths of a block's bristles: `path` of the first pass, `way` (keep) from one snap to the next.
+/// Paths of a block's bristles: `path` of the first pass, `way` (SnapRule::keep) from one snap to the next.
 template <class T>
 struct AgedWays {
   alignas(64) T path[block_size];
@@ -152,7 +152,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// Keep: at constant velocity all paths from snap to snap of one bristle are equal.
+/// SnapRule::keep: at constant velocity all paths from snap to snap of one bristle are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
@@ -173,7 +173,7 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// Redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -80,8 +80,8 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  const std::uint32_t rounds;  ///< redraw: number of draws that most vectors need, if draws are short and
-                               ///< few; else 0
+  const std::uint32_t rounds;  ///< SnapRule::redraw: number of draws that most vectors need, if draws are
+                               ///< short and few; else 0
 
   /// Bristles of a block that are in contact: whole rows, then a row in which weights differ.
   struct Extent {
@@ -338,7 +338,7 @@ class Stepper {
     return total(motion, sums, noise);
   }
 
-  /// Advances the rows of a block by keep. `again`: a bristle may snap more than once in the step.
+  /// Advances the rows of a block by SnapRule::keep. `again`: a bristle may snap more than once in the step.
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {

@@ -119,7 +119,7 @@ inline double logarithmic_growth(double age, double beta, double tau) {
 }
 
 /// Returns friction over load in sliding at a speed, by sums: mean of r S(r / g(r/v)) over mean of S(r /
-/// g(r/v)) (redraw), plus strengthening.
+/// g(r/v)) (SnapRule::redraw), plus strengthening.
 inline double kinetic_at(const SyntheticFriction& s, double speed) {
   double elastic = s.kinetic;
   if (s.growth) {

@@ -348,8 +348,8 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
 }
 
-// Checks that with redraw several resolutions stand beside the numbers of bristles, and that below the answer
-// the cheaper population is named.
+// Checks that with SnapRule::redraw several resolutions stand beside the numbers of bristles, and that below
+// the answer the cheaper population is named.
 void check_populations(const json& r, const std::string& table, bool keep) {
   std::size_t infinite = 0;
   double coarse = 0.0, fine = 0.0;

@@ -62,8 +62,8 @@ double growth(const Ageing& a, double age_s) {
                                           : 1.0 + a.strength * std::log(1.0 + age_s / a.time);
 }
 
-/// Returns kinetic friction with redraw, in mean snap lengths: f = int r T dr / int T dr, T = S(r / g(r / v))
-/// exp(-kappa nu r), (1 + kappa) nu int T dr = 1, by Simpson's rule over r and bisection for nu.
+/// Returns kinetic friction with SnapRule::redraw, in mean snap lengths: f = int r T dr / int T dr, T = S(r /
+/// g(r / v)) exp(-kappa nu r), (1 + kappa) nu int T dr = 1, by Simpson's rule over r and bisection for nu.
 double quadrature(const SnapLength& law, const Ageing& ageing, double kappa, double speed) {
   constexpr int n = 12000;
   const double mean = law.mean(), end = 40.0;

@@ -231,9 +231,9 @@ TEST_CASE("The block breaks away at the peak and slides at the kinetic coefficie
   const Folder folder;
   const json report = run_report(folder, "run " + scene_path("block_on_floor"));
   const json& coefficient = report["patches"][0]["coefficient"];
-  // One sample of the sliding force of zeta bristles spreads by less than 0.7 / sqrt(zeta) (redraw, cv 0.3:
-  // sqrt(m3 / (3 m1) - (m2 / (2 m1))^2) / (m2 / (2 m1))). zeta = 2206; at least a hundred samples are a snap
-  // length apart. Five deviations.
+  // One sample of the sliding force of zeta bristles spreads by less than 0.7 / sqrt(zeta) (SnapRule::redraw,
+  // cv 0.3: sqrt(m3 / (3 m1) - (m2 / (2 m1))^2) / (m2 / (2 m1))). zeta = 2206; at least a hundred samples are
+  // a snap length apart. Five deviations.
   REQUIRE(coefficient["sliding_steps"] > 100);
   CHECK(coefficient["sliding"].get<double>() == Approx(0.40).epsilon(5 * 0.7 / std::sqrt(2206.0 * 100)));
   // At first loading stratified snap lengths are nearly exact; the peak falls between two ticks.

@@ -347,16 +347,17 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);
-  // keep: a bristle's mean over a path H has an error of delta / (4 H). redraw: rewards delta^2/2 of
-  // renewals, relative deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number.
+  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: rewards
+  // delta^2/2 of renewals, relative deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of
+  // their number.
   const double path = 0.29 * static_cast<double>(steps) / 10.0;  // path of a tenth, mean lengths
   const double sampling =
       rule == SnapRule::keep ? 1.5 / path : sigmas * std::sqrt(2.0) * 0.254 / std::sqrt(n * path);
   double worst = 0.0;
   for (double mean : means) worst = std::max(worst, std::abs(mean / means[0] - 1.0));
   CHECK(worst < std::max(1e-4, sampling));
-  // In a straight line the mean is the kinetic friction in closed form; keep: over 300 lengths, with an error
-  // of 1/n.
+  // In a straight line the mean is the kinetic friction in closed form; SnapRule::keep: over 300 lengths,
+  // with an error of 1/n.
   if (axes == 1) CHECK(std::abs(means[0] - 1.0) < (rule == SnapRule::keep ? 3e-3 : sampling) + 1e-4);
   return worst;
 }

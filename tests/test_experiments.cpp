@@ -172,8 +172,8 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
       fastest = std::max(fastest, r.values[3]);
     }
     // Rows are 2 ms apart, and the spring gains 0.2 N/s. A brush breaks away at its highest force: stratified
-    // to 1.5/900 N as above with keep, sampled with redraw; the swing that follows magnifies the error by 1 +
-    // 1 (energy).
+    // to 1.5/900 N as above with SnapRule::keep, sampled with SnapRule::redraw; the swing that follows
+    // magnifies the error by 1 + 1 (energy).
     const bool brush = std::string(c.model) != "lugre";
     const double population = !brush ? 1e-5
                               : std::string(c.model) == "brush_keep"

@@ -418,7 +418,7 @@ TEST_CASE(
 namespace {
 
 // Checks three dampings: small, for which fast swings are damped last; middle; and so large that it takes a
-// share of the fall with speed. The closed form is that of redraw without renewal (core/MODEL.md,
+// share of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
 // "Stick-slip"). It uses neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",

@@ -41,8 +41,8 @@ PatchOptions options_of(Population population, double max_load, std::uint32_t br
   return options;
 }
 
-/// Returns a material with redraw over half to one and a half `length`, no damper: kinetic friction 13/24
-/// stiffness length per newton.
+/// Returns a material with SnapRule::redraw over half to one and a half `length`, no damper: kinetic friction
+/// 13/24 stiffness length per newton.
 Material rubber(double kinetic, double length, double damping = 0.0) {
   return plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), SnapRule::redraw)
       .with_bristle_stiffness(kinetic * 24.0 / 13.0 / length)

@@ -62,8 +62,9 @@ std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, cons
 }  // namespace
 
 TEST_CASE("The force along a path follows the reference tables of first loading and reversal", "[fit]") {
-  // redraw: pieces of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of order one.
-  // keep: a population of 2048, stratified in length and phase: discrepancy about (ln 2048)^2/2048 / 4.
+  // SnapRule::redraw: pieces of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of
+  // order one. SnapRule::keep: a population of 2048, stratified in length and phase: discrepancy about (ln
+  // 2048)^2/2048 / 4.
   const struct {
     const char* name;
     SnapLaw law;

@@ -265,7 +265,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
   constexpr std::uint32_t n = 700;
   for (Precision precision : precisions()) {
     INFO(name_of(precision));
-    // Keep: after contact is regained everything is as in a patch that never moved.
+    // SnapRule::keep: after contact is regained everything is as in a patch that never moved.
     const Material material = plain_material(uniform, SnapRule::keep);
     OnePatch patch(material, plain_options(n, 2, precision));
     OnePatch fresh(material, plain_options(n, 2, precision));
@@ -293,7 +293,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
       expect_near(a.elastic[1], b.elastic[1], tolerance, "force y");
     }
 
-    // Redraw: the first snap lengths are the stratified ones again; later draws are new.
+    // SnapRule::redraw: the first snap lengths are the stratified ones again; later draws are new.
     const Material fading = plain_material(uniform, SnapRule::redraw);
     OnePatch redrawn(fading, plain_options(n, 1, precision));
     const Bristles start = (redrawn.step(0.0, 0.0, n), read(redrawn, n));

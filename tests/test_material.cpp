@@ -67,8 +67,8 @@ bool is_tie(const std::string& name, double x) {
   return name == "delta" && std::abs(x - std::round(x)) < 1e-9;
 }
 
-/// Returns the virgin curve of redraw by the renewal equation as written: trapezoidal rule on the density,
-/// extrapolated. It shares nothing with the library.
+/// Returns the virgin curve of SnapRule::redraw by the renewal equation as written: trapezoidal rule on the
+/// density, extrapolated. It shares nothing with the library.
 double renewal_by_density(const std::function<double(double)>& density,
                           const std::function<double(double)>& survival, double x, int cells) {
   const auto solve = [&](int n) {
@@ -109,15 +109,15 @@ struct Lognormal {  // lognormal law of mean 1
   double survival(double x) const { return x > 0.0 ? 0.5 * std::erfc(standard(x) / std::sqrt(2.0)) : 1.0; }
 };
 
-/// Returns E[x mod delta], for keep, by the midpoint rule over a stratified population.
+/// Returns E[x mod delta], for SnapRule::keep, by the midpoint rule over a stratified population.
 double remainder_by_population(const bristle_test::Quantile& quantile, double x, int n) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += std::fmod(x, quantile((i + 0.5) / n));
   return sum / n;
 }
 
-/// Returns, for redraw, the mean deflection after a path x of `n` bristles that draw their lengths with the
-/// standard generator.
+/// Returns, for SnapRule::redraw, the mean deflection after a path x of `n` bristles that draw their lengths
+/// with the standard generator.
 double deflection_by_draws(const bristle_test::Quantile& quantile, double x, int n) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -485,7 +485,8 @@ TEST_CASE("Coefficients of the reference lead to the spread of the reference", "
     const Material material = Material::from_coefficients(
         Coefficients::paper().with_kinetic(0.4).with_peak(0.4 * ratio).with_law(law).with_rule(rule));
     if (dist == "uniform_0.5_1.5") {
-      // Redraw reaches this ratio at two spreads, of which the smaller is taken; keep is flat at cv 0.29.
+      // SnapRule::redraw reaches this ratio at two spreads, of which the smaller is taken; keep is flat at cv
+      // 0.29.
       CHECK(material.snap_length.cv() <= number(row, "cv_delta") + 1e-4);
       CHECK(material.coefficients().peak == Approx(0.4 * ratio).epsilon(1e-6));
     } else {

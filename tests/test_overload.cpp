@@ -135,7 +135,7 @@ TEST_CASE(
           for (PatchId id : ids) batch.set_detail(id, bristles);
         };
         if (back) detail(few);
-        // Long enough for keep to forget that it began in phase; patches are independent.
+        // Long enough for SnapRule::keep to forget that it began in phase; patches are independent.
         std::vector<Motion> motions = same_motion(ids, 0.0, 0.0, n);
         for (int k = 0; k < 40; ++k) {
           for (std::size_t i = 0; i < ids.size(); ++i)

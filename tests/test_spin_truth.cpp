@@ -19,7 +19,8 @@ using namespace bristle_test;
 
 namespace {
 
-// For the law uniform_0.5_1.5 with redraw, in mean lengths: P(delta > l), and the mean deflection in sliding.
+// For the law uniform_0.5_1.5 with SnapRule::redraw, in mean lengths: P(delta > l), and the mean deflection
+// in sliding.
 double uniform_survival(double l) { return l < 0.5 ? 1.0 : l > 1.5 ? 0.0 : 1.5 - l; }
 constexpr double uniform_kinetic = 13.0 / 24.0;
 

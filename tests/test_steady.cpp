@@ -28,9 +28,9 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
         const double kinetic = number(find_row(summary, key), "f_kinetic");
         const double relative_sd = number(find_row(summary, key), "rel_sd_F_zeta900_in_time");
         OnePatch patch(plain_material(law.law, rule), plain_options(n, 2, precision));
-        // Keep: each bristle stays on a lattice of its own and the time average is that over its phase, which
-        // far steps reach soonest. Redraw: after 2.3 mean lengths little memory is left, and no snap is
-        // jumped.
+        // SnapRule::keep: each bristle stays on a lattice of its own and the time average is that over its
+        // phase, which far steps reach soonest. SnapRule::redraw: after 2.3 mean lengths little memory is
+        // left, and no snap is jumped.
         const double h = dbar * (rule == SnapRule::keep ? 37.1234567 : 2.3);
         patch.step(0.0, 0.0, n);
         for (int k = 0; k < 60; ++k) patch.step(h, 0.0, n);
@@ -45,14 +45,15 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
           snaps += static_cast<double>(r.snaps);
         }
         const Sample f = describe(force);
-        // The table of the fluctuation also has the closed form; with keep that of the table's own sample of
-        // 900 lengths.
+        // The table of the fluctuation also has the closed form; with SnapRule::keep that of the table's own
+        // sample of 900 lengths.
         const double table_sd = number(find_row(fluctuation, key), "sd_in_time_ref");
         const double of_squares = law.law.moment(4) / (law.law.moment(2) * law.law.moment(2)) - 1.0;
         const double luck = rule == SnapRule::keep ? sigmas * 0.5 * std::sqrt(of_squares / n) : 1e-9;
         expect_near(relative_sd * kinetic, table_sd, luck * table_sd, "closed form against the table");
 
-        // Keep: the population is stratified, so its mean snap length has an error of 1/n of a length.
+        // SnapRule::keep: the population is stratified, so its mean snap length has an error of 1/n of a
+        // length.
         const double population = rule == SnapRule::keep ? 3.0 / n : 0.0;
         expect_near(f.mean, kinetic, sigmas * f.error() + population, "kinetic force");
         // Twice the textbook error, because successive samples are not quite independent.
@@ -65,7 +66,7 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
         expect_near(describe(mean_force).mean, kinetic, mean_error, "average of the step means");
         expect_near(dissipated / (1.0 * n * steps * h * dbar), kinetic, mean_error,
                     "dissipated per distance");
-        // A bristle snaps once per mean length (redraw) or per own length: E[1/delta].
+        // A bristle snaps once per mean length (SnapRule::redraw) or per own length: E[1/delta].
         if (rule == SnapRule::redraw) {
           expect_near(snaps * dbar / (1.0 * n * steps * h), 1.0,
                       sigmas * law.law.cv() / std::sqrt(1.0 * n * steps * h / dbar) + 1e-3,

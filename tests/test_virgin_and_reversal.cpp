@@ -27,7 +27,7 @@ Quantile quantile_of(const std::string& name) {
   return single_quantile(1.0);
 }
 
-/// Returns a bound on the error of the virgin curve with keep, for snap lengths Q(u_i) with u_i of
+/// Returns a bound on the error of the virgin curve with SnapRule::keep, for snap lengths Q(u_i) with u_i of
 /// discrepancy D (Koksma): variation of x mod Q(u) over u > u0, times D, plus the contribution of the
 /// shortest bristles. The sawtooth x mod delta has a tooth of height x/k for every whole k between x/longest
 /// and x/Q(u0).

@@ -84,7 +84,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
           for (const SnapLength& law : all_laws()) {
             ++kind;
             const double residual = kind % 3 == 1 ? 0.0 : 0.4 * dbar;
-            // keep with shared renewal refuses laws with bristles of almost no length.
+            // SnapRule::keep with shared renewal refuses laws with bristles of almost no length.
             const bool refused = rule == SnapRule::keep && law.survival(dbar / 64.0) < 1.0 - 1e-4;
             const double renewal = kind % 3 == 0 || refused ? 0.0 : 1.5;
             std::ostringstream name;

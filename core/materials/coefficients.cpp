@@ -57,12 +57,14 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread that Material::validate takes; keep with renewal allows few short bristles.
+  /// Returns the largest spread that Material::validate takes; SnapRule::keep with renewal allows few short
+  /// bristles.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        return few_short ? 0.568 : 0.5773502691896257;  // keep: the spread at which the minimum is 0
+        return few_short ? 0.568 : 0.5773502691896257;  // SnapRule::keep: the spread at which the minimum is
+                                                        // 0
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
       case SnapLaw::lognormal:

@@ -37,8 +37,8 @@ struct CompiledMaterial {
   mutable std::vector<double> table, biased_table;
   std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
-  /// Makes the tables from which representatives with redraw sample their lengths; the infinite brush does
-  /// not need them. Takes milliseconds. Acts once, on any thread that adds patches.
+  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
+  /// brush does not need them. Takes milliseconds. Acts once, on any thread that adds patches.
   void make_draws() const;
   /// Returns the survival function for the infinite brush, which the first call makes. For any thread that
   /// adds patches.

@@ -81,8 +81,9 @@ void Material::validate_for_representatives() const {
 }
 
 double Material::kinetic_coefficient() const {
-  // Mean deflection. keep: a bristle of length delta is on average bent by delta / 2. redraw: the share of
-  // sliding bristles of a length is in proportion to that length, so the mean is m2 / (2 m1).
+  // Mean deflection. SnapRule::keep: a bristle of length delta is on average bent by delta / 2.
+  // SnapRule::redraw: the share of sliding bristles of a length is in proportion to that length, so the mean
+  // is m2 / (2 m1).
   const double mean = snap_length.mean();
   if (snap_rule == SnapRule::slide)
     return bristle_stiffness * (1.0 - drop) * mean / (normal_stiffness * asperity_height_deviation);

@@ -17,7 +17,7 @@ constexpr int reach = 40;     ///< mean lengths; a law that forgets more slowly 
                               ///< this path
 constexpr int cells = per_mean * reach;
 constexpr double near_steady = 1e-3;  ///< tolerance, relative to the steady deflection
-constexpr int classes = 64;           ///< number of classes of snap length for bristles of keep
+constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
 
 /// A slide from straight bristles: mass of the bristles by the cell that their deflection has reached. A step
 /// moves all of them by one cell.

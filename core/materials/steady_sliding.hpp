@@ -57,7 +57,7 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 /// unit of length. Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
-/// Returns snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with keep.
+/// Returns snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with SnapRule::keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 
 }  // namespace bristle::detail

@@ -347,7 +347,7 @@ struct RenewalProblem {
   Source deflections, bristles;
 };
 
-/// Poses the equations of redraw, with the sources x S(x) (deflections) and S(x) (bristles).
+/// Poses the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
 RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   RenewalProblem problem;
@@ -390,7 +390,8 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// Solves for the curve of redraw without shared renewal on the nodes of a grid with an even number of cells.
+/// Solves for the curve of SnapRule::redraw without shared renewal on the nodes of a grid with an even number
+/// of cells.
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
   const auto solve = [](const LawOnGrid& law) {
@@ -863,7 +864,7 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // keep: the wider the law, the farther and the flatter its peak.
+  // SnapRule::keep: the wider the law, the farther and the flatter its peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;

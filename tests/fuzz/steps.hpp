@@ -44,7 +44,8 @@ inline bristle::SnapLength any_law(Input& input) {
 }
 
 /// Returns a material, mostly of usual numbers, else of any. Throws bristle::Error if it is refused. Most
-/// laws take milliseconds to set up for redraw, so it is mostly one of a few that a batch remembers.
+/// laws take milliseconds to set up for SnapRule::redraw, so it is mostly one of a few that a batch
+/// remembers.
 inline bristle::Material any_material(Input& input) {
   using bristle::SnapLength;
   bristle::Material m;

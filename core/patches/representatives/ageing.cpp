@@ -55,7 +55,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
-/// Returns the path from which a step of redraw needs the constants of jumps.
+/// Returns the path from which a step of SnapRule::redraw needs the constants of jumps.
 double jumps_from(const CompiledMaterial& m) noexcept {
   return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }

@@ -78,7 +78,7 @@ double joules_per_square(const Patch& p) noexcept {
 
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
-  if (!r.redraws()) return;  // with keep, lengths never change
+  if (!r.redraws()) return;  // with SnapRule::keep, lengths never change
   for (std::uint32_t i = from; i < to; ++i) r.delta[i] = r.first[i];
 }
 

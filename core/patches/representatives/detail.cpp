@@ -158,7 +158,8 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Puts a copy at the same fraction of its path from the residual to its snap, for keep with a residual.
+/// Puts a copy at the same fraction of its path from the residual to its snap, for SnapRule::keep with a
+/// residual.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
   const double left = static_cast<double>(static_cast<T>(r.material->residual));

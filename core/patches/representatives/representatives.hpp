@@ -122,8 +122,8 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* zy = nullptr;  ///< null if the patch has one axis
   // Deflections at which bristles snap, residual + snap length:
   T* first = nullptr;               ///< for the length sampled first
-  T* delta = nullptr;               ///< for the present length; equals `first` with keep
-  std::uint32_t* draw = nullptr;    ///< null with keep
+  T* delta = nullptr;               ///< for the present length; equals `first` with SnapRule::keep
+  std::uint32_t* draw = nullptr;    ///< null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< a single entry, or null without shared renewal
   // Column of ages (PatchView), null without ageing.
   T* age = nullptr;
