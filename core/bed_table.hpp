@@ -48,7 +48,7 @@ struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
   float size2;          ///< squared size of the contact, relative to full load
-  float inverse_size2;  ///< inverse of size2
+  float inverse_size2;  ///< one over size2
   // Data of a rolling bed:
   bool chords;        ///< Whether a row ends on an ellipse; else at `edge`.
   float edge;         ///< half length of all rows in contact
@@ -70,9 +70,9 @@ struct BedStep {
                          ///< long motion.
   float half_rolled[2];  ///< rolling: half the distance rolled, as a vector
   float limit_of_pressure;
-  float pressure_of_limit2;  ///< inverse square of limit_of_pressure
-  float limit_over_hold;     ///< kinetic over static friction
-  float hold_over_limit;     ///< inverse of limit_over_hold
+  float pressure_of_limit2;  ///< one over the square of limit_of_pressure
+  float limit_over_hold;     ///< kinetic over static limit of friction
+  float hold_over_limit;     ///< static over kinetic limit of friction
 };
 
 /// Sums over a bed, in its units.

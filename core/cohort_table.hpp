@@ -28,7 +28,8 @@ enum CohortColumn : std::uint32_t {
   cohort_high,
   cohort_columns
 };
-constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< doubles in a row
+constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
+                                                                     ///< cohorts
 /// R exceeds the deflection that set it by this much (scaled): a patch that trembles returns to its farthest
 /// place, and to the place of the newest cohort, without a visit.
 constexpr double reach_margin = 0x1p-32;
@@ -37,15 +38,16 @@ constexpr double unused_reach = 8192.0;  ///< R of a lane without a cohort, so l
 /// Survival function of a law, linear between nodes. A cell is 1/128 of (x + 1/16) wide, so the upper bits of
 /// x + 1/16 are its number.
 struct alignas(32) SurvivalCell {
-  double survival;  ///< S at `start`
+  double survival;  ///< value of S at `start`
   double slope;     ///< slope of S, never above 0
-  double moment;    ///< E[delta; delta < start]
+  double moment;    ///< first moment of the lengths below `start`, E[delta; delta < start]
   double start;     ///< x at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
 constexpr int survival_shift = 52 - 7;                ///< mantissa bits below the cell's number; 7 bits
                                                       ///< number the cells of an octave
-constexpr std::uint64_t survival_first = 1019u << 7;  ///< upper bits of survival_offset
+constexpr std::uint64_t survival_first = 1019u << 7;  ///< number of the first cell: the upper bits of
+                                                      ///< survival_offset
 
 /// Longest piece over the longest snap length; pieces may be a fifth longer than asked for.
 constexpr double longest_piece_share = 0.6;
@@ -77,7 +79,7 @@ struct CohortTimes {
   double* births;      ///< for each cohort: time when its bristles were last straight
   double now;          ///< time at the end of a move or of a piece of it
   double per_length;   ///< s per scaled length of the path
-  double strength;     ///< beta or gain
+  double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)
   double rate;         ///< 1 / tau, 1/s
   unsigned saturates;  ///< 1: g = 1 + gain (1 - exp(-a / tau)); 0: g = 1 + beta ln(1 + a / tau)
 };

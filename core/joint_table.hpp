@@ -25,13 +25,13 @@ struct JointLayout {
   std::uint32_t parameter[joint_parameters] = {};  ///< the material's numbers; instead of a Stribeck speed
                                                    ///< its inverse square, or 0
   std::uint32_t least_decay = 0;                   ///< least (speed/stribeck_speed)^2; 80 if that speed is 0
-  std::uint32_t constants = 0;                     ///< number of constant columns
+  std::uint32_t constants = 0;                     ///< number of columns of constants
   // Columns of state.
   std::uint32_t before = 0;     ///< last angle, rad; NaN: none since reset
   std::uint32_t tips = 1;       ///< angle at which each bristle would be straight, rad
   std::uint32_t slid = 0;       ///< 1: slid in the last step, so holds only its kinetic limit
   std::uint32_t gradients = 0;  ///< derivative of each tip by each parameter
-  std::uint32_t columns = 0;    ///< number of state columns
+  std::uint32_t columns = 0;    ///< number of columns of state
 
   // Always inlined, because objects of different instruction sets must not share a function.
   [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {

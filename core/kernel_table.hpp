@@ -38,7 +38,7 @@ struct alignas(64) Block {
   // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
   // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.
   std::int64_t anchor[2];
-  float reach;         ///< scaled length
+  float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
   float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block
   std::uint32_t zero;  ///< 1 = all deflections are zero, and columns z and (redraw) delta are not yet written
 };
@@ -46,7 +46,7 @@ struct alignas(64) Block {
 /// Bound of 64 blocks, or of the patch: as Block::reach, one and two levels up.
 struct Reach {
   std::int64_t anchor[2];
-  double reach;  ///< scaled length; < 0 = unknown
+  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
 /// Numbers of the snap-length laws, as the kernels' switch knows them.
@@ -69,7 +69,7 @@ struct KernelLaw {
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
   double squares_per_length;                    ///< 2 c = m2 / m1: sum of delta^2 per distance
-  double squares_offset;                        ///< 2 kappa
+  double squares_offset;                        ///< 2 kappa, constant part of the sum of delta^2 of a jump
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
   double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
 
@@ -78,7 +78,7 @@ struct KernelLaw {
   double stationary_from;     ///< remaining path from which the stationary law holds to 1e-3
   double deviation;           ///< standard deviation of delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
-  double square_mean;         ///< m2
+  double square_mean;         ///< m2 = E[delta^2]
   double square_slope;        ///< Cov(delta^2, delta) / Var(delta)
   double square_residual;     ///< Var(delta^2) - square_slope^2 Var(delta)
 };
@@ -87,17 +87,17 @@ struct KernelLaw {
 template <class T>
 struct PatchView {
   T* zx;
-  T* zy;                ///< null with one axis
+  T* zy;                ///< deflections along y; null with one axis
   T* delta;             ///< deflection at which a bristle snaps, residual + snap length; SnapRule::keep: for
                         ///< ever
   std::uint32_t* draw;  ///< draw states; null with SnapRule::keep
   const T* first;       ///< first snap lengths (== delta with SnapRule::keep)
   Block* blocks;
   Reach* groups;
-  std::uint32_t bristles;  ///< number of allocated bristles
+  std::uint32_t bristles;  ///< number of bristles allocated
   std::uint32_t whole;     ///< number of bristles that count fully
   T fraction;              ///< weight of bristle `whole`; 0 = not in contact
-  const KernelLaw* law;    ///< null with SnapRule::keep
+  const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
   // Null without ageing. The age of a bristle now is age + (now - since of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
@@ -106,10 +106,10 @@ struct PatchView {
 /// Displacement of a patch in a step or in a piece of it.
 struct Travel {
   std::int64_t from[2], to[2];  ///< patch position, fixed point; both equal in a far step
-  double direction[2];          ///< unit vector
-  double length;                ///< scaled, > 0
+  double direction[2];          ///< direction of the motion, a unit vector
+  double length;                ///< length of the displacement, scaled, > 0
   double start;                 ///< time_of(patch) at the beginning of the step, s; 0 without ageing
-  double duration;              ///< s, > 0
+  double duration;              ///< duration of the step, s, > 0
   double rounding;              ///< s by which the next step may begin earlier than this one ends, through
                                 ///< rounding
   std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position does not change
@@ -127,7 +127,7 @@ struct Advance : Travel {
   std::uint32_t renews_bounds;  ///< 1: bounds are also renewed for blocks in which nothing snaps
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;     ///< Material::ageing_strength
+  double ageing_strength;     ///< value of Material::ageing_strength
   double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length, for the longest
                               ///< snap length
   std::uint32_t ageing_form;  ///< 1: saturating form, 0: logarithmic
@@ -142,7 +142,7 @@ struct Totals {
                          ///< position))
   Int128 squares;        ///< sum over snaps of weight ((residual + delta)^2 - residual^2), in 1 / energy_unit
   std::uint64_t snaps;
-  std::uint64_t visited;  ///< bristles visited
+  std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
   std::int64_t tail_stored[2];      ///< sum over the tail after the step (foreseen in a trial)
   std::int64_t tail_twice_mean[2];  ///< twice the mean of the whole tail over the step
@@ -153,7 +153,7 @@ struct Totals {
 /// stepped.
 struct Renewal {
   std::int64_t from[2];      ///< patch position at the start of the piece
-  double direction[2];       ///< unit vector
+  double direction[2];       ///< direction of the motion, a unit vector
   double length;             ///< length of the piece, scaled
   double residual;           ///< value of Advance::residual
   std::uint64_t key;         ///< key of the patch
@@ -182,10 +182,10 @@ struct RenewalTotals {
 struct alignas(64) SlideBlock {
   std::int64_t position[2];  ///< patch position to which the columns are relative, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
-  double weight;             ///< sum of the weights
+  double weight;             ///< sum of the weights of the block's bristles
   // Cache: no bristle slides while the patch stays within `reach` of the position at which the block was last
   // visited.
-  double reach;  ///< scaled length; < 0 = unknown
+  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
 /// Columns of a patch whose bristles slide. The present deflection is the stored one plus the motion of the
@@ -194,14 +194,14 @@ struct alignas(64) SlideBlock {
 template <class T>
 struct SlideView {
   T* zx;
-  T* zy;               ///< null with one axis
+  T* zy;               ///< deflections along y; null with one axis
   const T* limit;      ///< deflection at which it slides, at the load to which its stiffness belongs
-  const T* per_limit;  ///< 1 / limit
+  const T* per_limit;  ///< one over `limit`
   const T* weight;     ///< share of the stiffness; all shares sum to 1
   double* since;       ///< with drop or ageing: the patch's time at the end of the bristle's last slide, s;
                        ///< else null
   SlideBlock* blocks;
-  std::uint32_t rows;  ///< bristles, padded
+  std::uint32_t rows;  ///< number of bristles, padding included
   T share;             ///< factor of the limits under the present load: 1 unless the load has fallen
   T kinetic;           ///< share of the limit that a bristle holds while it slides: 1 - drop
 };

@@ -298,10 +298,10 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
 /// left after the snap, z the deflection at the end without the snap.
 struct PieceSums {
   double lost;          ///< mass that snapped
-  double gap;           ///< mass x gap
-  double gap_gap;       ///< mass x gap^2
-  double gap_x, gap_y;  ///< mass x gap x z
-  double squares;       ///< mass x |z|^2
+  double gap;           ///< sum of mass x gap
+  double gap_gap;       ///< sum of mass x gap^2
+  double gap_x, gap_y;  ///< sum of mass x gap x z
+  double squares;       ///< sum of mass x |z|^2
   double ranks, rank_squares;
   double x, y;  ///< mass x place, over the mass that is left
   /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal

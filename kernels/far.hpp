@@ -193,7 +193,7 @@ struct FarLanes {
   alignas(64) double mean[2][lane_count] = {};
   alignas(64) double squares[lane_count] = {};
   double further[lane_count] = {};   ///< squares of the snaps after the first
-  double variance[lane_count] = {};  ///< variance of `further`
+  double variance[lane_count] = {};  ///< variance of the part of `further` known only in the mean
   alignas(64) double snaps[lane_count] = {};
 };
 
@@ -218,9 +218,10 @@ inline void write_far(FarNumbers x, double* to) { *to = x; }
 
 /// A row of 16 bristles, for SnapRule::keep.
 struct FarRow {
-  alignas(64) double start[2][lane_count];  ///< deflections
+  alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
-  alignas(64) double limit[lane_count];     ///< residual + snap length
+  alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
+                                            ///< length
   alignas(64) double weight[lane_count];
   alignas(64) double phase[lane_count];  ///< for steps too long to resolve it: random phase, as a share of
                                          ///< the snap length

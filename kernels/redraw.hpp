@@ -51,7 +51,7 @@ template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  T largest_growth;  ///< value of Advance::largest_growth
+  T largest_growth;  ///< largest growth of a snap length, as Advance::largest_growth
 };
 
 /// List of a block's vectors with a bristle that snaps, by their places in the block.
@@ -226,7 +226,7 @@ template <class T, bool sums, class AnyWalk>
 /// State of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
-  Lanes<T> deflection;  ///< r, along the motion
+  Lanes<T> deflection;  ///< r, the deflection along the motion
   Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
   Lanes<T> count;       ///< number of the snaps after the first
 };

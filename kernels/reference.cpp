@@ -236,7 +236,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
       T next_x = patch.zx[i] + p1[0];
       T next_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-      T limit = patch.delta[i];  // residual + snap length
+      T limit = patch.delta[i];  // deflection at which the bristle snaps, residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
       [[maybe_unused]] T next_age{};
       if constexpr (literal) {  // the paper's literal loop: z += v dt; if |z| > delta then z = 0

@@ -59,7 +59,7 @@ class Renewer {
   RenewalTotals& totals;
   const std::uint32_t first, size;  ///< first bristle and size of the range; the last block may extend beyond
                                     ///< the bristles in contact
-  const double left;                ///< residual
+  const double left;                ///< deflection that a snap leaves (residual)
   const double part;                ///< part of the piece for each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
@@ -87,7 +87,7 @@ class Renewer {
     alignas(64) double shift[axes][draws_together];  ///< displacement since its block's last rewrite
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
-    alignas(64) T now[axes][draws_together];          ///< new value of `stored`
+    alignas(64) T now[axes][draws_together];          ///< new value of `stored` after the draw
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
@@ -104,7 +104,7 @@ class Renewer {
     double shift[2];  ///< displacement since its block's last rewrite
     double z[2];
     double along;    ///< deflection along the motion
-    double limit;    ///< residual + snap length
+    double limit;    ///< deflection at which it snaps, residual + snap length
     double chord2;   ///< square of the deflection along the motion at which it snaps
     double aside2;   ///< square of the deflection across the motion
     double to_snap;  ///< with ageing: path to its snap, if it snaps before its renewal point

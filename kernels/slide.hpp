@@ -142,7 +142,7 @@ template <class T, int axes, class V, class Which>
 /// A bristle after a step. The last four members are filled only if asked for.
 template <class V>
 struct Slid {
-  V x, y;             ///< z'
+  V x, y;             ///< z', the deflection at the end
   V path;             ///< distance over which the tip stuck; it slid over the rest of the step
   V integral_x = {};  ///< integral of z over the step (`mean`)
   V integral_y = {};

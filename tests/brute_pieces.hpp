@@ -51,7 +51,7 @@ class SmallPieces {
 
  private:
   struct Group {
-    double x = 0.0, y = 0.0;  ///< deflection
+    double x = 0.0, y = 0.0;  ///< deflection of the bristles that began here
     double farthest = 0.0;    ///< largest deflection so far, beyond the residual
     double share = 1.0;       ///< share of bristles that began here, less those renewed
     double left = 1.0;        ///< share of these bristles that have not snapped
@@ -102,7 +102,7 @@ class SmallPieces {
 
   static constexpr double per_length = 8192.0;
   double residual_, renewal_;
-  std::vector<double> left_;  ///< survival function
+  std::vector<double> left_;  ///< survival function of the snap length, as a table
   std::vector<Group> groups_;
 };
 

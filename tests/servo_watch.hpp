@@ -14,7 +14,7 @@ namespace bristle_test {
 struct Counts {
   long allocations = 0;  ///< calls of malloc, free and their kin
   long locks = 0;        ///< calls of pthread's locks and conditions, on the watched thread
-  long exceptions = 0;   ///< exceptions thrown
+  long exceptions = 0;   ///< number of exceptions thrown
 };
 
 /// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).

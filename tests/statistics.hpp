@@ -16,7 +16,7 @@ constexpr double sigmas = 5.0;
 
 struct Sample {
   double mean = 0.0;
-  double variance = 0.0;  ///< unbiased estimate
+  double variance = 0.0;  ///< unbiased estimate of the variance
   std::size_t size = 0;
   double error() const {
     return std::sqrt(variance / static_cast<double>(size));

@@ -545,7 +545,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
   CHECK(after.patches[0].options.precision == bristle::Precision::single);
-  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // written with twelve digits
+  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // numbers are written with twelve digits
 }
 
 TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {

@@ -245,7 +245,7 @@ TEST_CASE("after a jump in speed the force of bristles that age is that of the t
 
 TEST_CASE("friction of bristles that age lags behind the speed as the table says", "[ageing]") {
   const std::uint32_t n = test_size(4000);
-  constexpr int steps = 100;  // steps of a period
+  constexpr int steps = 100;  // number of steps in a period
   for (const Row& row : read_table("ageing_lag.csv")) {
     const double omega = number(row, "Omega_dbar_over_v0");
     if (omega < 0.2) continue;  // periods are long there, and the lag is small

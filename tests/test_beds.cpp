@@ -349,7 +349,7 @@ TEST_CASE("A bed without rolling steps as its bristles do one by one") {
       if (cells[i].load > 0.0)
         CHECK(shown[i].stiffness / cells[i].stiffness == Approx(shown[1].stiffness / cells[1].stiffness));
       else
-        CHECK(shown[i].stiffness == 0.0);  // out of contact
+        CHECK(shown[i].stiffness == 0.0);  // a bristle out of contact has no stiffness
       CHECK(shown[i].stiffness * shown[i].limit ==
             Approx(shown[1].stiffness * shown[1].limit * cells[i].load / cells[1].load).epsilon(1e-5));
       limit += shown[i].stiffness * shown[i].limit;
@@ -652,7 +652,8 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   for (const double load : {95.0, 90.0, 85.0}) {
     wheel.motion.normal_load = load;
     wheel.step(0.0);
-    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the tolerance allows for the sliding
+                                                               // trailing edge
   }
 }
 

@@ -29,7 +29,7 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
   REQUIRE(c_program_goes_to_coefficients_and_back() == 0);
 }
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
-#if !BRISTLE_MINIMAL  // needs two axes
+#if !BRISTLE_MINIMAL  // the program needs two axes
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
 #endif
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }

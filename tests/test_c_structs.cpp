@@ -123,7 +123,7 @@ TEST_CASE("A C program hears why nothing was shed", "[c]") {
   CHECK(std::string(bristle_last_error()) == "motion_size: give sizeof(bristle_motion)");
   CHECK(bristle_shedder_before_step(nullptr, patch.batch, &patch.motion, sizeof patch.motion, 1) == 0);
   CHECK(std::string(bristle_last_error()) == "shedder is null");
-  bristle_step_report report{};  // not initialised
+  bristle_step_report report{};  // a report that was not initialised
   CHECK(bristle_shedder_after_step(shedder, patch.batch, &patch.motion, sizeof patch.motion, 1, 1e-3,
                                    &report) == 0);
   CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is " +

@@ -111,7 +111,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   CHECK(held < 0.0);
   CHECK(held > -0.2e-3);
   for (int i = 0; i < 1000; ++i) step(9.81);
-  CHECK(std::fabs(height - held) < 1e-9);  // it does not creep
+  CHECK(std::fabs(height - held) < 1e-9);  // the held block does not creep
   CHECK(left.friction()[2] == Approx(-0.5 * mass * 9.81).epsilon(1e-4));
   for (int i = 0; i < 500; ++i) {
     lift += 0.1 * tick;
@@ -282,7 +282,8 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
     most = std::max(most, -tool.friction()[0]);
   });
   CHECK(least > 0.999 * most);
-  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // includes the damper's part
+  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force, which includes the
+                                                                     // damper's part
 }
 
 TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool makes no jerk", "[chai3d]") {

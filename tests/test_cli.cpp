@@ -111,7 +111,8 @@ TEST_CASE("The version names the build and every instruction set, and which is c
   CHECK(outcome.code == 0);
   CHECK_THAT(outcome.out, Contains(bristle::library_version()) && Contains("commit"));
   const bristle::PatchBatch batch;
-  const std::string text = std::regex_replace(outcome.out, std::regex("\n +"), " ");  // lines of 80 columns
+  const std::string text = std::regex_replace(outcome.out, std::regex("\n +"), " ");  // joins lines that were
+                                                                                      // broken at 80 columns
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     const bool chosen = std::string(isa.name) == batch.isa();
     CHECK_THAT(text, Contains(std::string(isa.name) + (chosen       ? " (chosen)"
@@ -762,7 +763,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 }
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
-  const cli::CapacityOptions options;  // deadline of 1 ms
+  const cli::CapacityOptions options;  // default options, with a deadline of 1 ms
   // A clock of 1 ns a bristle, later by the given factors in probes and in the confirming run.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {

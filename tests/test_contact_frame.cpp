@@ -126,7 +126,8 @@ TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid an
       {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},  // an octant of the sphere:
                                                                                  // pi/2
       {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
-      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // the other orientation
+      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // a polygon walked in the other
+                                                                         // orientation
   for (const auto& corners : polygons) {
     double enclosed = 0.0;
     for (std::size_t k = 1; k + 1 < corners.size(); ++k)

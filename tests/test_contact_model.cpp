@@ -276,7 +276,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   trial.normal_load = 300.0;
   CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // after the state changed
+  step_both(0.9 * dbar, 700.0);  // a step that changes the state
   CHECK(answers_agree());
   saved.resize(batch.state_size());
   batch.save_state(saved);

@@ -211,8 +211,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // pressed down
-  bristle::MovingBody<2> body;           // 1 kg
+  batch.step(tick, motions, responses);  // a step that only presses the patches down
+  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {

@@ -78,7 +78,9 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   REQUIRE(crept.batch.save_state({state.data(), state.size()}) == state.size());
   fresh.batch.restore_state({state.data(), state.size()});
   CHECK(fresh.hash() == hash);
-  for (OnePatch* patch : {&crept, &fresh}) patch->step(1.7e-19, 0.0, 300.0);  // the position changes
+  for (OnePatch* patch : {&crept, &fresh})
+    patch->step(1.7e-19, 0.0, 300.0);  // a step by which the position
+                                       // changes
   CHECK(fresh.hash() == crept.hash());
   CHECK(crept.step(0.0, 0.0, 300.0).elastic[0] == Approx(-300.0 * (0.3 * dbar + 4.3e-19)).epsilon(1e-6));
   CHECK(crept.batch.reset(crept.id));
@@ -316,7 +318,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
                                std::int64_t steps) {
   OnePatch patch(plain_material(uniform, rule), plain_options(n, axes, precision, Outputs::mean));
   patch.step(0.0, 0.0, n);
-  const double path = 0.29 * dbar;  // path of a step
+  const double path = 0.29 * dbar;  // path of each step
   // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;

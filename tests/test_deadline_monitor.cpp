@@ -81,12 +81,12 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
   DeadlineMonitor monitor(1e-3);
-  monitor.record(0.5e-3, 0.4e-3);  // in time
-  monitor.record(1e-3, 1e-3);      // just in time
-  monitor.record(2e-3, 1.5e-3);    // late, caused by this program
-  monitor.record(2e-3, 0.2e-3);    // late, preempted: caused by the machine
-  monitor.record(3e-3, 1e-3);      // late, though CPU time did not exceed the deadline
-  monitor.record(2e-3);            // late, CPU time unknown: counts as caused by this program
+  monitor.record(0.5e-3, 0.4e-3);  // a tick in time
+  monitor.record(1e-3, 1e-3);      // a tick that ends exactly at its deadline
+  monitor.record(2e-3, 1.5e-3);    // a late tick, caused by this program
+  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: caused by the machine
+  monitor.record(3e-3, 1e-3);      // a late tick whose CPU time did not exceed the deadline
+  monitor.record(2e-3);            // a late tick with unknown CPU time: counts as caused by this program
   CHECK(monitor.deadline() == 1e-3);
   CHECK(monitor.count() == 6);
   CHECK(monitor.misses() == 4);
@@ -176,8 +176,8 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
 
 TEST_CASE("A tick is late when it ends too long after it was due, however short its step", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
-  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
-  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
+  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // a tick in time
+  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // a tick that started late and ended in time
   monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: caused by the machine
   monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // step too long: caused by this program
   CHECK(monitor.misses() == 2);
@@ -195,7 +195,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // longest step time
+  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step time so far
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {

@@ -67,7 +67,7 @@ TEST_CASE("Lengths are drawn with the mean and the mean square of the law, to 1e
   const double mean = 10e-6;
   struct Law {
     SnapLength law;
-    double mean, mean_square;  // moments in closed form
+    double mean, mean_square;  // mean and mean square of the law in closed form
   };
   std::vector<Law> laws;
   for (const double cv : {0.1, 0.3, 0.4, 0.7, 1.0, 1.25})

@@ -83,7 +83,8 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
     const std::string model = model_of(first.at("variant"));
     INFO(first.at("dist") << ", " << model << ", to " << first.at("Fmax_over_Fpeak") << " of the peak");
     const double per_length =
-        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // kinetic force 1 N
+        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // scale at which the kinetic force
+                                                                          // is 1 N
     const double peak = number(find_row(read_table("summary.csv"),
                                         {{"dist", first.at("dist")}, {"variant", first.at("variant")}}),
                                "f_peak") *
@@ -223,7 +224,7 @@ TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from i
                          [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
   };
   CHECK(counted("1e-3,5e-3") == 0);
-  CHECK(counted("1e-3,1e-2") == 0);  // counts a single one
+  CHECK(counted("1e-3,1e-2") == 0);  // only one of the two speeds is away from rest
   CHECK(counted("1e-2,2e-2") == 1);
 }
 
@@ -395,7 +396,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     INFO(model);
     CHECK(hardening(model, 1.5) > 2.3);
     CHECK(hardening(model, 1.5) < 2.8);
-    CHECK(finding(result, "loop_work", model) < 0.05);  // a twentieth or less
+    CHECK(finding(result, "loop_work", model) < 0.05);  // the loop's work has fallen to a twentieth or less
   }
   for (const double stroke : {0.2, 0.5, 1.0, 1.5, 2.0, 5.0}) CHECK(hardening("brush_rubbed", stroke) <= 1.25);
   CHECK(finding(result, "hardening", "brush_rubbed") <= 1.25);

@@ -181,7 +181,8 @@ TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", 
   }
   for (int rings : {1, 4, 13, 64})
     CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
-  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // cells on a line
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a rectangle of no width
+                                                                                   // has its cells on a line
 }
 
 TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {

@@ -175,7 +175,7 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
   };
   SyntheticFriction noise = usual(), drifting = usual(), slow = usual(), encoder = usual(), all = usual();
   drifting.drift = all.drift = drift;
-  slow.every = all.every = 2;  // recorded at 50 Hz
+  slow.every = all.every = 2;  // keeps every second sample, for 50 Hz
   encoder.encoder = all.encoder = 1e-6;
   const struct {
     const char* name;
@@ -722,7 +722,7 @@ TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
 
 TEST_CASE("A long record is searched in a part of its samples and fitted to all", "[fit]") {
   SyntheticFriction s = usual();
-  s.rate = 1000.0;  // 10,000 rows
+  s.rate = 1000.0;  // ten seconds at 1 kHz give 10,000 rows
   const RecordedFriction data = record(s, 8);
   const Fitted fitted = fit(data.csv());
   CHECK(fitted.result.curve.size() == 10000);

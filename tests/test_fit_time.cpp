@@ -312,7 +312,7 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
       cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
   CHECK(data.quantum == Approx(1e-6));
   CHECK(data.path[120].x == data.path[180].x);
-  CHECK(data.path[20].x < data.path[22].x);  // creep is smoothed
+  CHECK(data.path[20].x < data.path[22].x);  // the creeping part of the path is smoothed
 }
 
 TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {

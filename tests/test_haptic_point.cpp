@@ -77,7 +77,7 @@ double work_of_cycle(const Force& force) {
   go(0.0, -0.005, 400);       // presses to 2.5 N
   go(400e-6, -0.020, 2000);   // presses on to 10 N while sliding
   go(389.5e-6, -0.020, 200);  // lets go of the friction
-  go(389.5e-6, 0.001, 1000);  // comes out
+  go(389.5e-6, 0.001, 1000);  // the hand comes out of the wall
   return work;
 }
 

@@ -718,7 +718,8 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   std::uint32_t status[n] = {9, 9, 9};
   bristle_joint_step step;
   REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
-  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // `angle` is missing
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // refused, because `angle` is
+                                                                               // missing
   step.angle = angle;
   step.speed = speed;
   step.motor = motor;

@@ -220,7 +220,7 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
 
 TEST_CASE("The force is that of the bristles in contact where the load ends with a block or beside one",
           "[load]") {
-  constexpr std::uint32_t n = 768;  // three blocks of 256
+  constexpr std::uint32_t n = 768;  // 768 bristles: three blocks of 256
   for (Precision precision : precisions()) {
     for (double load : {255.0, 255.5, 256.0, 256.5, 511.7, 512.0, 512.3, 767.0, 768.0}) {
       INFO(name_of(precision) << ", load " << load);

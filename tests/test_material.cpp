@@ -435,7 +435,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
   struct Case {
     SnapLaw law;
     SnapRule rule;
-    double lowest;  // lowest ratio
+    double lowest;  // lowest ratio of peak to kinetic friction
   };
   for (const Case& c :
        {Case{SnapLaw::uniform, SnapRule::redraw, 1.16}, Case{SnapLaw::uniform, SnapRule::keep, 1.22},

@@ -237,7 +237,7 @@ TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, howe
   World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
   world.run(0.2);
   const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
-  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // 2e-7 rad a step
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // spins by 2e-7 rad in each step
   world.run(2.0);
   const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
   const double angle = before.cross(frame.along()).dot(frame.normal());

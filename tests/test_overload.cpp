@@ -295,7 +295,7 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
   CHECK(patch.batch.set_detail(patch.id, 0) == Status::bad_input);
   CHECK(patch.batch.set_detail(patch.id, 301) == Status::bad_input);
   CHECK(patch.batch.set_detail(PatchId{}, 10) == Status::unknown_id);
-  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // the present number
+  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // accepts the present number of bristles
   CHECK(patch.hash() == hash);
 }
 

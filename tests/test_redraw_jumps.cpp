@@ -25,7 +25,7 @@ constexpr double allowed_bias = 1e-3;
 
 struct JumpLaw {
   const char* name;
-  SnapLength law;                ///< in metres, mean dbar
+  SnapLength law;                ///< law in metres, with the mean dbar
   Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
   std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
   bool heavy = false;            ///< whether a sample is too small to give the variance of a variance
@@ -226,7 +226,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
 
 TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a renewal process",
           "[physics][jumps][energy]") {
-  constexpr int bristles = 512;  // two blocks
+  constexpr int bristles = 512;  // 512 bristles: two blocks
   const int patches = 50;
   const int steps = static_cast<int>(test_size(40));
   for (const JumpLaw& law : jump_laws()) {

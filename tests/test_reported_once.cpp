@@ -140,7 +140,7 @@ TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
   state.resize(state.size() + 8);
-  bristle::detail::seal_batch({state.size(), 1}, state);  // its checksum is right
+  bristle::detail::seal_batch({state.size(), 1}, state);  // corrects the checksum of the changed state
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
 }
 

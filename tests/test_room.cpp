@@ -392,7 +392,7 @@ TEST_CASE(
   Settings settings = settings_of(Comparison::rubbing);
   settings.infinite = true;  // the infinite brush has no noise
   Run run(settings);
-  const Snapshot& now = run.until(6.002);  // after 24 cycles
+  const Snapshot& now = run.until(6.002);  // state after 24 cycles of rubbing
   REQUIRE(now.compared == 1);
   CHECK(now.beside[0].model == FrictionModel::brush);
   CHECK(now.strength_beside == Approx(1.0).margin(0.1));
@@ -440,7 +440,7 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
-  t += slide_lasts;  // 20.4 s
+  t += slide_lasts;  // the slides end at 20.4 s
   CHECK(t == Approx(20.4));
   CHECK(rest_phase(t).place == Approx(6 * slide_speed));
   CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));

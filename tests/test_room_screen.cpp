@@ -120,7 +120,7 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     room.settings.slope = slope;
     const RoomMeasures measures;
     room::MouseControl mouse;
-    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // in the room's axes
+    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // a displacement in the room's axes
     float x = 0, y = 0;
     REQUIRE(camera.find_pixel(area, room::room_tilt(slope) * wanted, x, y));
     mouse.move(x, y, {true, false, false}, area, camera, room, measures);

@@ -32,7 +32,7 @@ struct TableCase {
   SnapLength law;
   SnapRule rule = SnapRule::redraw;
   double renewal = 0.0;
-  double residual = 0.0;  ///< residual over dbar
+  double residual = 0.0;  ///< residual length over dbar
   std::vector<Row> rows;
 };
 

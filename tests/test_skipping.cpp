@@ -81,15 +81,17 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
       for (int k = 0; k < 30000; ++k) {
         if (k % 50 == 0) speed = mean_length * std::pow(10.0, -6.0 + 6.5 * unit());
         if (k % 37 == 0) angle = 6.283185307179586 * unit();
-        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // contact lost, regained, overloaded
+        if (k % 211 == 0)
+          load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // loads at which contact is lost,
+                                                      // regained and overloaded
         double dx = speed * std::cos(angle);
         double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
         switch (k % 10) {
-          case 3:  // moves exactly back
+          case 3:  // the patch moves exactly back
             dx = -back_x;
             dy = -back_y;
             break;
-          case 4:  // stays at rest
+          case 4:  // the patch stays at rest
             dx = dy = 0.0;
             break;
           case 5: {  // moves up to a snap length, or an ulp beside it
@@ -210,5 +212,5 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // Contact lost and regained: all bristles enter straight, and none is visited until one could snap.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  CHECK(batch.force(id).status == Status::unknown_id);  // force() answers step(dt) only
+  CHECK(batch.force(id).status == Status::unknown_id);  // force() reads the response of step(dt) only
 }

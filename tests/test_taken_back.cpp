@@ -125,7 +125,7 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
     for (const double left : {residual, 0.0}) {
       patch.batch.set_material(patch.id, Material(plain).with_residual_length(left));
       patch.step(0.0, 0.0, many);
-      CHECK(shortest() > 0.0);  // path beyond the residual
+      CHECK(shortest() > 0.0);  // every snap length exceeds the residual
       expect_taken_back(patch);
     }
   }

@@ -15,7 +15,7 @@ namespace bristle_test {
 struct PatchCase {
   std::string name;
   Material material;
-  Material later;  ///< material set half-way
+  Material later;  ///< material to which the patch changes half-way
   PatchOptions options;
 };
 

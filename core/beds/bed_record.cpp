@@ -50,7 +50,7 @@ constexpr const char* material_text = "BedMaterial";
 /// A bristle before it is scaled: positions are in units of the contact's half widths.
 struct Cell {
   double x = 0.0, y = 0.0;
-  double area = 0.0;  ///< area in any unit
+  double area = 0.0;  ///< area of the cell, relative to the others
   double inner = -1.0, outer = 0.0;
   double share = 1.0;
   double along = 0.0;

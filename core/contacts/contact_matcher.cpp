@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // "brstmtch"
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch"
 constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {

@@ -30,7 +30,7 @@ constexpr double largest_scale = 1e6;
 /// Orientation and scale of an outline.
 struct Pose {
   Turn turn;           ///< turn from the axes of the surface to those of the outline
-  double scale = 1.0;  ///< scale given by set_scale
+  double scale = 1.0;  ///< scale of the outline, given by set_scale
 };
 
 /// Sum of k J^T J over the cells, where the cell at `at` slips by J (v, omega) = v + omega x at. Stored in
@@ -70,14 +70,14 @@ struct Stiffnesses {
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
   double chord = 0.0;        ///< 2 sin(spin / 2): displacement of a point at distance 1 from the centre
-  double chord_share = 1.0;  ///< chord over spin
+  double chord_share = 1.0;  ///< chord of the turn over its arc
   double size = 1.0;
 };
 
 struct ExtendedPatch {
   std::uint32_t generation = 0;  ///< 0: the slot is free
   std::vector<PatchCell> cells;  ///< cells in the outline's axes
-  std::vector<PatchId> patches;  ///< patches of the cells
+  std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
   double normal_load = 0.0;
   double max_normal_load = 0.0;
@@ -361,7 +361,7 @@ struct Room {
 
   std::vector<CellMotion> light;  ///< cells of outlines in light steps, one outline after the other
   std::vector<Motion> motions;    ///< motions of the cells of other outlines
-  std::vector<Response> answers;  ///< responses to `motions`
+  std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 
 /// Data of the stepping side: its calls read and write it.

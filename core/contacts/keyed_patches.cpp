@@ -25,7 +25,7 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // "brstkeys"
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys"
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {

@@ -142,7 +142,7 @@ struct JointFriction::Impl {
   JointLayout layout;
   std::vector<double> share, length;
   std::size_t patterns = 1;       ///< number of different blocks of materials, which repeat
-  std::vector<Column> constants;  ///< constants of each pattern
+  std::vector<Column> constants;  ///< columns of constants of each pattern of materials
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
   // Input of the step under way, for the threads that share it.
@@ -177,8 +177,8 @@ struct JointFriction::Impl {
 
   /// Lanes of a block that need special treatment.
   struct Odd {
-    bool bad[lane_count] = {};    ///< input is out of range
-    bool fresh[lane_count] = {};  ///< first step since reset
+    bool bad[lane_count] = {};    ///< whether the joint's input is out of range
+    bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
   };
   static bool is_good(const Column* input, std::size_t i) noexcept {
     return is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &

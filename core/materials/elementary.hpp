@@ -135,7 +135,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       1.84248068447049385e-12,  -1.31286164667109651e-12, -1.74153626526548131e-13, 4.90727403170442438e-14,
       1.29313843261655758e-14,  -1.21806635217263412e-15, -8.05214737262093315e-16, -2.86049414426162132e-17,
       4.05706442433535364e-17,  7.00640077281459613e-18};
-  double t[n], b1[n] = {}, b2[n] = {};  // Clenshaw's recurrence
+  double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
     const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division
     t[i] = (within - 4.0) / (within + 4.0);

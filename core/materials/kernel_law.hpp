@@ -23,14 +23,14 @@ struct CompiledMaterial {
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
-  double residual = 0.0;          ///< Material::residual_length, scaled
+  double residual = 0.0;          ///< value of Material::residual_length, scaled
   double snap_rate = 0.0;         ///< Material::snap_rate, per scaled length: without ageing
   double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
   bool redraw = false;            ///< whether it needs the redraw kernels: by its rule and a spread that is
                                   ///< not negligible
   bool single_length = false;     ///< whether the law is a single length: remainders in double at every speed
-  double peak_coefficient = 0.0;  ///< Material::peak_coefficient without ageing
-  std::uint64_t hash = 0;         ///< hash of every parameter
+  double peak_coefficient = 0.0;  ///< value of Material::peak_coefficient without ageing
+  std::uint64_t hash = 0;         ///< hash of all parameters of the material
   mutable KernelLaw law{};        ///< constants for the kernels; points into the tables below, both made by
                                   ///< make_draws()
 

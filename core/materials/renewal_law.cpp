@@ -101,7 +101,7 @@ struct Known {
   SnapLaw law;
   SnapRule rule;
   double first, second, renewal;
-  double forget;  ///< 0 = nothing yet
+  double forget;  ///< result of find_forget(); 0 = not yet computed
 
   bool fits(const Material& m) const noexcept {
     const SnapLength& length = m.snap_length;

@@ -46,8 +46,8 @@ double segment_partial_moment(int k, double a, double b, double x) noexcept {
 /// The normal law cut at 0, delta = mean + deviation z given z > -mean/deviation.
 struct CutNormal {
   double mean, deviation;
-  double cut;   // -mean / deviation
-  double kept;  // P(z > cut)
+  double cut;   // place of the cut in standard deviations, -mean / deviation
+  double kept;  // share of the uncut law that is kept, P(z > cut)
   double edge;  // density of the cut law at the cut, in units of 1 / deviation
 
   CutNormal(double mean_m, double deviation_m) noexcept

@@ -32,8 +32,8 @@ class Cells {
   double integral_at(double x) const noexcept { return interpolate(length_, integral_, x); }
   double length_at(double integral) const noexcept { return interpolate(integral_, length_, integral); }
 
-  double shorter(double x) const { return 1.0 - law_.survival(x); }          ///< P(l < x)
-  double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< E[l; l < x]
+  double shorter(double x) const { return 1.0 - law_.survival(x); }          ///< Returns P(l < x).
+  double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
   /// Finds, to a few digits, where a non-decreasing function reaches 0.
@@ -64,7 +64,7 @@ class Cells {
 /// -e.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
-  double error;        ///< e, m
+  double error;        ///< the error e, m
 
   Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
     const double shortest =

@@ -98,7 +98,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // exponential
+  high = 45.0;  // an exponential law
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;

@@ -33,7 +33,7 @@ struct PatchRecord {
                          ///< for
   double full_weight = 0.0;  ///< physical bristles per representative when all are in use; a change of
                              ///< material keeps it
-  std::size_t bytes = 0;  ///< bytes of the record and its columns
+  std::size_t bytes = 0;     ///< bytes of the record and its columns
   /// Rounding remainder, in position units, of displacements of few units (find_odd_way()); longer ones leave
   /// none.
   double remainder[2] = {0.0, 0.0};
@@ -47,7 +47,7 @@ struct PatchRecord {
     double since = 0.0;            ///< last time the patch was near its anchor; becomes the next `oldest`
     std::int64_t way[2] = {0, 0};  ///< path from the anchor, fixed point
   } hold;
-  LayMap lay;  ///< map of PatchOptions::lay
+  LayMap lay;  ///< axes and limits of PatchOptions::lay
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
@@ -73,7 +73,7 @@ struct alignas(64) Patch {
   double force_limit = 0.0;        ///< N
 
   // --- line 2
-  std::int64_t position[2] = {0, 0};  ///< fixed point (kernel_table.hpp)
+  std::int64_t position[2] = {0, 0};  ///< position of the patch, fixed point (kernel_table.hpp)
   Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within this ball
   std::uint32_t whole = 0;            ///< bristles that count fully, in full blocks
   bool skips : 1 = true;              ///< whether steps within bounds skip the bristles
@@ -81,7 +81,7 @@ struct alignas(64) Patch {
                                       ///< not snap
   bool literal : 1 = false;           ///< whether the paper's literal loop is used
   bool damps : 1 = false;             ///< whether the damper depends on the velocity
-  bool ages : 1 = false;              ///< whether time_of(patch) matters
+  bool ages : 1 = false;              ///< whether the patch ages, so that time_of(patch) matters
   bool renews : 1 = false;            ///< whether a trial step changes the patch, and so needs a copy
   bool laid : 1 = false;              ///< whether it has a lay, by which motions and forces are mapped
   std::uint8_t fetched_lines = 0;     ///< cache lines of the record worth prefetching before a step
@@ -95,7 +95,7 @@ struct alignas(64) Patch {
 
   // --- line 4
   double lengths_per_metre = 1.0;
-  double zeta = 0.0;                ///< physical bristles in contact
+  double zeta = 0.0;                ///< number of physical bristles in contact
   double overload = 1.0;            ///< zeta over the patch's largest number of bristles, if above 1
   double pending_dissipated = 0.0;  ///< J, caused by a change of material; booked with the next step
   double pending_loss = 0.0;        ///< J, caused by a change of material or of detail; booked with the next

@@ -29,8 +29,10 @@ struct PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  std::vector<Record> records;                                             ///< indexed by slot
-  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< most recently used first
+  std::vector<Record> records;                                             ///< records of the patches,
+                                                                           ///< indexed by slot
+  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< prepared materials, the most
+                                                                           ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends

@@ -12,7 +12,7 @@ namespace bristle {
 /// Options and material of a patch as it was added, without its state.
 struct PatchRecipe {
   std::uint32_t slot = 0;
-  std::uint32_t material = 0;  ///< index into BatchRecipe::materials
+  std::uint32_t material = 0;  ///< index of its material in BatchRecipe::materials
   PatchOptions options;        ///< options, with the seed at the time of adding
   double full_weight = 0.0;    ///< physical bristles per representative, from the material at the time of
                                ///< adding
@@ -23,7 +23,7 @@ struct BatchRecipe {
   std::vector<std::uint32_t> generations;  ///< last generation of each slot
   std::vector<std::uint32_t> free_slots;   ///< free slots in the order in which they were freed
   std::vector<Material> materials;
-  std::vector<PatchRecipe> patches;  ///< indexed by slot
+  std::vector<PatchRecipe> patches;  ///< recipes of the patches, indexed by slot
 };
 
 /// Reads the recipe of a batch. No other thread may use the batch meanwhile.

@@ -43,7 +43,7 @@ struct Command {
   std::unique_ptr<PatchChunk> chunk;  ///< chunk number `slot`, of `grow`
 
   Patch patch;  ///< patch of `add`; `replace` returns the replaced patch in it. The command owns its record
-  std::unique_ptr<Change> change;    ///< change of `change`
+  std::unique_ptr<Change> change;    ///< the change that a command of kind `change` applies
   std::unique_ptr<MoveQueue> queue;  ///< queue of `grow`, as long as all slots; returns with the shorter one
 
   Command() = default;
@@ -101,10 +101,10 @@ class CommandList {
   }
 
  private:
-  Command* newest_;              ///< used by the producer
+  Command* newest_;              ///< newest command, used by the producer
   Command* oldest_;              ///< used by the producer: first command not yet freed
   std::atomic<Command*> taken_;  ///< last command that the consumer took; earlier ones may be freed
-  Command* current_ = newest_;   ///< used by the consumer
+  Command* current_ = newest_;   ///< command being carried out, used by the consumer
   std::atomic<std::uint64_t> pushed_{0};
 };
 

@@ -39,7 +39,7 @@ struct SlotNote {
 /// Estimate of the cost of a slot's next step, made without reading its patch, by which work is shared out.
 struct Outlook {
   double normal_load = -1.0;   ///< N, load of the last step
-  std::uint32_t bristles = 0;  ///< bristles in contact
+  std::uint32_t bristles = 0;  ///< number of bristles in contact
   std::uint32_t last_counted =
       0;  ///< low bits of the number of the last step that named it; detects repeated ids
 };

@@ -45,8 +45,8 @@ class Scheduler {
     Range range;
     Totals totals;
     Outcome outcome;
-    const void* thread = nullptr;  ///< thread that did it
-    double end = 0.0;              ///< time when it was done, s
+    const void* thread = nullptr;  ///< thread that did the task
+    double end = 0.0;              ///< time when the task was done, s
   };
   struct Split {
     Patch* patch = nullptr;
@@ -70,7 +70,7 @@ class Scheduler {
   double last_sizable_step_ = -1.0;  ///< end of the last step that may have been worth sharing, s
   std::uint64_t step_number_ = 0;
   std::array<Task, max_tasks> tasks_;
-  std::array<Split, max_split> splits_;  ///< sorted by motion
+  std::array<Split, max_split> splits_;  ///< large patches split into ranges, sorted by motion
   int split_count_ = 0;
   /// Time that the calling thread worked in a shared step, and time it then waited for others, s.
   double worked_ = 0.0, waited_ = 0.0;

@@ -43,7 +43,7 @@ class ServoCore {
 
  private:
   const int core_;
-  const std::uint64_t batch_;  ///< identifies the batch
+  const std::uint64_t batch_;  ///< number that identifies the batch
   const cpu_set_t cores_;
 };
 

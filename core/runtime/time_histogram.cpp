@@ -9,7 +9,7 @@ namespace bristle {
 
 namespace {
 
-constexpr int mantissa_bits = 6;  // 64 buckets per octave
+constexpr int mantissa_bits = 6;  // mantissa bits that number the 64 buckets of an octave
 constexpr int last = TimeHistogram::buckets - 1;
 
 // Returns the bucket of a time. Bucket 0 holds 0 ns; below 2^6 ns every nanosecond has a bucket of its own,

@@ -82,7 +82,7 @@ struct Workers::Impl {
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
   std::optional<KeepOff> keep_off;
-  std::vector<Share> shares;  ///< tasks of each thread
+  std::vector<Share> shares;  ///< tasks left for each thread
 
   Impl(int threads, int servo_core) : arena(threads), shares(static_cast<std::size_t>(threads)) {
     if (threads > tbb::this_task_arena::max_concurrency())

@@ -70,7 +70,7 @@ struct BedShape {
                                 ///< material's radius
   int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
                                 ///< roll: of rings, then of cells around
-  std::vector<BedCell> list;    ///< the bristles of Kind::list
+  std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
 
   /// Sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for Cattaneo's
   /// and Mindlin's contact under any history of load. It does not resist spin and does not roll. `cells`: 2
@@ -285,10 +285,11 @@ class BRISTLE_API BedBatch {
   /// Unbends all bristles and takes the bed out of contact. False if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< zeros for an unknown id
+  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness and limits of a bed; zeros for an unknown
+                                          ///< id
   /// Writes as many bristles as fit; returns how many.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
-  std::uint64_t state_hash(BedId id) const noexcept;  ///< 0 for an unknown id
+  std::uint64_t state_hash(BedId id) const noexcept;  ///< state hash of one bed, 0 for an unknown id
   std::uint64_t state_hash() const noexcept;          ///< hash of all beds in the order of their slots
 
   std::size_t state_size() const noexcept;

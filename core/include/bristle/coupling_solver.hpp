@@ -565,7 +565,7 @@ class MidpointSolver {
   PatchBatch& batch_;
   double dt_s_;
   Vector external_, start_;
-  Matrix inertia_;  // 2 M / T
+  Matrix inertia_;  // inertia of the midpoint equation, 2 M / T
   Eigen::LLT<Matrix> mass_;
   Span<BodyContact<Dof>> contacts_;
   Span<Motion> motions_;

@@ -118,7 +118,7 @@ class BRISTLE_API DeadlineMonitor {
 
   /// The tick that ended the longest after it was due.
   struct WorstTick {
-    std::uint64_t number = 0;    ///< counted from 0
+    std::uint64_t number = 0;    ///< number of the tick, counted from 0
     double end_after_due = 0.0;  ///< s
     double started_late = 0.0;   ///< s after it was due
     double step = 0.0;           ///< s, wall time

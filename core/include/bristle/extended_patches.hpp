@@ -70,7 +70,7 @@ struct ExtendedInfo {
   double normal_load = 0.0;      ///< N, load of the last step
   double max_normal_load = 0.0;  ///< N
   std::uint64_t memory_bytes = 0;
-  const char* kernel = "";  ///< kernel of its cells
+  const char* kernel = "";  ///< name of the kernel that steps its cells
 };
 
 /// Extended patches over a batch. Several of these, and point patches, may share one batch.
@@ -135,7 +135,7 @@ class BRISTLE_API ExtendedPatches {
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
-  ExtendedInfo info(PatchId id) const noexcept;         ///< zeros for an unknown id
+  ExtendedInfo info(PatchId id) const noexcept;         ///< state of a patch; zeros for an unknown id
   double stored_energy(PatchId id) const noexcept;      ///< J
   std::uint64_t state_hash(PatchId id) const noexcept;  ///< hash of the cells, the turn and the scale; for a
                                                         ///< point that of its patch

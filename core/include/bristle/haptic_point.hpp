@@ -46,7 +46,7 @@ namespace bristle {
 /// Velocity from positions, by an adaptive window. Constant memory, no allocation.
 class WindowedVelocity {
  public:
-  static constexpr int longest = 32;  ///< longest window, ticks
+  static constexpr int longest = 32;  ///< longest window of positions, in ticks
 
   WindowedVelocity() noexcept {
     for (Eigen::Vector3d& place : places_) place.setZero();

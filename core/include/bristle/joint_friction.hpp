@@ -33,8 +33,8 @@ enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 /// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
   double base = 0.0;               ///< N m, 0 to 1e9
-  double motor[2] = {0.0, 0.0};    ///< by direction, 0 to 100
-  double outside[2] = {0.0, 0.0};  ///< by direction, 0 to 100
+  double motor[2] = {0.0, 0.0};    ///< share of the torque lost, by JointDirection, 0 to 100
+  double outside[2] = {0.0, 0.0};  ///< share of the torque lost, by JointDirection, 0 to 100
 };
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
@@ -76,7 +76,7 @@ struct JointOutput {
   Span<double> by_speed = {};    ///< N m s/rad; positive where friction falls with speed
   Span<double> by_motor = {};    ///< N m per N m of motor torque
   Span<double> by_outside = {};  ///< N m per N m of outside torque
-  Span<Status> status = {};      ///< ok or bad_input
+  Span<Status> status = {};      ///< Status::ok or Status::bad_input of each joint
   /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
   /// through all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};
@@ -106,7 +106,7 @@ class BRISTLE_API JointFriction {
   /// As step, without changing the state: for implicit solvers.
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
 
-  void reset() noexcept;                   ///< resets all joints
+  void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles
   bool reset(std::size_t joint) noexcept;  ///< false if there is no such joint
 
   std::uint64_t state_hash(std::size_t joint) const noexcept;  ///< hash of one joint's state, 0 if there is

@@ -148,7 +148,7 @@ class BRISTLE_API ContactMatcher {
   /// pair; at worst times P^2, if a row of contacts moved further than its own length and all of it lies
   /// within reach.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
-  void clear() noexcept;  ///< forgets all contacts
+  void clear() noexcept;  ///< forgets all contacts, so that the next ones get new keys
 
   /// Number of bytes of save_state, which depends on the number of contacts that the next `match` can find
   /// again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and changes

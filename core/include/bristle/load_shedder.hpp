@@ -29,7 +29,7 @@ struct LoadShedderOptions {
   int wait_steps = 100;       ///< steps between two restorations; more after one that had to be undone
   double rate_s = 0.0;        ///< s per bristle visited, first estimate; 0 = unknown
   double change_s = 6e-9;     ///< s per restored bristle, spent once: see PatchBatch::set_detail
-  std::size_t record = 4096;  ///< decisions remembered until clear_decisions
+  std::size_t record = 4096;  ///< number of decisions remembered until clear_decisions
 
   LoadShedderOptions& with_budget(double seconds) { return detail::set(*this, budget_s, seconds); }
   LoadShedderOptions& with_late_steps(int steps) { return detail::set(*this, late_steps, steps); }
@@ -43,7 +43,7 @@ struct LoadShedderOptions {
 /// Report on the bristles that are left out at present, and their effect.
 struct ShedReport {
   std::uint32_t patches = 0;     ///< patches that use fewer representatives than they have
-  std::uint64_t bristles = 0;    ///< representatives left out
+  std::uint64_t bristles = 0;    ///< number of representatives left out
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
   double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
                                  ///< least share of its representatives: share^-1/2

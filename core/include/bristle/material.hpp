@@ -86,7 +86,7 @@ struct Coefficients {
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
-  double shared_renewal = 1.0;  ///< Material::shared_renewal
+  double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
   double kinetic_speed = beyond_ageing;  ///< m/s: `kinetic` and `peak` hold at this speed
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
   /// beyond_ageing, the slope of slow sliding, to first order: ln 10 times beta, of the part beyond the
@@ -168,7 +168,7 @@ struct BRISTLE_API Material {
   double stribeck_velocity = 1e-3;               ///< vs, m/s, >= 0; 0 = no damper at all
   double normal_stiffness = 1111.111111111111;   ///< sigma_perp, N/m, > 0: one bristle, normal
   double asperity_height_deviation = 1e-6;       ///< sigma, m, > 0: exponential heights (eq. 6)
-  SnapLength snap_length;                        ///< law of delta
+  SnapLength snap_length;                        ///< law of the snap length delta
   SnapRule snap_rule = SnapRule::redraw;
   DamperDecay damper_decay = DamperDecay::exponential;
   /// l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r along the motion. 0,

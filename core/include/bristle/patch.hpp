@@ -39,7 +39,7 @@ enum class Population : unsigned char {
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
   mean = 1,    ///< force averaged over the step, exactly
-  energy = 2,  ///< dissipated, contact_loss, damper_work, snaps
+  energy = 2,  ///< the outputs dissipated, contact_loss, damper_work and snaps
   all = 3
 };
 constexpr Outputs operator|(Outputs a, Outputs b) noexcept {

@@ -55,7 +55,7 @@ struct Cohorts : PatchRecord, CohortState {
   double node_distance = 0.0;      ///< path between two measurements of the curvature
   double per_lag = 0.0;            ///< one over the path by which the force lags behind the curvature
   double highest_curve = 0.0;      ///< largest curvature of a glide, rad per scaled length
-  double chord_share = 0.0;        ///< argument of find_arc()
+  double chord_share = 0.0;        ///< chord share that find_arc() takes, see Glide::chord_share
   double snap_rest = 0.0;          ///< bristles that snapped and are not yet reported, a fraction below one
   std::uint32_t pieces = 0;        ///< resolution, rounded up; reported as PatchInfo::bristles
   std::uint32_t detail = 0;        ///< pieces in use, of these

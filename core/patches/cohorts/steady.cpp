@@ -25,7 +25,7 @@ double find_growth(double piece, double farthest, double room) noexcept {
 }
 
 struct Node {
-  double age;    ///< path since birth
+  double age;    ///< path since the bristles' birth
   double share;  ///< share of the bristles, before division by the sum of all
   double reach;  ///< R: `age` over the growth g at that age
   Survival at;   ///< S and M at `reach`

@@ -19,7 +19,7 @@ struct Corner {
   double direction[2];  ///< unit vector of the motion after the corner
   double before[2];     ///< unit vector of the motion before the corner
   double length;        ///< path along which the patch is carried, scaled, > 0
-  double residual;      ///< value of Advance::residual
+  double residual;      ///< deflection after a snap, as Advance::residual
   double unit;          ///< value of Advance::energy_unit, unit of RenewalTotals::twice_integral
 };
 

@@ -51,8 +51,8 @@ struct RenewalState {
     forget_young();
   }
   // For bristles that age, numbers at the end of the slide:
-  double run_ageing = 0.0;           ///< AgedSliding::per_length
-  double run_until = 0.0;            ///< the patch's time, s
+  double run_ageing = 0.0;           ///< value of AgedSliding::per_length in the slide
+  double run_until = 0.0;            ///< the patch's time at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the slide
 };
@@ -73,7 +73,7 @@ struct PieceSums {
   double length = 0.0;                 ///< length of the whole step, scaled
   double until = 0.0, duration = 0.0;  ///< end and duration of the step, s
   double forget = 0.0;                 ///< path after which a straight slide is steady at its speed
-  double per_length = 0.0;             ///< with ageing: AgedSliding::per_length
+  double per_length = 0.0;             ///< with ageing: value of AgedSliding::per_length
   double carried = 0.0;                ///< part of `length` along which the patch is carried
   double run = 0.0;                    ///< length of the slide that the step continues
   double young_run = 0.0;              ///< length of the slide of its young bristles
@@ -93,7 +93,7 @@ struct PieceSums {
 /// Shared renewal of a patch: its state, constants of the material (scaled), and the sums of the step under
 /// way.
 struct SharedRenewal : RenewalState {
-  double piece = 0.0;         ///< longest piece of path
+  double piece = 0.0;         ///< longest piece of path that is taken at once
   double inverse_mean = 0.0;  ///< one over the mean snap length
   double forget = 0.0;        ///< path after which a straight slide is steady
   double goes_on = 0.0;       ///< least path along which a step of a steady slide is followed
@@ -119,16 +119,16 @@ struct Representatives : PatchRecord, RepresentativeCount {
   Block* blocks = nullptr;
   Reach* groups = nullptr;
   T* zx = nullptr;
-  T* zy = nullptr;  ///< null if the patch has one axis
+  T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
   // Deflections at which bristles snap, residual + snap length:
   T* first = nullptr;               ///< for the length sampled first
   T* delta = nullptr;               ///< for the present length; equals `first` with SnapRule::keep
-  std::uint32_t* draw = nullptr;    ///< null with SnapRule::keep
+  std::uint32_t* draw = nullptr;    ///< draw states; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< a single entry, or null without shared renewal
   // Column of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
-  AgedSliding* aged = nullptr;  ///< a single entry
+  AgedSliding* aged = nullptr;  ///< constants of ageing, a single entry
 
   /// Visits every column in the order in which columns are laid out, saved and hashed.
   template <class Self, class Visit>

@@ -26,11 +26,11 @@ struct Sliders : PatchRecord {
 
   SlideBlock* blocks = nullptr;
   T* zx = nullptr;
-  T* zy = nullptr;          ///< null if the patch has one axis
-  double* since = nullptr;  ///< column of SlideView::since
+  T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
+  double* since = nullptr;  ///< times of the last slide, see SlideView::since
   // Columns of the strata in use, then of all n:
   T* limit = nullptr;
-  T* per_limit = nullptr;  ///< column of SlideView::per_limit
+  T* per_limit = nullptr;  ///< one over the limits, see SlideView::per_limit
   T* weight = nullptr;
   T* first_limit = nullptr;
   T* first_weight = nullptr;

@@ -115,7 +115,10 @@ bool replace_file(const std::string& from, const std::string& to) noexcept {
   return false;
 }
 
-bool flush_folder_of(const std::string&) noexcept { return true; }  // MOVEFILE_WRITE_THROUGH has flushed it
+bool flush_folder_of(const std::string&) noexcept {
+  return true;
+}  // replace_file() has flushed it by
+   // MOVEFILE_WRITE_THROUGH
 
 void remove_file(const std::string& path) noexcept { _wunlink(wide(path).c_str()); }
 
