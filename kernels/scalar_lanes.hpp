@@ -91,7 +91,7 @@ inline T look_up(const double* table, std::int32_t last, T share) {
   return low + (high - low) * (x - k);
 }
 
-/// SplitMix64's finaliser.
+/// Mixes 64 bits by SplitMix64's finaliser, a bijection.
 inline std::uint64_t mix64(std::uint64_t x) {
   x ^= x >> 30;
   x *= 0xBF58476D1CE4E5B9u;

@@ -18,7 +18,7 @@ namespace bristle_test {
 
 class AgedBristles {
  public:
-  /// `growth`: the function g of the age, concave, 1 at 0.
+  /// Makes bristles. `growth`: the function g of the age, concave, 1 at 0.
   AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed)
       : quantile_(std::move(quantile)), growth_(std::move(growth)), generator_(seed), bristles_(count) {
     for (Bristle& b : bristles_) b.fresh = draw();

@@ -18,7 +18,8 @@ namespace bristle_test {
 /// Quantile function Q(u): the snap length below which a share u of the bristles lies, 0 < u < 1.
 using Quantile = std::function<double(double)>;
 
-/// Inverse of the normal distribution: the rational start of Acklam, then one step of Halley on erfc.
+/// Returns the inverse of the normal distribution function: the rational start of Acklam, then one step of
+/// Halley on erfc.
 inline double inverse_normal(double u) {
   if (!(u > 0.0 && u < 1.0)) throw std::domain_error("inverse_normal needs 0 < u < 1");
   const auto tail = [](double p) {
@@ -73,7 +74,7 @@ inline Quantile single_quantile(double length) {
 inline Quantile uniform_quantile(double low, double high) {
   return [=](double u) { return low + u * (high - low); };
 }
-/// Quantile function of a normal law cut at 0.
+/// Returns the quantile function of a normal law cut at 0.
 inline Quantile normal_quantile(double mean, double deviation) {
   const double below_zero = 0.5 * std::erfc(mean / (deviation * std::sqrt(2.0)));
   return [=](double u) {
@@ -87,7 +88,7 @@ inline Quantile lognormal_quantile(double mean, double cv) {
 inline Quantile exponential_quantile(double mean) {
   return [=](double u) { return -mean * std::log1p(-u); };
 }
-/// Quantile function of a table: values at 0, 1/(n-1), ..., 1, linear in between.
+/// Returns the quantile function of a table: values at 0, 1/(n-1), ..., 1, linear in between.
 inline Quantile table_quantile(std::vector<double> values) {
   return [values = std::move(values)](double u) {
     const double place = u * static_cast<double>(values.size() - 1);

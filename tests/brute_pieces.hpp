@@ -18,7 +18,7 @@ namespace bristle_test {
 /// Lengths in units of the mean snap length.
 class SmallPieces {
  public:
-  /// `quantiles`: values at 0, 1/(n-1), ..., 1, linear in between.
+  /// Makes straight bristles. `quantiles`: values at 0, 1/(n-1), ..., 1, linear in between.
   SmallPieces(const std::vector<double>& quantiles, double residual, double renewal)
       : residual_(residual), renewal_(renewal), groups_{Group{}} {
     const std::size_t count = static_cast<std::size_t>(quantiles.back() * per_length) + 2;

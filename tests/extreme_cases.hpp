@@ -29,7 +29,7 @@ struct Kind {
   Precision precision;
   SnapRule rule;
   int axes;
-  /// A unit vector to move along, oblique with two axes.
+  /// x of a unit vector to move along, oblique with two axes.
   double ex() const { return axes == 2 ? 0.6 : 1.0; }
   double ey() const { return axes == 2 ? 0.8 : 0.0; }
   bool is_double() const { return precision == Precision::double_; }

@@ -46,7 +46,7 @@ struct Cell {
   bool joint = false;  ///< Whether the record is the log of a joint.
 };
 
-/// The usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
+/// Returns the usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;

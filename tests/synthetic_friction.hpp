@@ -73,8 +73,8 @@ struct RecordedFriction {
   }
 };
 
-/// Position at time t: three seconds of growing loops up to 12 um, then strokes of growing length and speed,
-/// to 0.4 mm and 1.3 mm/s.
+/// Returns the position at time t: three seconds of growing loops up to 12 um, then strokes of growing length
+/// and speed, to 0.4 mm and 1.3 mm/s.
 inline double loops_and_strokes(double t) {
   if (t < 3.0) return 12e-6 * t / 3.0 * std::sin(2.0 * M_PI * 1.5 * t);
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);

@@ -42,7 +42,7 @@ SnapLength law_of(const std::string& name) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// A material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
   return Material{}
@@ -56,7 +56,7 @@ Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule r
       .with_ageing(ageing);
 }
 
-/// Growth g of a snap length, written independently of the library.
+/// Returns the growth g of a snap length, written independently of the library.
 double growth(const Ageing& a, double age_s) {
   return a.form == AgeingForm::saturating ? 1.0 + a.strength * (1.0 - std::exp(-age_s / a.time))
                                           : 1.0 + a.strength * std::log(1.0 + age_s / a.time);

@@ -65,7 +65,7 @@ Material aged(const SnapLength& law, const Ageing& ageing) {
 }
 Material aged(const SnapLength& law, double beta) { return aged(law, Ageing::logarithmic(beta, tau)); }
 
-/// Growth g of a snap length, written independently of the library.
+/// Returns the growth g of a snap length, written independently of the library.
 double growth(const Ageing& a, double age) {
   if (a.form == bristle::AgeingForm::saturating) return 1.0 + a.strength * (1.0 - std::exp(-age / a.time));
   return 1.0 + a.strength * std::log1p(age / a.time);

@@ -241,7 +241,8 @@ struct Grip {
   std::function<double(int)> load;  ///< load of each pad in step k, N
 };
 
-/// All grips reach 12 N, the least load, within the first second, when the deflection is largest.
+/// Returns the grips, all of which reach 12 N, the least load, within the first second, when the deflection
+/// is largest.
 std::vector<Grip> grips() {
   return {{"12 N", false, [](int) { return 12.0; }},
           {"60 N", false, [](int) { return 60.0; }},

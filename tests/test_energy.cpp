@@ -32,8 +32,8 @@ std::vector<LawCase> laws() {
 /// deflections of each block also to 2^-44 (times the path), its sum of delta^2 to 2^-50 of the longest
 /// square that it may hold.
 ///
-/// Relative tolerance. Double: 1e-12. Float: 1e-6 = 16 x 2^-24, because a bristle's deflection, step mean and
-/// loss each have errors of a few 2^-24, and errors of a block may add up.
+/// Returns the relative tolerance. Double: 1e-12. Float: 1e-6 = 16 x 2^-24, because a bristle's deflection,
+/// step mean and loss each have errors of a few 2^-24, and errors of a block may add up.
 constexpr double balance_bound(Precision precision) { return precision == Precision::double_ ? 1e-12 : 1e-6; }
 
 struct Balance {

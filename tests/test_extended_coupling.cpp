@@ -111,8 +111,8 @@ struct Disc : Body<3> {
   }
 };
 
-/// Force and torque of a uniform disc with short bristles, over mu N and mu N R: the mean direction of slip,
-/// as a plain sum in polar coordinates.
+/// Computes force and torque of a uniform disc with short bristles, over mu N and mu N R: the mean direction
+/// of slip, as a plain sum in polar coordinates.
 void limit_surface(double v, double spin_r, double& force, double& torque) {
   constexpr int rings = 30, around = 64;
   force = torque = 0.0;

@@ -23,7 +23,7 @@ cli::FitOptions of_disc() {
   return options;
 }
 
-/// Ten seconds at 50 Hz of 60 annuli of 30 bristles each.
+/// Returns ten seconds at 50 Hz of 60 annuli of 30 bristles each.
 SyntheticFriction turning() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;

@@ -17,7 +17,7 @@ namespace {
 // is minus the weighted sum of the deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// Rounding error of one bristle whose fraction changes: it is rewritten once.
+/// Returns the rounding error of one bristle whose fraction changes: it is rewritten once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
 /// Returns the weighted sum of deflections by the rule of the fractional bristle.

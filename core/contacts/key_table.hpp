@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
+/// Mixes a key by SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
 constexpr std::uint64_t mix_key(std::uint64_t x) noexcept {
   x += 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;

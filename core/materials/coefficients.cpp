@@ -322,7 +322,7 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// For SnapRule::slide: returns the given spread, or else 0.3 for a family that has a spread.
+/// Returns, for SnapRule::slide, the given spread, or else 0.3 for a family that has a spread.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -333,7 +333,7 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
   return spread;
 }
 
-/// For SnapRule::slide: returns the drop at which the peak is `ratio` times the kinetic friction, or throws
+/// Returns, for SnapRule::slide, the drop at which the peak is `ratio` times the kinetic friction, or throws
 /// an error that says what can be reached.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
@@ -365,7 +365,7 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   return 0.5 * (low + high);
 }
 
-/// For SnapRule::slide: returns the strength of ageing with the wanted growth, for bristles of this law and
+/// Returns, for SnapRule::slide, the strength of ageing with the wanted growth, for bristles of this law and
 /// drop.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)

@@ -46,7 +46,7 @@ inline double exp_remainder(double r) noexcept {
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
-/// exp(x), error below 1 ulp; 0 and infinity beyond the range of double.
+/// Returns exp(x), error below 1 ulp; 0 and infinity beyond the range of double.
 inline double exp(double x) noexcept {
   if (x != x) return x;
   if (x > 709.79) return infinity;
@@ -67,7 +67,7 @@ inline double expm1(double x) noexcept {
   return exp(x) - 1.0;
 }
 
-/// Natural logarithm, error below 1 ulp. log(0) = -infinity, NaN below 0.
+/// Returns the natural logarithm, error below 1 ulp. log(0) = -infinity, NaN below 0.
 inline double log(double x) noexcept {
   if (x != x || x < 0.0) return not_a_number;
   if (x == 0.0) return -infinity;
@@ -105,13 +105,13 @@ inline double log1p(double x) noexcept {
   return log(u) + (x - (u - 1.0)) / u;
 }
 
-/// asinh(x) for x >= 0.
+/// Returns asinh(x) for x >= 0.
 inline double asinh(double x) noexcept {
   if (x > 1e8) return log(x) + 0.6931471805599453;
   return log1p(x + x * x / (1.0 + square_root(1.0 + x * x)));
 }
 
-/// exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
+/// Returns exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
 inline double exp_half_square(double x) noexcept {
   const double high = from_bits(bits_of(x) & 0xfffffffff8000000ULL);
   const double low = x - high;
@@ -119,7 +119,7 @@ inline double exp_half_square(double x) noexcept {
   return exp(-0.5 * high * high) * exp(-0.5 * low * (x + high));
 }
 
-/// Density of the standard normal law.
+/// Returns the density of the standard normal law.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
 /// Calculates P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z)
@@ -158,14 +158,14 @@ inline double normal_upper_tail(double z) noexcept {
   return tail[0];
 }
 
-/// Distribution function of the standard normal law; small relative error in the lower tail.
+/// Returns the distribution function of the standard normal law; small relative error in the lower tail.
 inline double normal_cdf(double z) noexcept {
   if (z != z) return z;
   return z < 0.0 ? normal_upper_tail(-z) : 1.0 - normal_upper_tail(z);
 }
 
-/// Inverse of normal_cdf, relative error 1e-16 or so (Wichura, algorithm AS 241, PPND16, Appl. Statist.
-/// 37, 1988). -infinity at 0, infinity at 1, NaN outside.
+/// Returns the inverse of normal_cdf, relative error 1e-16 or so (Wichura, algorithm AS 241, PPND16, Appl.
+/// Statist. 37, 1988). -infinity at 0, infinity at 1, NaN outside.
 inline double normal_quantile(double p) noexcept {
   if (!(p >= 0.0 && p <= 1.0)) return not_a_number;
   const double q = p - 0.5;

@@ -26,7 +26,7 @@ double whole_power(double x, int k) noexcept {
   return power;
 }
 
-/// E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
+/// Returns E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
 /// that nothing cancels: x^(k+1) - a^(k+1) = (x - a) (x^k + x^(k-1) a + ... + a^k).
 double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   if (x <= a) return 0.0;
@@ -36,8 +36,8 @@ double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   return (x - a) / (b - a) * sum / (k + 1);
 }
 
-/// E[delta^k; delta < x] of one segment of a table, which is an atom (one length with a probability) where a
-/// = b.
+/// Returns E[delta^k; delta < x] of one segment of a table, which is an atom (one length with a probability)
+/// where a = b.
 double segment_partial_moment(int k, double a, double b, double x) noexcept {
   if (a == b) return a < x ? whole_power(a, k) : 0.0;
   return uniform_partial_moment(k, a, b, x);
@@ -110,7 +110,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Argument of the normal distribution function in E[delta^k; delta < x].
+  /// Returns the argument of the normal distribution function in E[delta^k; delta < x].
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -118,7 +118,7 @@ struct Lognormal {
   }
 };
 
-/// E[t^k; t < x] of the exponential law of mean 1.
+/// Returns E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
   // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x it cancels, so the series of the
   // terms beyond x^k serves there.

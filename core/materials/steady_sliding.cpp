@@ -164,10 +164,10 @@ double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double 
   return growth;
 }
 
-/// Integral over 0 to d of exp(-growth r).
+/// Returns the integral over 0 to d of exp(-growth r).
 double path_share(double growth, double d) { return growth == 0.0 ? d : -expm1(-growth * d) / growth; }
 
-/// Integral over 0 to d of r exp(-growth r).
+/// Returns the integral over 0 to d of r exp(-growth r).
 double deflection_share(double growth, double d) {
   const double t = growth * d;
   if (t < 0.35) return d * d * (1.0 - (1.0 + t) * exp_remainder(-t));

@@ -19,7 +19,8 @@ struct WayAgeing {
   double strength = 0.0;  ///< 0 = no ageing
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
-  /// Growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its derivative.
+  /// Returns the growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its
+  /// derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };

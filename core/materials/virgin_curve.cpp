@@ -56,7 +56,7 @@ struct UnitLaw {
 // ---------------------------------------------------------------------------------------------------
 // keep
 
-/// Sum of 1/k^2 over k > n.
+/// Returns the sum of 1/k^2 over k > n.
 double tail_of_inverse_squares(double n) noexcept {
   double sum = 0.0;
   while (n < 32.0) {
@@ -69,8 +69,8 @@ double tail_of_inverse_squares(double n) noexcept {
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
 }
 
-/// E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom, `from_left` gives
-/// the limit from the left (a) instead of 0.
+/// Returns E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom, `from_left`
+/// gives the limit from the left (a) instead of 0.
 double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
   if (a == b) {
     const double rest = x - whole_part(x / a) * a;
@@ -109,7 +109,7 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
+/// Returns E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
 /// integral, which is E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
   constexpr double direct_terms = 100.0;
@@ -404,7 +404,8 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Largest step for an error below 1e-6: a part of the width of the law, finer where its density jumps.
+/// Returns the largest step for an error below 1e-6: a part of the width of the law, finer where its density
+/// jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
@@ -841,7 +842,7 @@ double table_peak(const VirginGrid& grid) {
   return peak;
 }
 
-/// Highest value that the renewal equation gives up to `end`, in at most `most_cells`.
+/// Returns the highest value that the renewal equation gives up to `end`, in at most `most_cells`.
 double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
   const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));

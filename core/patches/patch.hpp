@@ -130,7 +130,7 @@ void note_contact(Patch& patch) noexcept;
 /// strengthening with speed.
 double damping_at(const Patch& patch, double speed) noexcept;
 
-/// Fixed-point difference of two positions, which wrap.
+/// Returns the fixed-point difference of two positions, which wrap.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }

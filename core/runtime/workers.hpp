@@ -15,7 +15,7 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   int count() const noexcept { return count_; }
-  /// Number of workers that could not be kept off the servo core.
+  /// Returns the number of workers that could not be kept off the servo core.
   int unbound() const noexcept;
   /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
   /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).

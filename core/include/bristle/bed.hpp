@@ -72,9 +72,9 @@ struct BedShape {
                                 ///< roll: of rings, then of cells around
   std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
 
-  /// Sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for Cattaneo's
-  /// and Mindlin's contact under any history of load. It does not resist spin and does not roll. `cells`: 2
-  /// to 65536; the error of the force falls with their square, 4e-4 of mu N at 32.
+  /// Makes a sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for
+  /// Cattaneo's and Mindlin's contact under any history of load. It does not resist spin and does not roll.
+  /// `cells`: 2 to 65536; the error of the force falls with their square, 4e-4 of mu N at 32.
   static BedShape sphere_row(int cells = 32, double radius_of_contact_m = 0.0) {
     BedShape shape;
     shape.growth = BedGrowth::cube_root;
@@ -83,7 +83,7 @@ struct BedShape {
     shape.cells[1] = 1;
     return shape;
   }
-  /// One row of bristles through which a wheel or a roller rolls along x.
+  /// Makes one row of bristles through which a wheel or a roller rolls along x.
   static BedShape wheel_row(double half_length_m, BedPressure pressure = BedPressure::parabolic,
                             int cells = 32) {
     BedShape shape = rectangle(half_length_m, 0.0, pressure, cells, 1);
@@ -91,13 +91,13 @@ struct BedShape {
     shape.rolls = true;
     return shape;
   }
-  /// Cylinder that lies along y and rolls along x, under Hertz's pressure. Its half width grows with the root
-  /// of the load.
+  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. Its half width grows with
+  /// the root of the load.
   static BedShape cylinder_row(double half_length_m, int cells = 32) {
     return wheel_row(half_length_m, BedPressure::hertz, cells).grown(BedGrowth::square_root);
   }
-  /// Disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three times
-  /// the rings). Half widths of 0 take Hertz's from the material's radius.
+  /// Makes a disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three
+  /// times the rings). Half widths of 0 take Hertz's from the material's radius.
   static BedShape ellipse(double half_x_m, double half_y_m, BedPressure pressure, int rings = 7,
                           int around = 0) {
     BedShape shape;
@@ -112,7 +112,8 @@ struct BedShape {
   static BedShape disc(double radius_m, BedPressure pressure, int rings = 7, int around = 0) {
     return ellipse(radius_m, radius_m, pressure, rings, around);
   }
-  /// Rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny` rows.
+  /// Makes a rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny`
+  /// rows.
   static BedShape rectangle(double half_x_m, double half_y_m, BedPressure pressure, int nx = 16, int ny = 8) {
     BedShape shape;
     shape.kind = Kind::rectangle;
@@ -173,14 +174,14 @@ struct BedMaterial {
   BedMaterial(double static_mu, double kinetic_mu)
       : static_friction(static_mu), kinetic_friction(kinetic_mu) {}
 
-  /// One elastic body of shear modulus G and Poisson's ratio nu (0 to 0.5) on a rigid one.
+  /// Sets one elastic body of shear modulus G and Poisson's ratio nu (0 to 0.5) on a rigid one.
   BedMaterial& with_elastic(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     normal_modulus = 2.0 * shear_modulus_pa / (1.0 - poisson);
     shear_modulus = 4.0 * shear_modulus_pa / (2.0 - poisson);
     radius = radius_m;
     return *this;
   }
-  /// Two elastic bodies of equal modulus and ratio.
+  /// Sets two elastic bodies of equal modulus and ratio.
   BedMaterial& with_elastic_pair(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     with_elastic(0.5 * shear_modulus_pa, poisson, radius_m);
     return *this;

@@ -50,7 +50,7 @@ namespace bristle {
 
 namespace detail {
 
-/// The rotation by the vector `turn` (rad) of any length, by halving and a series, without libm.
+/// Returns the rotation by the vector `turn` (rad) of any length, by halving and a series, without libm.
 inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vector3d& turn) noexcept {
   using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
   Eigen::Vector3d half = 0.5 * turn;
@@ -277,7 +277,8 @@ class ContactFrame {
     half.normal = turned(from.normal);
     return half;
   }
-  /// As half_way(), for a rotation by more than a right angle, whose axis may be ill-conditioned.
+  /// Returns half a rotation, as half_way(), for one by more than a right angle, whose axis may be
+  /// ill-conditioned.
   static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
     rotation += to.aside * from.aside.transpose();

@@ -38,8 +38,8 @@ namespace bristle {
 
 using RigidBody = MovingBody<6>;
 
-/// A free rigid body at rest; velocities are about its centre of mass, in world axes. If the body turns,
-/// update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
+/// Makes a free rigid body at rest; velocities are about its centre of mass, in world axes. If the body
+/// turns, update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
 inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noexcept {
   RigidBody body;
   body.mass.setZero();
@@ -48,9 +48,9 @@ inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noex
   return body;
 }
 
-/// A contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes), whose
-/// displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent plane.
-/// `place`: index of its patch in the arrays of motions and responses.
+/// Makes a contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes),
+/// whose displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent
+/// plane. `place`: index of its patch in the arrays of motions and responses.
 inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
                                     const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
   BodyContact<6> contact;

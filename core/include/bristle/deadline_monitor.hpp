@@ -53,7 +53,8 @@ struct Tick {
 /// moment. 19 kB; no allocation, no lock.
 class BRISTLE_API DeadlineMonitor {
  public:
-  /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have no period.
+  /// Makes a monitor for this deadline of a tick and nominal period, s. A period of 0 means that ticks have
+  /// no period.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
   /// Copies the numbers. Copy only on the thread that records into `other`, or while no thread does. Assign
   /// only on the thread that records here; concurrent readers find the numbers from before or after the
@@ -107,9 +108,10 @@ class BRISTLE_API DeadlineMonitor {
   std::uint64_t misses_machine() const noexcept;  ///< misses caused by the
                                                   ///< machine
   std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
-  /// Most ticks in a row that were late or skipped.
+  /// Returns the most ticks in a row that were late or skipped.
   std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
-  /// Sum of the events of late ticks, each counted from the last refresh_events or late tick before it.
+  /// Returns the sum of the events of late ticks, each counted from the last refresh_events or late tick
+  /// before it.
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
@@ -128,7 +130,8 @@ class BRISTLE_API DeadlineMonitor {
   };
   WorstTick worst() const noexcept;
 
-  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record() and record_tick().
+  /// Return the wall clock (monotonic) and the CPU time of the calling thread, s. For record() and
+  /// record_tick().
   static double wall_now() noexcept;
   static double cpu_now() noexcept;
 

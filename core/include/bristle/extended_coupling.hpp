@@ -47,9 +47,9 @@ struct ExtendedContact {
                                 ///< plane; its spin
 };
 
-/// A contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world axes).
-/// `along` and `aside`: orthogonal unit vectors, the axes of the surface in which displacement[0] and [1] are
-/// given; the spin is about their cross product.
+/// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
+/// axes). `along` and `aside`: orthogonal unit vectors, the axes of the surface in which displacement[0] and
+/// [1] are given; the spin is about their cross product.
 inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen::Vector3d& arm,
                                                   const Eigen::Vector3d& along,
                                                   const Eigen::Vector3d& aside) noexcept {

@@ -106,7 +106,7 @@ class BRISTLE_API ExtendedPatches {
   /// id.
   bool set_scale(PatchId id, double scale) noexcept;
 
-  /// As PatchBatch::step: out[i] is the response to in[i].
+  /// Steps outlines, as PatchBatch::step does patches: out[i] is the response to in[i].
   StepReport step(double dt_s, Span<const ExtendedMotion> in, Span<ExtendedResponse> out) noexcept;
   /// Returns the response that step would give to a trial motion, without changing the state.
   ExtendedResponse find_force(double dt_s, const ExtendedMotion& motion) noexcept;

@@ -184,9 +184,10 @@ class HapticPoint {
   }  ///< whether the last force was at
      ///< the limit
   const ContactFrame& frame() const noexcept { return frame_; }
-  /// Energy that the hand put in so far, J, with each force held until the next position, as a device holds
-  /// it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the energy that the
-  /// delay of one tick adds (core/MODEL.md, section 22); the device's own damping must absorb it.
+  /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
+  /// device holds it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the
+  /// energy that the delay of one tick adds (core/MODEL.md, section 22); the device's own damping must absorb
+  /// it.
   double taken() const noexcept { return taken_; }
 
  private:

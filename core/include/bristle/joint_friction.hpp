@@ -103,7 +103,7 @@ class BRISTLE_API JointFriction {
   /// the options do not allow, is Status::bad_input for all: nothing changes, nothing but `status` is
   /// written.
   StepReport step(const JointInput& in, const JointOutput& out) noexcept;
-  /// As step, without changing the state: for implicit solvers.
+  /// Computes the output of step() without changing the state: for implicit solvers.
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
 
   void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles

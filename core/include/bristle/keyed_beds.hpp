@@ -33,9 +33,9 @@ class BRISTLE_API KeyedBeds {
   std::uint64_t refused() const noexcept;
   ///@}
 
-  /// Number of bytes that save_state writes, constant: the record of which contact has which bed. Save the
-  /// batch beside it and restore both. A bed does not know its key, so nothing checks that pool and batch
-  /// belong together. Otherwise as in KeyedPatches.
+  /// Returns the number of bytes that save_state writes, constant: the record of which contact has which bed.
+  /// Save the batch beside it and restore both. A bed does not know its key, so nothing checks that pool and
+  /// batch belong together. Otherwise as in KeyedPatches.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

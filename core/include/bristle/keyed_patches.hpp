@@ -85,7 +85,7 @@ class BRISTLE_API KeyedPatches {
   /// total number. The order depends on the calls alone.
   std::size_t read_entries(Span<Entry> out) const noexcept;
 
-  /// Number of bytes that save_state writes, constant for the life of a pool.
+  /// Returns the number of bytes that save_state writes, constant for the life of a pool.
   std::size_t state_size() const noexcept;
   /// Writes which contact has which patch; returns the bytes written, 0 if `to` is too small. The patches'
   /// own state is the batch's (or ExtendedPatches'): save it beside.
@@ -150,9 +150,9 @@ class BRISTLE_API ContactMatcher {
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
   void clear() noexcept;  ///< forgets all contacts, so that the next ones get new keys
 
-  /// Number of bytes of save_state, which depends on the number of contacts that the next `match` can find
-  /// again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and changes
-  /// nothing, for more contacts than 2 x capacity.
+  /// Returns the number of bytes of save_state, which depends on the number of contacts that the next `match`
+  /// can find again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and
+  /// changes nothing, for more contacts than 2 x capacity.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

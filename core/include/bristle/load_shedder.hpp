@@ -110,7 +110,7 @@ class BRISTLE_API LoadShedder {
 BRISTLE_API std::size_t apply_decisions(PatchBatch& batch, Span<const DetailDecision> decisions,
                                         std::uint64_t step) noexcept;
 
-/// Relative standard deviation of the elastic force of one patch in steady sliding with `active`
+/// Returns the relative standard deviation of the elastic force of one patch in steady sliding with `active`
 /// representatives in contact: c active^-1/2, where c follows from the moments of the snap length
 /// (core/MODEL.md, section 4).
 BRISTLE_API double sliding_noise(const Material& material, double active) noexcept;

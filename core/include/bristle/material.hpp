@@ -234,7 +234,7 @@ struct BRISTLE_API Material {
   /// it can name the place.
   void validate_for_representatives() const;
 
-  /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
+  /// Returns zeta = N / (sigma_perp sigma), eq. (9). A real number.
   double bristles_in_contact(double normal_load_n) const noexcept {
     return normal_load_n / (normal_stiffness * asperity_height_deviation);
   }
@@ -243,40 +243,40 @@ struct BRISTLE_API Material {
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
-  /// Friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1 / 2 for
-  /// keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal lowers it by the
-  /// equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of fast sliding, in
-  /// which nothing ages: the lowest value.
+  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1
+  /// / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal lowers it
+  /// by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of fast sliding,
+  /// in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
-  /// Kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta g(l /
-  /// v), and the law of l replaces that of delta. Counts bristles alone: no damper, no strengthening with
-  /// speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws bristle::Error
-  /// on NaN.
+  /// Returns kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta
+  /// g(l / v), and the law of l replaces that of delta. Counts bristles alone: no damper, no strengthening
+  /// with speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws
+  /// bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
-  /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
-  /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
+  /// Returns the highest friction over normal load at first loading from rest with all deflections zero (the
+  /// virgin curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
   /// renewal: set-up cost. With ageing this is the limit of fast loading, in which nothing ages: the lowest
   /// value.
   double peak_coefficient() const;
-  /// Peak friction over normal load where every bristle has held for `held_s` seconds and is loaded fast: the
-  /// part beyond the residual is ageing_factor times that of peak_coefficient(). Response::force_limit takes
-  /// the longest time that any bristle of the patch can have held.
+  /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
+  /// fast: the part beyond the residual is ageing_factor times that of peak_coefficient().
+  /// Response::force_limit takes the longest time that any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
-  /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for redraw,
-  /// E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
+  /// Returns nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for
+  /// redraw, E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
   /// shared_renewal times as many. With ageing this is the limit of fast sliding: the highest value.
   double snap_rate() const;
-  /// g(a) of a bristle that has held for this time, s: 1 without ageing.
+  /// Returns g(a) of a bristle that has held for this time, s: 1 without ageing.
   double ageing_factor(double age_s) const noexcept;
   /// Returns a asinh(v / (2 v*)): the friction over normal load that strengthening with speed adds at this
   /// speed.
   double strengthening_at(double speed_m_per_s) const noexcept;
-  /// strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
+  /// Returns strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
   double strengthening_damping(double speed_m_per_s) const noexcept;
-  /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
+  /// Returns sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
-  /// Steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5) and
-  /// strengthening with speed.
+  /// Returns steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5)
+  /// and strengthening with speed.
   double steady_force(double speed_m_per_s, double normal_load_n) const;
 
   /// Calculates bristle parameters from coefficients. Without Coefficients::spread it is solved from peak /
@@ -293,13 +293,13 @@ struct BRISTLE_API Material {
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }
 };
 
-/// Mean deflection over dbar at displacement x from rest with all deflections zero, both in units of
-/// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
-/// on a grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
+/// Returns the mean deflection over dbar at displacement x from rest with all deflections zero, both in units
+/// of dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved on a
+/// grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
-/// Virgin deflection with residual length and shared renewal. Deflection and displacement are in units of
-/// E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and
-/// shared renewal.
+/// Returns the virgin deflection with residual length and shared renewal. Deflection and displacement are in
+/// units of E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with
+/// keep and shared renewal.
 BRISTLE_API double virgin_deflection(const Material& material, double x_over_mean);
 
 }  // namespace bristle

@@ -123,9 +123,9 @@ class BRISTLE_API PatchBatch {
   /// solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
-  /// The part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip speed; 0
-  /// for a material without. This friction is nearly the same at any speed and stops a body within a step, so
-  /// implicit solvers take it at the speed that they find (coupling.hpp does).
+  /// Returns the part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip
+  /// speed; 0 for a material without. This friction is nearly the same at any speed and stops a body within a
+  /// step, so implicit solvers take it at the speed that they find (coupling.hpp does).
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
   /// Whether the contact ages or has a lay: then its force limit may be far above the force at which it
   /// slides.
@@ -140,10 +140,10 @@ class BRISTLE_API PatchBatch {
 
   /// Returns state and memory use. For an unknown id, this function and those below return zeros.
   PatchInfo info(PatchId id) const noexcept;
-  /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
+  /// Returns the elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
-  /// Hash of deflections, block displacements, snap lengths, draw counters, active count, weight, overload
-  /// factor and material, in bristle order. Equal on every instruction set, worker count and batch
+  /// Returns the hash of deflections, block displacements, snap lengths, draw counters, active count, weight,
+  /// overload factor and material, in bristle order. Equal on every instruction set, worker count and batch
   /// composition.
   std::uint64_t state_hash(PatchId id) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< hash over all patches in slot order
@@ -165,8 +165,8 @@ class BRISTLE_API PatchBatch {
 
   std::size_t patch_count() const noexcept;
   int threads() const noexcept;
-  /// Number of workers so far that should stay off the servo core and could not be bound. Any thread may call
-  /// it.
+  /// Returns the number of workers so far that should stay off the servo core and could not be bound. Any
+  /// thread may call it.
   int unbound_workers() const noexcept;
   const char* isa() const noexcept;  ///< instruction set in use; lives for ever
 

@@ -43,7 +43,7 @@ double find_lack(const Cohorts& r, double along, double across, double curve) no
 
 /// Takes a step if the patch glides; else returns false and changes nothing.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
-/// ContactModel::renew_bound: continues a glide, or finds that nothing snaps.
+/// Implements ContactModel::renew_bound: continues a glide, or finds that nothing snaps.
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Computes the means of a glide from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
