@@ -35,8 +35,8 @@ constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< R of a lane without a cohort, so long that nothing reaches it
 
-/// Survival function of a law, linear between nodes. A cell is 1/128 of (x + 1/16) wide, so the upper bits of
-/// x + 1/16 are its number.
+/// Survival function of a law, linear between nodes. A cell is 1/128 of (x + 1/16) wide, so the upper bits
+/// of x + 1/16 are its number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S, never above 0

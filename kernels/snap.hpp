@@ -22,8 +22,8 @@ struct FirstPass {
   Mask<T> snaps;
 };
 
-/// Deflection and energy after a snap, for all bristles. `limit` is an entry of the column `delta`: residual
-/// + snap length.
+/// Deflection and energy after a snap, for all bristles. `limit` is an entry of the column `delta`:
+/// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
   explicit Residual(Lanes<T>) {}

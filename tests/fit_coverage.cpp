@@ -144,8 +144,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with an elastic stage or a late sensor between contact and file. Brush and sensor run at 1
-/// kHz, recorded at 100 Hz.
+/// Adds records with an elastic stage or a late sensor between contact and file. Brush and sensor run at
+/// 1 kHz, recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;

@@ -28,8 +28,8 @@ inline bristle::JointMaterial made_up_gear(unsigned seed = 0) {
   return m;
 }
 
-/// Makes the log of a weight of 2 N m on a servo that follows sines, holds, and lowers it: simulated at 10
-/// kHz, recorded at 1 kHz, with noise of 10 mN m on the motor's torque.
+/// Makes the log of a weight of 2 N m on a servo that follows sines, holds, and lowers it: simulated at
+/// 10 kHz, recorded at 1 kHz, with noise of 10 mN m on the motor's torque.
 inline cli::JointLog made_up_log(double seconds, unsigned seed = 0) {
   const bristle::JointMaterial m = made_up_gear(seed);
   bristle::JointFriction joint(1, {&m, 1}, cli::joint_fit_options());

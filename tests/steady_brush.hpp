@@ -50,8 +50,8 @@ class SteadyBrush {
       // Takes one far step, because the phases of nearly equal lengths separate only over a long distance.
       step(1000.37 * ex, 1000.37 * ey);
     } else {
-      // Takes small steps, none of which jumps many snaps. They erase the memory of the start to 1e-6 after 9
-      // mean lengths at cv 0.29.
+      // Takes small steps, none of which jumps many snaps. They erase the memory of the start to 1e-6 after
+      // 9 mean lengths at cv 0.29.
       for (int k = 0; k < 60; ++k) step(0.83 * ex, 0.83 * ey);
     }
   }

@@ -563,8 +563,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   OnePatch patch(material, plain_options(n, 1));
   patch.step(0.0, 0.0, 500.0, tau);
   patch.batch.step(99.0 * tau, {}, {});
-  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1 and hold up to 1 + ln(2)
-  // / 2 lengths, the old ones up to 3.3.
+  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1 and hold up to
+  // 1 + ln(2) / 2 lengths, the old ones up to 3.3.
   const auto force = [&](double length, double taus) {
     return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
   };

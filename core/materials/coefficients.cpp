@@ -181,8 +181,9 @@ struct Family {
     return value1 < value2 ? x1 : x2;
   }
 
-  // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value (1 + w^2/12)
-  // / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between 1.153 and 1.159.
+  // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value
+  // (1 + w^2/12) / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between
+  // 1.153 and 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
   // Spread up to which the ratio falls for any residual and renewal, with the peak in the first pass.
   static constexpr double narrow_uniform = 0.249;

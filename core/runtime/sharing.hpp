@@ -13,8 +13,8 @@ struct Sharing {
   /// just worked starts within a microsecond (measured break-even below 20,000 bristles).
   std::uint64_t parallel_from = 20000;
   /// Least number of bristles to visit for which a step is shared after a pause, as between the ticks of a
-  /// servo loop: a sleeping worker starts after 30 us, in which the calling thread steps some 100,000
-  /// bristles alone (measured break-even 200,000).
+  /// servo loop: a sleeping worker starts after 30 us, in which the calling thread steps some
+  /// 100,000 bristles alone (measured break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
   /// Time after the last step, s, from which workers are taken to sleep; they spin for some ten microseconds.
   double awake = 20e-6;

@@ -243,10 +243,10 @@ struct BRISTLE_API Material {
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
-  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1
-  /// / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal lowers it
-  /// by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of fast sliding,
-  /// in which nothing ages: the lowest value.
+  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma),
+  /// b = m1 / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal
+  /// lowers it by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of
+  /// fast sliding, in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
   /// Returns kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta
   /// g(l / v), and the law of l replaces that of delta. Counts bristles alone: no damper, no strengthening
