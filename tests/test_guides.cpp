@@ -1,5 +1,5 @@
-// The guides show the programs that are built and run; the table of materials is one that the library
-// accepts.
+// The guides show the very programs that are built and run, and their table of materials holds materials that
+// the library accepts.
 #include <catch2/catch.hpp>
 
 #include <charconv>
@@ -31,12 +31,12 @@ std::string shown_part(const std::string& program) {
   return program.substr(begin + 9, end - begin - 9);
 }
 
-/// Cells of the rows of a Markdown table that begin after `header`.
+/// Returns the cells of the rows of a Markdown table, which begin after `header`.
 std::vector<std::vector<std::string>> rows_after(const std::string& page, const std::string& header) {
   std::istringstream lines(page.substr(page.find(header)));
   std::string line;
   std::getline(lines, line);
-  std::getline(lines, line);  // |---|
+  std::getline(lines, line);  // skips the line |---|
   std::vector<std::vector<std::string>> rows;
   while (std::getline(lines, line) && line.rfind("| ", 0) == 0) {
     std::vector<std::string> cells;
@@ -121,14 +121,14 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
     CHECK(got.damping_per_newton == Approx(wanted.damping_per_newton).epsilon(1e-9).margin(1e-300));
     CHECK_FALSE(row[6].empty());
 
-    // And it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
+    // Checks that it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
     OnePatch patch(material, PatchOptions{}.with_axes(1).with_max_normal_load(2.0).with_bristles(20000));
     double mean = 0.0;
     for (int k = 0; k < 400; ++k) {
       const Response r = patch.step(0.0731 * wanted.presliding_length, 0.0, 2.0);
       if (k >= 200) mean -= r.elastic[0] / (200 * 2.0);
     }
-    // Lengths of little spread keep in step for long: their mean over 14 lengths is still that of a saw
+    // Lengths of little spread keep in step for long, so their mean over 14 lengths is still that of a saw
     // tooth.
     CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
   }
@@ -169,7 +169,7 @@ TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") 
     OnePatch patch(material, PatchOptions{}.with_max_normal_load(2.0));
     const double expected = 2.0 * 0.6 * 1.5 / (0.5e-3 * (1.0 + spread * spread));
     CHECK(patch.step(1e-7, 0.0, 1.5).stiffness == Approx(expected).epsilon(1e-6));
-    // By default, with residual and renewal: within 2 % for the ratios of MATERIALS.md.
+    // With the default residual and renewal: within 2 % for the ratios of MATERIALS.md.
     for (double ratio : {1.1, 1.15, 1.3, 1.6}) {
       const Material rubbed = Material::from_coefficients(bristle::Coefficients{}
                                                               .with_kinetic(0.6)
