@@ -1,5 +1,5 @@
-// Names what bounds the time of each target, so what would have to change to shorten it. Statements only; the
-// counts and code behind them are in bench/RESULTS.md, "The targets, and what bounds them".
+// Names what bounds the time of each target: what would have to change for it to be shorter. Plain
+// statements, from counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"
@@ -8,11 +8,11 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< name of a target, or the common beginning of several names
+  std::string_view target;  ///< its name, or what the names of several begin with
   const char* by;
 };
 
-// Bounds; the first entry that matches a name is used.
+// The first that fits.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},

@@ -385,7 +385,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
 Action add_sweep(CLI::App* sweep) {
   const auto kept = std::make_shared<cli::SweepOptions>();
   cli::SweepOptions& options = *kept;
-  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* value,
                             const char* description) {
     return sweep->add_option(option, list, description)
@@ -463,7 +463,7 @@ Action add_run(CLI::App* command) {
   const auto kept = std::make_shared<cli::RunOptions>();
   const auto realtime = std::make_shared<RealtimeWish>();
   cli::RunOptions& options = *kept;
-  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   add_file(command, "--trace", options.trace, "Motion file, CSV t,x,y,load, in place of the scene's motion");
   command
       ->add_option("--clip-load", options.clip_load,
@@ -535,7 +535,7 @@ Action add_fit(CLI::App* command) {
   const auto kept = std::make_shared<cli::FitOptions>();
   cli::FitOptions& options = *kept;
   add_file(command, "DATA", options.data,
-           "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
+           "Measured friction, CSV t,x,load,force (tools/fitting/README.md); several files are one record")
       ->required();
   add_reading(command, options);
   add_choice(
@@ -623,7 +623,7 @@ Action add_accuracy(CLI::App* command) {
   const auto kept = std::make_shared<cli::AccuracyOptions>();
   const auto error = std::make_shared<std::string>();
   cli::AccuracyOptions& options = *kept;
-  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   command->add_option("--error", *error, "Wanted error of the force, rms, e.g. 1%")->type_name("SHARE");
   add_file(command, "--write", options.write,
            "Write the scene with the recommended setting to this TOML file");

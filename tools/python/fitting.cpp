@@ -298,7 +298,8 @@ void define_fitting(py::module_& module) {
       py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
       py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
-      "(tools/README.md), or in several that are one record. load: N, in place of a column. columns: the "
+      "(tools/fitting/README.md), or in several that are one record. load: N, in place of a column. columns: "
+      "the "
       "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
       "\"um\"}). speed: m/s, where no column has the motion. clip_load: N, loads from minus this to 0 count "
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "

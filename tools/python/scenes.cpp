@@ -142,7 +142,7 @@ void define_scene(py::module_& module) {
   using cli::Scene;
   py::class_<Scene>(
       module, "Scene",
-      "A scene file: materials, contact patches and what moves them (tools/README.md). Never changes.")
+      "A scene file: materials, contact patches and what moves them (tools/scenes/README.md). Never changes.")
       .def(py::init([](const Path& path) { return cli::read_scene(path.string()); }), py::arg("path"),
            "Reads a scene file, TOML. Raises bristle.Error with file, line and key.")
       .def_readonly("file", &Scene::file, "As it was given.")
