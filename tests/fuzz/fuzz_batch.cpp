@@ -13,7 +13,8 @@ using bristle::PatchId;
 using bristle::Response;
 using bristle::Status;
 
-constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+constexpr Status refusals =
+    Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity;
 
 /// Plain model of what the interface promises: which patches there are and what they are made of.
 struct Model {

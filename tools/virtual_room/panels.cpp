@@ -350,7 +350,7 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   const char* sources[presets.size()];
   for (std::size_t i = 0; i < presets.size(); ++i) {
     names[i] = presets[i].name;
-    sources[i] = presets[i].says;
+    sources[i] = source_of(presets[i]);
   }
   if (const int preset = panel.choice(names, sources, static_cast<int>(presets.size()), preset_of(s));
       preset >= 0) {
