@@ -354,6 +354,7 @@ struct HapticLoop::Impl {
         case Act::stop_recording:
         case Act::replay:
         case Act::slow_pull:
+        case Act::tour:
           requests.push(act);
           break;
       }
@@ -567,7 +568,13 @@ struct HapticLoop::Impl {
           order = begin_replay();
           break;
         case Act::slow_pull:
-          order = begin_slow_pull();
+          order = begin_own_hand("slow pull", &slow_pull);
+          order.message =
+              to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                     order.parameters.peak * load_at_rest(settings)));
+          break;
+        case Act::tour:
+          order = begin_own_hand("tour", &tour_hand);
           break;
         default:
           return;
@@ -589,19 +596,17 @@ struct HapticLoop::Impl {
   }
 
   // A hand of its own on the block as it lies at the beginning, under the settings in force.
-  Order begin_slow_pull() {
+  Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
-    auto hand_of_room = std::make_unique<PlayedHand>(
-        "slow pull", slow_pull(settings, order.parameters.peak, options.measures));
+    auto hand_of_room =
+        std::make_unique<PlayedHand>(name, motion(settings, order.parameters.peak, options.measures));
     replay_end = hand_of_room->end();
     leaving_device = std::move(replay_device);
     replay_device = std::move(hand_of_room);
     order.device = replay_device.get();
     pulling = true;
     changes.clear();
-    order.message = to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
-                                           order.parameters.peak * load_at_rest(settings)));
     return order;
   }
 
@@ -631,7 +636,7 @@ struct HapticLoop::Impl {
   void end_slow_pull() {
     Order order;
     leave_slow_pull(order);
-    order.message = to_message("the slow pull has ended: the hand is yours");
+    order.message = to_message("the hand is yours");
     give(order);
   }
 

@@ -10,8 +10,10 @@
 
 namespace room {
 
-/// Into ImGui's background list of the current picture. `notice`: a line for the person, or empty.
+/// Into ImGui's background list of the current picture. `title`: in place of the scene's own, or empty;
+/// `notice`: a line for the person, or empty.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& notice);
+                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
+                  const std::string& notice);
 
 }  // namespace room

@@ -54,7 +54,8 @@ struct MouseHand {
 };
 
 /// `record` and `replay` begin with a reset, so that a replay gives the same bits.
-/// `slow_pull` too: a hand of the room's own draws the tool against the block until that has broken away.
+/// `slow_pull` and `tour` too: a hand of the room's own draws the tool against the block until that has
+/// broken away; in a tour it first pushes below the peak and lets go (slow_pull.hpp).
 enum class Act : unsigned char {
   none,
   pause,
@@ -66,7 +67,8 @@ enum class Act : unsigned char {
   record,
   stop_recording,
   replay,
-  slow_pull
+  slow_pull,
+  tour
 };
 
 inline constexpr std::size_t most_contacts = 32;

@@ -31,6 +31,7 @@ struct RunOptions {
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< of the simulation; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< forces; empty = none
+  bool tour = false;     ///< the window opens on the tour
   PictureOptions picture;
   double stall_graphics_ms = 0.0;  ///< for tests: the graphic loop stands still so long, once a second
   LoopOptions loop;

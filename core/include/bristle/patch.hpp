@@ -11,7 +11,7 @@ namespace bristle {
 /// Names a patch of one batch. Slot and generation: a removed id never names a later patch. 0 = none.
 struct PatchId {
   std::uint64_t value = 0;
-  /// What a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
+  /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
   static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
   /// Whether it can name a patch: false for 0 and for no_capacity().
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
