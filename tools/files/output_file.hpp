@@ -53,8 +53,10 @@ struct FileOption {
   std::string option, path;
 };
 
-/// Refuses the name of a picture that gnuplot is to draw unless it ends in .png and is no device. Empty is no
-/// picture.
+/// Whether a picture of this name is drawn as vectors.
+bool is_vector_picture(const std::string& path);
+/// Refuses the name of a picture that gnuplot is to draw unless it ends in .png or .svg and is no device. Empty
+/// is no picture.
 void check_picture_name(const char* option, const std::string& path);
 
 /// Refuses an output that is one of the inputs, or another output, under whatever name: before any work.
