@@ -275,6 +275,11 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(back.fall_per_decade > 0.02 && back.fall_per_decade < 0.03 && back.growth_per_decade == 0.0);
   there.fall_per_decade = 0.05;
   EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_REFUSED);
+  EXPECT(bristle_typical_coefficients("fingertip on glass", &there) == BRISTLE_OK);
+  EXPECT(there.kinetic == 0.8 && there.peak == 0.9 && there.presliding_length == 0.8e-3);
+  EXPECT(bristle_typical_coefficients("oak", &there) == BRISTLE_REFUSED && there.kinetic == 0.8);
+  EXPECT(strstr(bristle_last_error(), "fingertip on glass") != NULL);
+  EXPECT(strcmp(bristle_typical_name(0), "steel on steel, dry") == 0 && bristle_typical_name(1000) == NULL);
   memset(&law, 0, sizeof law);
   law.law = BRISTLE_LAW_TABLE;
   law.table = table;
@@ -325,6 +330,23 @@ int c_program_names_contacts(void) {
   EXPECT(again[0] == 0 && again[1] == ids[1]);
   EXPECT(bristle_keyed_remove(keyed, keys[1]) == 1 && bristle_keyed_remove(keyed, keys[1]) == 0);
   EXPECT(bristle_keyed_refused(keyed) == 0);
+  {
+    /* A third contact finds no patch of two: zero force with the reason, and it is counted. */
+    const uint64_t third[3] = {keys[1], 77, 78};
+    bristle_id many[3];
+    bristle_motion pushed;
+    bristle_response answer;
+    EXPECT(bristle_keyed_find_or_add(keyed, third, many, 3) == BRISTLE_OK);
+    EXPECT(many[1] != BRISTLE_ID_NO_CAPACITY && many[2] == BRISTLE_ID_NO_CAPACITY);
+    EXPECT(bristle_keyed_refused(keyed) == 1);
+    memset(&pushed, 0, sizeof pushed);
+    pushed.id = many[2];
+    pushed.displacement[0] = 1e-6;
+    pushed.normal_load = 1.0;
+    EXPECT(bristle_step(batch, 1e-3, &pushed, sizeof pushed, &answer, sizeof answer, 1, NULL) == BRISTLE_OK);
+    EXPECT(answer.status == BRISTLE_STATUS_NO_CAPACITY && answer.end[0] == 0.0);
+    EXPECT(bristle_keyed_remove(keyed, 77) == 1 && bristle_keyed_remove(keyed, keys[1]) == 1);
+  }
   {
     unsigned char state[256];
     const size_t of_keys = bristle_keyed_state_size(keyed), of_points = bristle_matcher_state_size(matcher);

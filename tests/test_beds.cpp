@@ -1194,7 +1194,7 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(on.id == first);
   CHECK(on.force[0] < 0.0);
   CHECK(other.force[0] == 0.0);
-  CHECK(push(11, 0.0).status == Status::unknown_id);
+  CHECK(push(11, 0.0).status == Status::no_capacity);
   CHECK(keyed.refused() == 1);
   CHECK(keyed.end_step() == 0);
   CHECK(push(9, 2e-5).force[0] < 0.0);

@@ -637,8 +637,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "experiment stick", {"'stick' is not an experiment (did you mean 'stick-slip'?)"});
   check_refused(folder, "experiment drift --models lugr", {"did you mean 'lugre'"});
   check_refused(folder, "experiment drift --set bristels=2", {"did you mean 'bristles'"});
-  check_refused(folder, "experiment drift --plot a.jpg", {"a.jpg: pictures are PNG"});
-  check_refused(folder, "fit data.csv --plot a.jpg", {"a.jpg: pictures are PNG"});
+  check_refused(folder, "experiment drift --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
+  check_refused(folder, "fit data.csv --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
   check_refused(folder, "fit " + scene, {"is a scene", "bristle run"});
   check_refused(folder, "run " + scene + " --threads -1", {"--threads"});
   check_refused(folder, "run " + scene + " --steps 0", {"--steps"});
@@ -870,10 +870,10 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
 
   if (std::system("command -v gnuplot >/dev/null 2>&1") == 0) {
     const Outcome plot =
-        run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.png") + "'");
+        run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.svg") + "'");
     INFO(plot.err);
     CHECK(plot.code == 0);
-    CHECK(read_file(folder.at("drift.png")).substr(1, 3) == "PNG");
+    CHECK_THAT(read_file(folder.at("drift.svg")), Contains("<svg") && Contains("</svg>"));  // whole
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -388,4 +389,55 @@ TEST_CASE("A force at an arm gives its moment", "[frame]") {
   const Vector3d force = w.head<3>(), moment = w.tail<3>();
   CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
   CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // r x F by hand
+}
+
+TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, and are restored by a copy",
+          "[frame][keys]") {
+  std::mt19937_64 random(11);
+  bristle::PatchBatch batch;
+  bristle::KeyedPatches pool(batch, surface, plain_options(20), bristle::KeyedOptions{}.with_capacity(3));
+  bristle::ContactFrames frames(pool);
+  // What a program with a frame of its own for each key has. Key 5 ends after step 6 and begins again at 9.
+  std::map<std::uint64_t, ContactFrame> own;
+  bristle::ContactFrames saved = frames;
+  std::vector<std::byte> keys(pool.state_size()), state(batch.state_size());
+  Vector3d saved_along = Vector3d::Zero();
+  for (int step = 0; step < 20; ++step) {
+    std::vector<std::uint64_t> present = {7, 2};
+    if (step <= 6 || step >= 9) present.push_back(5);
+    for (const std::uint64_t key : present) {
+      const Vector3d normal = random_unit(random), a = 0.2 * random_unit(random),
+                     b = 0.1 * random_unit(random);
+      const bristle::KeyedContact contact = pool.find_or_add_contact(key);
+      REQUIRE(contact.place < 3);
+      CHECK(contact.id == pool.find(key));
+      CHECK(contact.is_new == (own.count(key) == 0));
+      if (own.count(key) == 0)
+        own[key] = ContactFrame(normal);
+      else
+        own[key].carry(normal, a, b);
+      const ContactFrame& frame = frames.carry(contact, normal, a, b);
+      CHECK(frame.along() == own[key].along());
+      CHECK(frame.midway_aside() == own[key].midway_aside());
+      CHECK(&frame == &frames[contact.place]);
+    }
+    pool.end_step();
+    if (step == 6) own.erase(5);
+    if (step == 12) {
+      saved = frames;
+      saved_along = own[5].along();
+      batch.save_state({state.data(), state.size()});
+      pool.save_state({keys.data(), keys.size()});
+    }
+  }
+  batch.restore_state({state.data(), state.size()});
+  pool.restore_state({keys.data(), keys.size()});
+  frames = saved;
+  CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
+  // Contacts beyond the capacity share one frame that nothing reads.
+  const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
+  CHECK(fourth.place == 3);
+  CHECK(fourth.is_new);
+  CHECK(fourth.id == bristle::PatchId::no_capacity());
+  frames.carry(fourth, Vector3d::UnitX());
 }

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -120,6 +121,8 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
     CHECK(got.bristles_per_newton == Approx(wanted.bristles_per_newton).epsilon(1e-9));
     CHECK(got.damping_per_newton == Approx(wanted.damping_per_newton).epsilon(1e-9).margin(1e-300));
     CHECK_FALSE(row[6].empty());
+    const bristle::Coefficients named = bristle::typical_coefficients(row[0].c_str());
+    CHECK(Material::from_coefficients(named) == material);
 
     // Checks that it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
     OnePatch patch(material, PatchOptions{}.with_axes(1).with_max_normal_load(2.0).with_bristles(20000));
@@ -132,6 +135,27 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
     // tooth.
     CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
   }
+}
+
+TEST_CASE("Typical materials are the rows of the guide and the surfaces of the room, and no others",
+          "[guides]") {
+  const auto rows = rows_after(text_of("core/guides/MATERIALS.md"), "| pair | kinetic | peak |");
+  const auto all = bristle::typical_materials();
+  REQUIRE(all.size() == rows.size() + 4);
+  std::set<std::string> names;
+  for (const bristle::TypicalMaterial& typical : all) {
+    INFO(typical.name);
+    CHECK(names.insert(typical.name).second);
+    CHECK(typical.about[0] != '\0');
+    Material::from_coefficients(typical.coefficients).validate();
+  }
+  for (const char* name : {"room wood", "room rubber", "room ice", "room paper"})
+    CHECK(names.count(name) == 1);
+  CHECK(bristle::typical_coefficients("room rubber").damping_per_newton == 1.5);
+  CHECK(bristle::typical_coefficients("room paper").rule == SnapRule::keep);
+  CHECK_THROWS_WITH(bristle::typical_coefficients("oak"),
+                    Catch::Contains("\"oak\"") && Catch::Contains("\"wood on wood\""));
+  CHECK_THROWS_AS(bristle::typical_coefficients(nullptr), bristle::Error);
 }
 
 TEST_CASE("Each row of the table of contacts that age is a material that ages as it says",

@@ -185,23 +185,36 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   KeyedPatches patches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(3));
   for (std::uint64_t key : {1u, 2u, 3u}) CHECK(patches.find_or_add(key));
   CHECK_FALSE(patches.find_or_add(4));
-  CHECK_FALSE(patches.find_or_add(5));
+  CHECK(patches.find_or_add(5) == PatchId::no_capacity());
   CHECK(patches.refused() == 2);
   CHECK(patches.find_or_add(2));
   CHECK(patches.remove(2));
   CHECK_FALSE(patches.remove(2));
   CHECK(patches.find_or_add(4));
   CHECK(patches.refused() == 2);
-  CHECK_FALSE(patches.find_or_add(no_contact_key));
-  CHECK_FALSE(patches.find(no_contact_key));
-  CHECK(patches.refused() == 2);
-  // A motion without a patch is refused; its neighbours are stepped.
-  Motion motions[2] = {{PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}};
-  Response responses[2];
-  batch.step(tick, motions, responses);
+  const PatchId left_out = patches.find_or_add(no_contact_key);
+  CHECK(left_out == PatchId::no_capacity());
+  CHECK(patches.find(no_contact_key) == PatchId{});
+  CHECK(patches.refused() == 3);
+  // A motion without a patch is refused with the reason; its neighbours are stepped.
+  Motion motions[3] = {
+      {PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}, {left_out, {dbar, 0.0}, 5.0}};
+  Response responses[3];
+  const StepReport report = batch.step(tick, motions, responses);
   CHECK(responses[0].status == Status::unknown_id);
   CHECK(responses[0].end[0] == 0.0);
   CHECK(responses[1].end[0] < 0.0);
+  CHECK(responses[2].status == Status::no_capacity);
+  CHECK(responses[2].id == left_out);
+  CHECK(responses[2].end[0] == 0.0);
+  CHECK(has(report.status, Status::no_capacity));
+  CHECK(report.patches_stepped == 1);
+  CHECK(batch.find_force(tick, motions[2]).status == Status::no_capacity);
+  CHECK(batch.force(left_out).status == Status::no_capacity);
+  CHECK(batch.set_detail(left_out, 5) == Status::no_capacity);
+  CHECK(batch.stored_energy(left_out) == 0.0);
+  batch.move(left_out, dbar, 0.0, 5.0);  // does nothing
+  batch.step(tick);
   patches.clear();
   CHECK(patches.size() == 0);
   CHECK(patches.refused() == 0);

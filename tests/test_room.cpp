@@ -28,6 +28,7 @@
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/udp_device.hpp"
 
 namespace {
@@ -654,7 +655,7 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     const Settings s = checked_settings(wanted, Settings{}, message);
     CHECK(message.empty());
     bristle::Material material = material_of(s);
-    CHECK(material.kinetic_coefficient() == Approx(presets[i].kinetic).epsilon(1e-3));
+    CHECK(material.kinetic_coefficient() == Approx(wanted.kinetic).epsilon(1e-3));
     if (of[i].growth_per_decade == 0.0) {
       CHECK(material.ageing_strength == 0.0);
       continue;
@@ -664,8 +665,8 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     // relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
-    const double growth = 10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) /
-                          presets[i].kinetic * factor;
+    const double growth =
+        10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) / wanted.kinetic * factor;
     // Bristles that snap on the way to the peak draw other lengths, which takes 7 %.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
@@ -791,6 +792,42 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     loop.exchange().acts.push(Act::reset);
     CHECK(after(loop, 5).time < 0.01);
   }
+}
+
+TEST_CASE("The tour pushes below the peak, lets the block spring back, and then breaks it away",
+          "[room][hand]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.presliding_length = 4e-3;
+  HapticLoop loop(options);
+  loop.exchange().acts.push(Act::tour);
+  loop.advance(3);
+  const auto at = [&](double t) -> const Snapshot& {
+    while (now_of(loop).time < t) loop.advance(1);
+    return now_of(loop);
+  };
+  const double rest = at(0.25).block_position[0];
+  // 0.6 of the peak bends the bristles by a visible part of their length.
+  const double pushed = at(4.9).block_position[0] - rest;
+  CHECK(pushed > 0.1 * options.settings.presliding_length);
+  CHECK(pushed < options.settings.presliding_length);
+  CHECK(now_of(loop).applied[0] < 0.75 * options.settings.peak * options.settings.mass * g);
+  CHECK(now_of(loop).applied[0] > 0.4 * options.settings.peak * options.settings.mass * g);
+  // Let go it is back but for what has snapped.
+  const double back = at(7.9).block_position[0] - rest;
+  CHECK(now_of(loop).applied[0] == 0.0);
+  CHECK(back < 0.4 * pushed);
+  CHECK(at(tour_hand_s - 0.2).block_position[0] - rest > 2.0 * options.settings.presliding_length);
+  at(tour_hand_s + 0.5);
+  CHECK_FALSE(now_of(loop).held);
+  // Each part is said.
+  double from = 0.0;
+  for (const TourPart& part : tour_parts) {
+    CHECK(tour_says(0.5 * (from + part.until_s)) == std::string(part.says));
+    from = part.until_s;
+  }
+  CHECK(from == tour_s);
+  CHECK(std::string(tour_says(tour_s)).empty());
 }
 
 TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {

@@ -15,6 +15,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/bristle_glass.hpp"
 #include "tools/virtual_room/camera.hpp"
+#include "tools/virtual_room/drawing_pace.hpp"
 #include "tools/virtual_room/history.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/offscreen.hpp"
@@ -22,6 +23,7 @@
 #include "tools/virtual_room/plots.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 using Eigen::Vector3f;
 using room::Area;
@@ -533,6 +535,105 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
+}
+
+TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast ones bring them back",
+          "[room]") {
+  room::DrawingPace pace;
+  double t = 0.0;
+  const auto draw = [&](double seconds, double picture_s, double share = 1.0) {
+    for (const double end = t + seconds; t < end; t += std::max(picture_s, pace.now().period_s))
+      pace.take(t, picture_s, share);
+  };
+  draw(30.0, 0.016);
+  CHECK(pace.now().shadows);
+  // A single slow picture, of a window that opens, changes nothing.
+  draw(0.1, 0.2);
+  draw(5.0, 0.016);
+  CHECK(pace.now().shadows);
+  draw(2.0, 0.12);
+  CHECK_FALSE(pace.now().shadows);
+  CHECK_FALSE(pace.now().half_resolution);
+  CHECK(std::string(pace.now().says) == "no shadows");
+  draw(2.0, 0.06);
+  CHECK(pace.now().half_resolution);
+  CHECK(pace.now().period_s < 0.02);
+  draw(3.0, 0.05);
+  CHECK(pace.now().period_s == Approx(1.0 / 15));
+  draw(60.0, 0.05);  // nothing is left to shed
+  CHECK(pace.now().period_s == Approx(1.0 / 15));
+  draw(30.0, 0.005);
+  CHECK(pace.now().shadows);
+  // A simulation that falls behind sheds as well, however fast the pictures are.
+  draw(3.0, 0.005, 0.4);
+  CHECK_FALSE(pace.now().shadows);
+
+  // What is too dear each time is tried ever more rarely: in ten minutes a handful of times.
+  room::DrawingPace dear;
+  int changes = 0;
+  bool shadows = true;
+  for (t = 0.0; t < 600.0;) {
+    const double picture_s = dear.now().shadows ? 0.08 : 0.015;
+    dear.take(t, picture_s, 1.0);
+    t += std::max(picture_s, dear.now().period_s);
+    changes += dear.now().shadows != shadows;
+    shadows = dear.now().shadows;
+  }
+  CHECK(changes > 3);
+  CHECK(changes < 20);
+}
+
+TEST_CASE("A block's trail begins where it stood and follows it; a scene that begins again has a new one",
+          "[room]") {
+  room::Trails trails;
+  Snapshot room = made_up::room_with_block_at(0.0, 1.0, 0.5);
+  for (int k = 0; k <= 100; ++k) {
+    room.time = 1.0 + 0.01 * k;
+    room.block_position[0] = 1e-3 * k;
+    trails.update(room);
+  }
+  REQUIRE(trails.way(0).size() > 15);
+  CHECK(trails.way(0).front().norm() == 0.0f);
+  CHECK(trails.way(0).back().x() == Approx(0.1).margin(2 * room::Trails::spacing));
+  CHECK(trails.way(1).empty());
+  // It never grows beyond its bound, and keeps its beginning.
+  for (int k = 0; k < 5000; ++k) {
+    room.time += 0.01;
+    room.block_position[0] = k % 2 ? 0.1 : 0.0;
+    trails.update(room);
+  }
+  CHECK(trails.way(0).size() == room::Trails::most);
+  CHECK(trails.way(0).front().norm() == 0.0f);
+  room.block_position[0] = std::nan("");
+  trails.update(room);
+  CHECK(trails.way(0).back().allFinite());
+
+  room.time = 0.1;  // reset
+  room.block_position[0] = 0.02;
+  room.compared = 1;
+  trails.update(room);
+  CHECK(trails.way(0).size() == 1);
+  REQUIRE(trails.way(1).size() == 1);
+  CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
+  room.settings.compare = room::Comparison::rubbing;  // a carriage moves the blocks
+  trails.update(room);
+  CHECK(trails.way(0).empty());
+}
+
+TEST_CASE("Drawn without shadows and at half resolution the block is where it was", "[room]") {
+  const auto offscreen = try_offscreen(700, 520);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  view.panels = view.glass_shown = false;
+  const Snapshot room = made_up::room_with_block_at(0.1, 0.0, 0);
+  double whole = 0, plain = 0;
+  const int all = count(offscreen->draw(room, 0.02f), is_wood, &whole);
+  view.shadows = false;
+  view.half_resolution = true;
+  const int now = count(offscreen->draw(room, 0.02f), is_wood, &plain);
+  REQUIRE(all > 1000);
+  CHECK(now == Approx(all).epsilon(0.1));
+  CHECK(plain == Approx(whole).margin(3));
 }
 
 TEST_CASE("The glass leaves the side on which the block is", "[room]") {

@@ -7,6 +7,7 @@
 #include "core/beds/bed.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
@@ -119,7 +120,7 @@ struct BedBatch::Impl {
     response.id = motion.id;
     Bed* bed = find(motion.id);
     if (bed == nullptr) {
-      response.status = Status::unknown_id;
+      response.status = why_missing(motion.id.value);
     } else if (bed->last_step == step_number) {
       response.status = Status::repeated_id;
     } else if (bed->last_step = step_number; !accepts(*bed, motion)) {

@@ -93,7 +93,10 @@ static_assert(same_value<BRISTLE_PRESSURE_UNIFORM, Pressure::uniform> &&
 static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_REPEATED_ID, Status::repeated_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
-              same_value<BRISTLE_STATUS_OVERLOAD, Status::overload>);
+              same_value<BRISTLE_STATUS_OVERLOAD, Status::overload> &&
+              same_value<BRISTLE_STATUS_NO_CAPACITY, Status::no_capacity>);
+static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value &&
+              BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 
 /// A handle: the C++ object that a caller in C refers to.
 template <class Part>
@@ -573,6 +576,18 @@ const char* bristle_instruction_set(size_t index, uint32_t* usable) {
 BRISTLE_INIT(material, material, to_c<bristle_material>(Material{}))
 BRISTLE_INIT(coefficients, coefficients, to_c<bristle_coefficients>(Coefficients{}))
 BRISTLE_INIT(material_facts, facts, bristle_material_facts{})
+
+const char* bristle_typical_name(size_t index) {
+  const Span<const TypicalMaterial> all = typical_materials();
+  return index < all.size() ? all[index].name : nullptr;
+}
+
+bristle_result bristle_typical_coefficients(const char* name, bristle_coefficients* coefficients) {
+  return guarded([&] {
+    need(name, "name");
+    write_struct(to_c<bristle_coefficients>(typical_coefficients(name)), coefficients, "coefficients");
+  });
+}
 
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {

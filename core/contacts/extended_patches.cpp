@@ -11,6 +11,7 @@
 
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
 #include "core/materials/turn.hpp"
@@ -199,10 +200,6 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[0] += force[0];
   sum[1] += force[1];
   sum[2] += at[0] * force[1] - at[1] * force[0];
-}
-
-bool was_stepped(Status status) noexcept {
-  return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input);
 }
 
 /// Writes the part of a response that load, material and pose alone determine.
@@ -613,7 +610,7 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     ExtendedPatch* p = impl.find(in[i].id);
     const bool first = p != nullptr && p->last_step != impl.step_number;
     if (!first) {
-      const Status why = p == nullptr ? Status::unknown_id : Status::repeated_id;
+      const Status why = p == nullptr ? why_missing(in[i].id.value) : Status::repeated_id;
       report.status = report.status | refuse_motion(in[i].id, why, out[i]);
       continue;
     }
@@ -656,7 +653,7 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
   ExtendedResponse out;
   const ExtendedPatch* p = impl.find(motion.id);
   if (p == nullptr) {
-    refuse_motion(motion.id, Status::unknown_id, out);
+    refuse_motion(motion.id, why_missing(motion.id.value), out);
     return out;
   }
   const std::size_t count = p->cells.size();
@@ -721,7 +718,7 @@ Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const
   for (std::size_t i = 0; i < std::min(in.size(), out.size()); ++i) {
     ExtendedPatch* p = call.patches.find(in[i].id);
     if (p == nullptr) {
-      all = all | refuse_motion(in[i].id, Status::unknown_id, out[i]);
+      all = all | refuse_motion(in[i].id, why_missing(in[i].id.value), out[i]);
       continue;
     }
     const Span<const Response> answers = Stepped::find_answers(*p, cells, at);

@@ -139,7 +139,7 @@ struct KeyedPool {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  std::uint64_t find_or_add(std::uint64_t key) noexcept;
+  KeyedContact find_or_add(std::uint64_t key) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
   void clear() noexcept;
@@ -163,16 +163,16 @@ struct KeyedPool {
   std::uint64_t refused = 0;
 };
 
-std::uint64_t KeyedPool::find_or_add(std::uint64_t key) noexcept {
+KeyedContact KeyedPool::find_or_add(std::uint64_t key) noexcept {
   const SteppingCall call(stepping_side);
-  if (key == no_contact_key) return 0;
-  std::uint32_t i = table.find(key);
-  if (i != none) {
+  std::uint32_t i = key == no_contact_key ? none : table.find(key);
+  const bool is_new = i == none;
+  if (!is_new) {
     unlink(i);
   } else {
-    if (free.empty()) {
+    if (free.empty() || key == no_contact_key) {
       ++refused;
-      return 0;
+      return {PatchId::no_capacity(), options.capacity, true};
     }
     i = free.back();
     free.pop_back();
@@ -182,7 +182,7 @@ std::uint64_t KeyedPool::find_or_add(std::uint64_t key) noexcept {
   }
   append(i);
   pool[i].seen = step;
-  return pool[i].id;
+  return {{pool[i].id}, i, is_new};
 }
 
 std::uint64_t KeyedPool::find(std::uint64_t key) const noexcept {
@@ -298,7 +298,8 @@ KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, c
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
-PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return impl_->find_or_add(key).id; }
+KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept { return impl_->find_or_add(key); }
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedPatches::clear() noexcept { impl_->clear(); }
@@ -329,7 +330,7 @@ KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape
 KeyedBeds::~KeyedBeds() = default;
 KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
 KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;
-BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key).id.value}; }
 BedId KeyedBeds::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 bool KeyedBeds::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedBeds::clear() noexcept { impl_->clear(); }

@@ -7,6 +7,7 @@
 #include "bristle/error.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/patches/sliders/sliders.hpp"
@@ -150,7 +151,7 @@ Response PatchBatch::force(PatchId id) const noexcept {
     return impl->pool.note(slot_of(id)).last;
   Response none;
   none.id = id;
-  none.status = Status::unknown_id;
+  none.status = why_missing(id.value);
   return none;
 }
 
@@ -172,7 +173,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   response.id = motion.id;
   Patch* p = impl->pool.find(motion.id);
   if (p == nullptr) {
-    write_refusal(nullptr, Status::unknown_id, response);
+    write_refusal(nullptr, why_missing(motion.id.value), response);
     return response;
   }
   if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
@@ -226,7 +227,7 @@ bool PatchBatch::ages(PatchId id) const noexcept {
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
   const Impl::Turn impl(*impl_);
   Patch* p = impl->pool.find(id);
-  if (p == nullptr) return Status::unknown_id;
+  if (p == nullptr) return why_missing(id.value);
   FloatModeScope mode;
   impl->trial.of = nullptr;
   return p->model->set_detail(*p, bristles);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bristle/deadline_monitor.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/runtime/float_mode.hpp"
 
 namespace bristle::detail {
@@ -45,7 +46,7 @@ struct Scheduler::Motions {
     out[i].id = in[i].id;
     Status why = Status::ok;
     if (p == nullptr)
-      why = Status::unknown_id;
+      why = why_missing(in[i].id.value);
     else if (p->last_step == step_number)
       why = Status::repeated_id;
     else if (p->last_step = step_number; !is_good_motion(*p, in[i]))

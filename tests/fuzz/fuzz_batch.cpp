@@ -13,7 +13,8 @@ using bristle::PatchId;
 using bristle::Response;
 using bristle::Status;
 
-constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+constexpr Status refusals =
+    Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity;
 
 /// A plain model of the interface's promises: which patches exist, and their materials and options.
 struct Model {

@@ -331,7 +331,7 @@ Action add_experiments(CLI::App* all) {
     CLI::App* command = add(experiment.name, experiment.title);
     add_common(command, &experiment);
     add_file(command, "--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
-    add_file(command, "--plot", options.plot, "Draw them into this PNG file, by gnuplot");
+    add_file(command, "--plot", options.plot, "Draw them into this PNG or SVG file, by gnuplot");
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
   CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
@@ -587,7 +587,7 @@ Action add_fit(CLI::App* command) {
                    "With --joint: a weight hangs on it, N m at the horizontal, straight down at angle 0")
       ->check(cli::within(-1e9, 1e9));
   add_file(command, "--write", options.write, "Write the material, in a scene that replays the data, TOML");
-  add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
+  add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG or SVG (needs gnuplot)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {

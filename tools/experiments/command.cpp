@@ -88,7 +88,8 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report, Outp
   data.append(experiment_csv(report));
   data.flush();
   const std::string command = fmt::format(
-      "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+      "gnuplot -e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+      is_vector_picture(options.plot) ? 1 : 0,
       quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
   if (std::system(command.c_str()) != 0) throw UserError("--plot: gnuplot failed; its message is above");
   picture.finish();

@@ -194,9 +194,12 @@ void OutputFile::finish() {
   beside_.clear();
 }
 
+bool is_vector_picture(const std::string& path) { return path.ends_with(".svg"); }
+
 void check_picture_name(const char* option, const std::string& path) {
-  if (!path.empty() && path != "-" && !path.ends_with(".png"))
-    throw UserError(fmt::format("{} {}: pictures are PNG; let its name end in .png", option, path));
+  if (!path.empty() && path != "-" && !path.ends_with(".png") && !is_vector_picture(path))
+    throw UserError(
+        fmt::format("{} {}: pictures are PNG or SVG; let its name end in .png or .svg", option, path));
   std::error_code none;
   if (fs::is_character_file(path, none))
     throw UserError(

@@ -52,7 +52,9 @@ struct FileOption {
   std::string option, path;
 };
 
-/// Refuses a picture name for gnuplot unless it ends in .png and is no device. An empty name means no
+/// Whether a picture of this name is drawn as vectors.
+bool is_vector_picture(const std::string& path);
+/// Refuses a picture name for gnuplot unless it ends in .png or .svg and is no device. An empty name means no
 /// picture.
 void check_picture_name(const char* option, const std::string& path);
 

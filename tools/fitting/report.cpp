@@ -93,12 +93,12 @@ std::string quoted(const std::string& text) {
 }
 
 /// Runs gnuplot on the built-in script, with the samples inserted.
-void draw(const FitData& data, const FitResult& result, OutputFile& picture) {
+void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
   std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
   if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
-  const std::string script =
-      fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
-                  quoted(picture.place()), quoted(data.columns.name), fit_plot_script);
+  const std::string script = fmt::format(
+      "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
+      quoted(picture.place()), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
   // Ignores SIGPIPE, so that a write to a pipe without reader fails instead of ending this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   std::fwrite(script.data(), 1, script.size(), pipe);
@@ -486,7 +486,7 @@ void fit_record(const FitOptions& options, bool prints) {
   if (scene) scene.write(fit_toml(data, options, result));
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result));
-  if (picture) draw(data, result, picture);
+  if (picture) draw(data, result, is_vector_picture(options.plot), picture);
   if (json) json.write(fit_json(data, result));
   if (prints) print_report(fit_table(data, result));
 }

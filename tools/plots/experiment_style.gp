@@ -38,7 +38,10 @@ few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)
 set datafile separator comma
-set terminal pngcairo size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
+# svg=1: vectors; else PNG.
+if (!exists("svg")) svg = 0
+term = svg ? 'svg dynamic background "white"' : 'pngcairo'
+set terminal @term size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
 set output png
 set border 3 linecolor "#555555"
 set tics nomirror

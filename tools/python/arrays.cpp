@@ -91,6 +91,7 @@ void define_arrays(py::module_& module) {
   values["repeated_id"] = 2;
   values["bad_input"] = 4;
   values["overload"] = 8;
+  values["no_capacity"] = 16;
   module.attr("Status") = flags("Status", values, py::arg("module") = "bristle");
 }
 

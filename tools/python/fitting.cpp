@@ -278,10 +278,7 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "understood", [](const Fit& fit) { return fit.data.columns.understood; },
           "How the data were read, a sentence each.")
-      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); })
-      .def("__repr__", [](const Fit& fit) {
-        return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
-      });
+      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); });
 }
 
 }  // namespace

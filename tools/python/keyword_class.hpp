@@ -95,13 +95,16 @@ class KeywordClass {
         [make, name = name_](const py::object& state) {
           return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
         }));
+    // What differs from the defaults, as Python code.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
-      std::string text = name + "(";
+      const py::object by_default = py::cast(T{});
+      std::string text;
       for (const std::string& field : fields) {
-        text += (field == fields.front() ? "" : ", ") + field + "=" +
-                py::cast<std::string>(py::repr(self.attr(field.c_str())));
+        const py::object value = self.attr(field.c_str());
+        if (value.equal(by_default.attr(field.c_str()))) continue;
+        text += (text.empty() ? "" : ", ") + field + "=" + py::cast<std::string>(py::repr(value));
       }
-      return text + ")";
+      return name + "(" + text + ")";
     });
     type.def("__eq__", [fields = fields_](const py::object& self, const py::object& other) {
       if (!py::isinstance<T>(other)) return false;

@@ -9,6 +9,7 @@
 
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
+#include <bristle/typical_materials.hpp>
 
 #include "tools/files/motion_file.hpp"
 #include "tools/files/nearest_name.hpp"
@@ -66,9 +67,9 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
 bristle::AgeingForm read_ageing_form(const TomlTable& table) {
   return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
 }
-double read_ageing_time(const TomlTable& table) {
+double read_ageing_time(const TomlTable& table, double otherwise) {
   return table.number("ageing_time",
-                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, 1.0);
+                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, otherwise);
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
@@ -87,18 +88,31 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
   m.ageing_form = read_ageing_form(table);
   m.ageing_strength = table.number("ageing_strength", {0.0, bristle::largest_ageing}, 0.0);
-  m.ageing_time = read_ageing_time(table);
+  m.ageing_time = read_ageing_time(table, m.ageing_time);
   m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
   m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
   m.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   return m;
 }
 
+/// Reads the name of a typical material; other keys change its coefficients.
+bristle::Coefficients read_typical(const TomlTable& table) {
+  if (!table.has("typical")) return {};
+  const std::string name = table.text("typical");
+  NameList names;
+  for (const bristle::TypicalMaterial& typical : bristle::typical_materials()) {
+    if (name == typical.name) return typical.coefficients;
+    names.push_back(typical.name);
+  }
+  table.fail("typical", fmt::format("'{}' is no typical material{}", name, allowed_text(name, names)));
+}
+
 bristle::Coefficients read_coefficients(const TomlTable& table) {
-  bristle::Coefficients c;
+  bristle::Coefficients c = read_typical(table);
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
   c.spread = table.number("spread", any_not_negative, c.spread);
-  c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
+  c.rule = static_cast<bristle::SnapRule>(
+      table.choice("rule", {"redraw", "keep", "slide"}, static_cast<std::size_t>(c.rule)));
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   // Needs no `peak` if drop (slide rule) or spread (other rules) is given: the peak then follows from it.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
@@ -121,7 +135,7 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.fall_per_decade = table.number("fall_per_decade", any_not_negative, c.fall_per_decade);
   c.growth_per_decade = table.number("growth_per_decade", any_not_negative, c.growth_per_decade);
   c.ageing_form = read_ageing_form(table);
-  c.ageing_time = read_ageing_time(table);
+  c.ageing_time = read_ageing_time(table, c.ageing_time);
   c.speed_strengthening = table.number("speed_strengthening", any_not_negative, c.speed_strengthening);
   c.strengthening_speed = table.number("strengthening_speed", any_positive, c.strengthening_speed);
   return c;
@@ -136,11 +150,12 @@ SceneMaterial read_material(TomlTable table) {
                      "snap_length", "ageing_strength"});
   try {
     if (bristle_parameters) {
-      if (table.has_any({"kinetic", "peak", "peak_over_kinetic", "presliding_length", "bristles_per_newton",
-                         "law", "spread", "damping_per_newton", "residual_share", "kinetic_speed",
-                         "fall_per_decade", "growth_per_decade"})) {
+      if (table.has_any({"typical", "kinetic", "peak", "peak_over_kinetic", "presliding_length",
+                         "bristles_per_newton", "law", "spread", "damping_per_newton", "residual_share",
+                         "kinetic_speed", "fall_per_decade", "growth_per_decade"})) {
         table.fail(
-            "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, spread, "
+            "mixes coefficients (typical, kinetic, peak, presliding_length, bristles_per_newton, law, "
+            "spread, "
             "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
             "bristle parameters; give one kind");
       }
@@ -151,6 +166,7 @@ SceneMaterial read_material(TomlTable table) {
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name",
+                   "typical",
                    "kinetic",
                    "peak",
                    "peak_over_kinetic",

@@ -47,6 +47,10 @@ void set_colours(ImGuiStyle& style) {
   set(ImGuiCol_ButtonHovered, IM_COL32(58, 66, 78, 255));
   set(ImGuiCol_ButtonActive, IM_COL32(72, 82, 97, 255));
   set(ImGuiCol_CheckMark, colours::accent);
+  set(ImGuiCol_NavHighlight, colours::accent);
+  set(ImGuiCol_Header, IM_COL32(39, 44, 52, 255));
+  set(ImGuiCol_HeaderHovered, IM_COL32(50, 56, 66, 255));
+  set(ImGuiCol_HeaderActive, IM_COL32(58, 65, 77, 255));
   set(ImGuiCol_Separator, colours::line);
   set(ImGuiCol_ScrollbarBg, colours::panel);
   set(ImGuiCol_ScrollbarGrab, IM_COL32(58, 65, 76, 255));

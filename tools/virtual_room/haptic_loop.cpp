@@ -360,6 +360,7 @@ struct HapticLoop::Impl {
         case Act::stop_recording:
         case Act::replay:
         case Act::slow_pull:
+        case Act::tour:
           requests.push(act);
           break;
       }
@@ -574,7 +575,13 @@ struct HapticLoop::Impl {
           order = begin_replay();
           break;
         case Act::slow_pull:
-          order = begin_slow_pull();
+          order = begin_own_hand("slow pull", &slow_pull);
+          order.message =
+              to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                     order.parameters.peak * load_at_rest(settings)));
+          break;
+        case Act::tour:
+          order = begin_own_hand("tour", &tour_hand);
           break;
         default:
           return;
@@ -595,21 +602,19 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes an order that resets the block and lets the room's own hand pull it slowly, under the present
+  // Makes an order that resets the block and lets a hand of the room's own move it, under the present
   // settings.
-  Order begin_slow_pull() {
+  Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
-    auto hand_of_room = std::make_unique<PlayedHand>(
-        "slow pull", slow_pull(settings, order.parameters.peak, options.measures));
+    auto hand_of_room =
+        std::make_unique<PlayedHand>(name, motion(settings, order.parameters.peak, options.measures));
     replay_end = hand_of_room->end();
     leaving_device = std::move(replay_device);
     replay_device = std::move(hand_of_room);
     order.device = replay_device.get();
     pulling = true;
     changes.clear();
-    order.message = to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
-                                           order.parameters.peak * load_at_rest(settings)));
     return order;
   }
 
@@ -639,7 +644,7 @@ struct HapticLoop::Impl {
   void end_slow_pull() {
     Order order;
     leave_slow_pull(order);
-    order.message = to_message("the slow pull has ended: the hand is yours");
+    order.message = to_message("the hand is yours");
     give(order);
   }
 

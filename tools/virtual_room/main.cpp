@@ -37,6 +37,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   to_clock.description("{real,virtual}");
   app.set_version_flag("--version", std::string("bristle-room ") + bristle::library_version());
   app.add_flag("--headless", o.headless, "no window");
+  app.add_flag("--tour", o.tour, "begin with a tour of 20 seconds");
   app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
       ->check(CLI::ExistingFile);
   CLI::Option* device =
@@ -111,6 +112,10 @@ int run(RunOptions options) {
     options.loop.changes = script.changes;
     if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
   }
+  if (options.tour &&
+      (options.headless || !options.script.empty() || options.device != room::DeviceKind::mouse))
+    throw cli::UserError(
+        "--tour is of the window and the mouse: leave out --headless, --script and --device");
   // Opens the window on the scene that tells the friction models apart, unless options choose another.
   if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
     options.loop.settings = room::comparison();

@@ -266,7 +266,8 @@ static const char* title_of(const Snapshot& room) {
 }
 
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& notice) {
+                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
+                  const std::string& notice) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const Pen pen{draw, fonts, layout.scale};
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
@@ -283,7 +284,7 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
     pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
     y -= 28 * layout.scale;
   };
-  say(title_of(room), colours::text);
+  say(title.empty() ? title_of(room) : title, colours::text);
   say(notice, colours::text);
   say(room.message, colours::warning);
   draw.PopClipRect();

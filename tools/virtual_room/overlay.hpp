@@ -10,8 +10,10 @@
 
 namespace room {
 
-/// Draws the overlay into ImGui's background list. `notice`: a line for the person, or empty.
+/// Draws the overlay into ImGui's background list. `title` replaces the scene's own unless empty; `notice` is
+/// a line for the person, or empty.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& notice);
+                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
+                  const std::string& notice);
 
 }  // namespace room

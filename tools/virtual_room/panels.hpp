@@ -32,6 +32,7 @@ struct Wishes {
   bool export_plots = false, save_scene = false, full_speed = false;
   bool list_files = false;  ///< the button Load was pressed
   std::optional<Comparison> scene;
+  bool tour = false;
   std::string load;  ///< name of a file to load
 };
 
@@ -67,10 +68,16 @@ struct GuiState {
   float plot_seconds = 8;
   std::vector<std::string> files;  ///< loadable files, as found when the list was opened
   FirstBending first_bending;
+  double share = 1.0;                 ///< of real time at which the simulation runs, over its speed
+  double pictures = 0.0;              ///< a second
+  const char* drawn = "";             ///< what pictures leave out to keep pace, or ""
+  float back_s = 0, back_most_s = 0;  ///< how long ago is what is shown, while it pauses
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
                    Wishes& wishes);
+/// Draws the slider through the last minute, while the room pauses.
+void draw_scrubber(const Layout& layout, GuiState& state);
 /// Draws the help on keys and mouse, over the room.
 void draw_help(const Layout& layout, const Fonts& fonts);
 void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, const GuiState& state,

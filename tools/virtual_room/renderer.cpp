@@ -12,6 +12,7 @@
 #include "tools/virtual_room/gl_program.hpp"
 #include "tools/virtual_room/mesh.hpp"
 #include "tools/virtual_room/shaders.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 namespace room {
 
@@ -97,12 +98,15 @@ class DrawingBoard {
     }
   }
 
-  void resolve_into(GLuint target) const {
+  void resolve_into(GLuint target, int width, int height) const {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
-    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                      width == width_ ? GL_NEAREST : GL_LINEAR);
     glBindFramebuffer(GL_FRAMEBUFFER, target);
   }
+
+  bool has_many_samples() const { return samples_ > 1; }
 
  private:
   int samples_ = 1, width_ = 0, height_ = 0;
@@ -399,12 +403,32 @@ struct Renderer::Impl {
     }
   }
 
+  // The outline in which each block began, and the way of its middle since.
+  void place_trails(const Trails& trails) {
+    const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
+      if ((to - from).norm() < 1e-5f) return;
+      from.z() = to.z() = 0.0006f;
+      add(shadowless, rod, between(from, to, radius), paint, glowing, 0);
+    };
+    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f),
+                               Vector3f(0.70f, 0.72f, 0.75f)};
+    for (std::size_t i = 0; i < Trails::blocks; ++i) {
+      const auto& way = trails.way(i);
+      if (way.empty()) continue;
+      const Vector3f& at = way.front();
+      const float x = half_block().x(), y = half_block().y();
+      const Vector3f corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+      for (int k = 0; k < 4; ++k) line(at + corners[k], at + corners[(k + 1) % 4], 0.6f * paints[i], 0.0007f);
+      for (std::size_t k = 1; k < way.size(); ++k) line(way[k - 1], way[k], paints[i], 0.0013f);
+    }
+  }
+
   void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& place, const Vector3f& colour, int look,
            float gloss) {
     list.push_back({&mesh, tilt * place, colour, look, gloss});
   }
 
-  void place_all(const Snapshot& room, const Camera& camera) {
+  void place_all(const Snapshot& room, const Trails& trails, const Camera& camera) {
     for (auto* list : {&bodies, &shadowless, &clear, &ghosts}) list->clear();
     tilt = Affine3f(room_tilt(room.settings.slope));
     const auto& q = room.block_orientation;
@@ -421,6 +445,7 @@ struct Renderer::Impl {
     if (arrows.friction) place_arrow(arrows.friction_from, arrows.friction_to, friction_paint);
     if (arrows.applied) place_arrow(arrows.applied_from, arrows.applied_to, applied_paint);
     place_contacts(room);
+    place_trails(trails);
     // Draws the table level, whatever the slope of the room.
     const float low = -0.025f - half_room().x() * std::abs(std::sin(static_cast<float>(room.settings.slope)));
     bodies.push_back({&rectangle, placed({0, 0, low}, {0.9f, 0.9f, 1}), table_paint, table, 0.0f});
@@ -502,7 +527,7 @@ struct Renderer::Impl {
     lit.set("eye", camera.eye());
     lit.set("sun", sun);
     lit.set("backdrop", backdrop);
-    lit.set("shadowed", find_shadowed());
+    lit.set("shadowed", picture.shadows ? find_shadowed() : Vector4f(1, 1, 0, 0));
     lit.set("to_light", Matrix4f(to_unit * light_camera));
     lit.set("shadow_map", 0);
     lit.set("to_room", Matrix4f(tilt.inverse().matrix()));
@@ -602,15 +627,23 @@ Renderer::Renderer(const RoomMeasures& measures, int samples) {
 
 Renderer::~Renderer() = default;
 
-void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Camera& camera,
-                    const Picture& picture, std::uint32_t target) {
+void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails,
+                    const Camera& camera, const Picture& picture, std::uint32_t target) {
   Impl& i = *impl_;
-  i.place_all(room, camera);
-  i.draw_shadow();
-  i.board.begin(picture.width, picture.height);
-  i.draw_scene(room, camera, picture);
-  i.draw_glass(room, glass, camera, picture);
-  i.board.resolve_into(target);
+  i.place_all(room, trails, camera);
+  if (picture.shadows) i.draw_shadow();
+  Picture drawn = picture;
+  if (picture.half_resolution && !i.board.has_many_samples()) {  // many samples cannot be resolved and scaled
+    drawn.width = (picture.width + 1) / 2;
+    drawn.height = (picture.height + 1) / 2;
+    for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,
+                          &drawn.glass_x, &drawn.glass_y, &drawn.glass_radius})
+      *length *= 0.5f;
+  }
+  i.board.begin(drawn.width, drawn.height);
+  i.draw_scene(room, camera, drawn);
+  i.draw_glass(room, glass, camera, drawn);
+  i.board.resolve_into(target, picture.width, picture.height);
 }
 
 }  // namespace room

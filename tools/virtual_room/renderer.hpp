@@ -15,7 +15,10 @@ struct Picture {
   int width = 1280, height = 800;
   Area scene{0, 0, 1280, 800};                       ///< area that the camera fills
   float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< radius 0: no glass
+  bool shadows = true, half_resolution = false;      ///< the latter where a pixel has one sample
 };
+
+class Trails;
 
 /// Returns the rotation from room to world axes: the world's z is up, the room leans by the slope.
 Eigen::Matrix3f room_tilt(double slope);
@@ -46,8 +49,8 @@ class Renderer {
   ~Renderer();
 
   /// Draws into the frame buffer object `target`; 0 is the window.
-  void draw(const Snapshot& room, const BristleGlass& glass, const Camera& camera, const Picture& picture,
-            std::uint32_t target);
+  void draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails, const Camera& camera,
+            const Picture& picture, std::uint32_t target);
 
  private:
   struct Impl;

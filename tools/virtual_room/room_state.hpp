@@ -56,8 +56,9 @@ struct MouseHand {
   double press = 0.0;              ///< N, downward force on the tool, set by the wheel
 };
 
-/// Acts that a person can ask for. `record`, `replay` and `slow_pull` begin with a reset, so that a replay
-/// gives the same bits. In `slow_pull` a hand of the room's own pulls the block until it has broken away.
+/// Acts that a person can ask for. `record`, `replay`, `slow_pull` and `tour` begin with a reset, so that a
+/// replay gives the same bits. In `slow_pull` a hand of the room's own pulls the block until it has broken
+/// away; in `tour` it first pushes below the peak and lets go (slow_pull.hpp).
 enum class Act : unsigned char {
   none,
   pause,
@@ -69,7 +70,8 @@ enum class Act : unsigned char {
   record,
   stop_recording,
   replay,
-  slow_pull
+  slow_pull,
+  tour
 };
 
 inline constexpr std::size_t most_contacts = 32;

@@ -79,21 +79,25 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
 Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target) {
   layout_ = make_layout(width, height, scale_, panels, glass_shown, glass_left_);
   if (glass_shown) keep_glass_off_the_block(room, width, height);
+  layout_.picture.shadows = shadows;
+  layout_.picture.half_resolution = half_resolution;
   glass_.update(room, room.paused ? 0.0f : elapsed);
+  if (!room.paused) trails_.update(room);
   gui.first_bending.set_length(room.presliding_length);
   glass_.by_age = colours_by_age(room);
 
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   Wishes wishes;
-  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, notice);
+  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, title, notice);
   draw_settings(layout_, fonts_, room, gui, wishes);
   draw_bar(layout_, fonts_, room, gui, wishes);
+  if (room.paused) draw_scrubber(layout_, gui);
   if (help_shown) draw_help(layout_, fonts_);
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();
 
-  renderer_.draw(room, glass_, camera, layout_.picture, target);
+  renderer_.draw(room, glass_, trails_, camera, layout_.picture, target);
   glViewport(0, 0, width, height);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   return wishes;

@@ -8,6 +8,7 @@
 #include "tools/virtual_room/overlay.hpp"
 #include "tools/virtual_room/panels.hpp"
 #include "tools/virtual_room/renderer.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 namespace room {
 
@@ -24,7 +25,9 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;          ///< one line for the person, or empty
+  std::string notice;  ///< one line for the person, or empty
+  std::string title;   ///< line that replaces the scene's own, or empty
+  bool shadows = true, half_resolution = false;
   std::optional<bool> by_age;  ///< whether the glass colours by age; unset: if the material ages
   ///@}
 
@@ -59,6 +62,7 @@ class RoomView {
   RoomMeasures measures_;
   Renderer renderer_;
   BristleGlass glass_;
+  Trails trails_;
   History history_;
   TimeHistogram times_;
   Fonts fonts_;

@@ -31,6 +31,7 @@ struct RunOptions {
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< s, simulated time; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< file for forces; empty = none
+  bool tour = false;     ///< whether the window opens on the tour
   PictureOptions picture;
   /// ms, time for which the graphic loop stands still once a second; for tests
   double stall_graphics_ms = 0.0;

@@ -180,6 +180,13 @@ BRISTLE_API bristle_result bristle_init_coefficients(bristle_coefficients* coeff
 /** Sets `facts` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size);
 
+/** Returns the name of a pair of surfaces with coefficients to start from (bristle::typical_materials()), or
+ * null from the number of pairs on. The name lives for ever. [any] */
+BRISTLE_API const char* bristle_typical_name(size_t index);
+/** Fills `coefficients`, which must be initialised, with those of a pair of surfaces. Refuses an unknown
+ * name; the error lists the known ones. [any] */
+BRISTLE_API bristle_result bristle_typical_coefficients(const char* name, bristle_coefficients* coefficients);
+
 /** Calculates bristle parameters from coefficients; `material` must be initialised. Refuses a ratio of peak
  * to kinetic that the family cannot reach, naming the range. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
@@ -290,7 +297,8 @@ enum {
   BRISTLE_STATUS_UNKNOWN_ID = 1,  /**< no such patch; nothing changed */
   BRISTLE_STATUS_REPEATED_ID = 2, /**< named twice in one step: this one changed nothing */
   BRISTLE_STATUS_BAD_INPUT = 4,   /**< NaN, infinity, negative load, dt <= 0: state kept, force zero */
-  BRISTLE_STATUS_OVERLOAD = 8     /**< load above max_normal_load: forces of all bristles scaled */
+  BRISTLE_STATUS_OVERLOAD = 8,    /**< load above max_normal_load: forces of all bristles scaled */
+  BRISTLE_STATUS_NO_CAPACITY = 16 /**< the pool had no patch left for this contact: force zero */
 };
 
 /** Output of one patch for one step: bristle::Response. Output fields that the patch does not compute are
@@ -530,8 +538,10 @@ typedef struct bristle_keyed bristle_keyed;
 /** Makes lasting keys, by pair of bodies and nearest point: bristle::ContactMatcher. */
 typedef struct bristle_matcher bristle_matcher;
 
-/** Names no contact: its id is 0. */
+/** Names no contact: its id is BRISTLE_ID_NO_CAPACITY. */
 #define BRISTLE_NO_CONTACT_KEY UINT64_MAX
+/** What bristle_keyed_find_or_add gives a contact without a patch. */
+#define BRISTLE_ID_NO_CAPACITY UINT64_MAX
 
 /** bristle::KeyedOptions. */
 typedef struct bristle_keyed_options {
@@ -568,8 +578,9 @@ BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bris
                                                 const bristle_keyed_options* options, bristle_keyed** keyed);
 /** Destroys a pool and removes its patches or beds. Null does nothing. [change; for a pool of beds: alone] */
 BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
-/** Finds the patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0
- * if all patches are in use: a motion with it returns zero force. Never allocates. [step] */
+/** Finds the patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Gives
+ * BRISTLE_ID_NO_CAPACITY if all patches are in use: a motion with it returns zero force and
+ * BRISTLE_STATUS_NO_CAPACITY. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys,
                                                      bristle_id* ids, size_t count);
 /** Finds the patches of `count` contacts, id 0 where there is none. The keys do not count as seen. [step] */
@@ -584,7 +595,7 @@ BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
 BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 /** Number of current contacts. [step] */
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
-/** Number of new keys that got no patch, so far. [step] */
+/** How often bristle_keyed_find_or_add gave no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
 /** State of a pool: which contact has which patch (bristle::KeyedPatches). Save it beside the batch's state,
  * and restore it after that. [step] */

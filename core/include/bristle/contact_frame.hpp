@@ -35,15 +35,18 @@
 // at either end it would be of order dt. Rolling without slip gives no error, for velocities as engines
 // provide them.
 //
-// Thread rule: plain data, no locks. Nothing here allocates or throws, or calls libm beyond sqrt.
+// Thread rule: plain data, no locks. Nothing here but making or copying ContactFrames allocates or throws, or
+// calls libm beyond sqrt.
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "bristle/extended_patches.hpp"
+#include "bristle/keyed_patches.hpp"
 #include "bristle/patch.hpp"
 
 namespace bristle {
@@ -290,6 +293,33 @@ class ContactFrame {
   }
 
   Axes now_, midway_;
+};
+
+/// The frames of a pool's contacts: each goes with its key. Plain data: a copy, made with a snapshot of the
+/// pool and put back with it, is all that a rollback needs.
+class ContactFrames {
+ public:
+  /// Makes room for every patch of the pool, and for contacts that get none.
+  explicit ContactFrames(const KeyedPatches& pool) : frames_(pool.capacity() + std::size_t{1}) {}
+
+  /// Carries the frame of a contact to the normal of this step (ContactFrame::carry), or begins it if the
+  /// contact is new. For an extended patch give the turn of body B twice. Returns the frame.
+  ContactFrame& carry(const KeyedContact& contact, const Eigen::Vector3d& normal,
+                      const Eigen::Vector3d& turn_a = Eigen::Vector3d::Zero(),
+                      const Eigen::Vector3d& turn_b = Eigen::Vector3d::Zero()) noexcept {
+    ContactFrame& frame = frames_[contact.place];
+    if (contact.is_new)
+      frame = ContactFrame(normal);
+    else
+      frame.carry(normal, turn_a, turn_b);
+    return frame;
+  }
+  /// The frame as it is now.
+  ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
+  const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
+
+ private:
+  std::vector<ContactFrame> frames_;
 };
 
 }  // namespace bristle

@@ -151,7 +151,7 @@ class HapticPoint {
   /// Returns the force on the hand, N: wall and friction, within the limit. Zero if the patch refused its
   /// motion.
   const Eigen::Vector3d& finish(const Response& response) noexcept {
-    const bool refused = has(response.status, Status::bad_input | Status::unknown_id | Status::repeated_id);
+    const bool refused = !was_stepped(response.status);
     limited_ = !refused && wall_ > 0.0 && wall_ == highest_wall_;
     friction_.setZero();
     if (!refused) {

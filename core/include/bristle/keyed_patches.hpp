@@ -25,7 +25,7 @@
 
 namespace bristle {
 
-/// Names no contact: find_or_add returns PatchId{} for it.
+/// Names no contact: find_or_add has no patch for it. ContactMatcher gives it to what is beyond its capacity.
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
@@ -36,6 +36,14 @@ struct KeyedOptions {
   KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
   KeyedOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
   KeyedOptions& with_seed_from_key(bool value) { return detail::set(*this, seed_from_key, value); }
+};
+
+/// A contact in a pool, as KeyedPatches::find_or_add_contact returns it.
+struct KeyedContact {
+  PatchId id;               ///< PatchId::no_capacity() if there is no patch for it
+  std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
+                            ///< lasts; capacity if there is no patch for it
+  bool is_new = false;  ///< the key was not there: what the caller stored at `place` is of another contact
 };
 
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
@@ -64,9 +72,11 @@ class BRISTLE_API KeyedPatches {
   KeyedPatches& operator=(KeyedPatches&&) noexcept;
 
   /// Returns the patch of this contact, a fresh one if the key is new; the key counts as seen in this step.
-  /// PatchId{} if all patches are in use (see refused()) or for no_contact_key: a motion with it returns zero
-  /// force and Status::unknown_id.
+  /// PatchId::no_capacity() if all patches are in use or for no_contact_key, which refused() counts: a motion
+  /// with it returns zero force and Status::no_capacity.
   PatchId find_or_add(std::uint64_t key) noexcept;
+  /// As find_or_add(), with a place for what the caller stores beside each contact (ContactFrames does).
+  KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
   /// Returns the patch of this contact, PatchId{} if there is none. The key does not count as seen.
   PatchId find(std::uint64_t key) const noexcept;
   /// Returns the patch of this contact to the pool now. False if there is none.
@@ -97,7 +107,7 @@ class BRISTLE_API KeyedPatches {
 
   std::uint32_t size() const noexcept;      ///< number of current contacts
   std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
-  std::uint64_t refused() const noexcept;   ///< number of new keys so far that got no patch
+  std::uint64_t refused() const noexcept;   ///< how often find_or_add had no patch, so far
   /// Returns the seed of a contact's patch.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 

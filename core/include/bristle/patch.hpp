@@ -11,7 +11,10 @@ namespace bristle {
 /// Names a patch of one batch. Slot and generation: a removed id never names a later patch. 0 = none.
 struct PatchId {
   std::uint64_t value = 0;
-  explicit operator bool() const noexcept { return value != 0; }
+  /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
+  static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
+  /// Whether it can name a patch: false for 0 and for no_capacity().
+  explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(PatchId a, PatchId b) noexcept { return a.value == b.value; }
   friend bool operator!=(PatchId a, PatchId b) noexcept { return a.value != b.value; }
 };
@@ -147,13 +150,18 @@ enum class Status : std::uint32_t {
   repeated_id = 2,  ///< patch named twice in one step: the first motion counted, this one changed nothing
   bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 (or denormal) or motion on an axis the patch
                     ///< lacks: state kept, force zero
-  overload = 8      ///< load above max_normal_load: forces of all bristles scaled
+  overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
+  no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
 };
 constexpr Status operator|(Status a, Status b) noexcept {
   return static_cast<Status>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
 }
 constexpr bool has(Status set, Status wanted) noexcept {
   return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
+}
+/// Whether a response with this status is of a motion that was carried out.
+constexpr bool was_stepped(Status status) noexcept {
+  return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity);
 }
 
 /// Output of one patch for one step: forces in N ON the moving body. Output fields that the patch does not

@@ -25,6 +25,7 @@ from . import _bristle
 from ._bristle import *
 from ._bristle import __version__
 from ._arrays import Response, Responses, motions, responses
+from . import _words as _words
 
 if hasattr(_bristle, "_SweepStudy"):
     from ._sweep import SweepTable, sweep
