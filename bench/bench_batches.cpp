@@ -1,4 +1,4 @@
-// Ten thousand patches in one step: sliding, resting, a mix.
+// Measures ten thousand patches in one step: sliding, resting, a mix.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -21,7 +21,7 @@ void add_batch_benchmark(const std::string& name, const char* label,
   }
 }
 
-/// Patches of 100 bristles, all in the same regime, each with its own seed.
+/// Makes patches of 100 bristles, all in the same regime, each with its own seed.
 template <const Regime& regime, SnapRule rule>
 std::shared_ptr<MeasuredScene> make_equal(const BatchOptions& options) {
   auto scene = std::make_shared<MeasuredScene>(options);
@@ -33,15 +33,15 @@ std::shared_ptr<MeasuredScene> make_equal(const BatchOptions& options) {
   return scene;
 }
 
-/// Resting, and not even named in the step.
+/// Makes patches that rest and are not even named in the step.
 std::shared_ptr<MeasuredScene> make_unnamed(const BatchOptions& options) {
   auto scene = make_equal<rest, SnapRule::keep>(options);
   scene->name_none();
   return scene;
 }
 
-/// A scene like a physics engine's: sizes from 30 to 1000, both rules, one axis and two, one patch in ten
-/// sliding, one in ten creeping, the rest at rest.
+/// Makes a scene like a physics engine's: sizes from 30 to 1000, both rules, one axis and two, one patch in
+/// ten sliding, one in ten creeping, the rest at rest.
 std::shared_ptr<MeasuredScene> make_mixed(const BatchOptions& options) {
   const std::uint32_t sizes[] = {30, 30, 30, 100, 100, 300, 1000};
   auto scene = std::make_shared<MeasuredScene>(options);

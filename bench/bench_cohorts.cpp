@@ -1,5 +1,6 @@
-// The infinite brush beside 900 and 10,000 representatives of the same law: a step of 1, 100 and 10,000
-// patches in each kind of motion, a force that is asked for, and the dearest step of a long walk.
+// Compares the infinite brush with 900 and 10,000 representatives of the same law: a step of 1, 100 and
+// 10,000 patches in each kind of motion, a call of find_force, and the most expensive step of a long random
+// walk.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -16,7 +17,7 @@ using bristle::Population;
 struct Subject {
   const char* name;
   Population population;
-  std::uint32_t bristles;  ///< of representatives
+  std::uint32_t bristles;  ///< number of representatives
 };
 constexpr Subject subjects[] = {{"900", Population::representatives, 900},
                                 {"10000", Population::representatives, 10000},
@@ -27,9 +28,9 @@ constexpr double golden_turn = 2.399963229728653;  // rad
 struct CohortMotion {
   const char* name;
   const char* label;
-  double stroke;  ///< mean snap lengths a step
-  double turn;    ///< rad by which the direction turns from step to step
-  double noise;   ///< of the load, from step to step
+  double stroke;  ///< mean snap lengths per step
+  double turn;    ///< rad, turn of the direction from step to step
+  double noise;   ///< relative noise of the load from step to step
 };
 constexpr CohortMotion motions[] = {
     {"slide", "0.1 dbar a step, straight", 0.1, 0.0, 0.0},
@@ -40,7 +41,7 @@ constexpr CohortMotion motions[] = {
     {"load_noise", "0.1 dbar a step, turned by 0.1 rad, 1 % of noise in the load", 0.1, 0.1, 0.01},
 };
 
-/// Patches that all slide to a steady state and then move as told, each in its own direction.
+/// Patches that slide to a steady state and then move as prescribed, each in its own direction.
 class CohortScene {
  public:
   CohortScene(const Subject& subject, std::uint32_t patches, const CohortMotion& motion) : motion_(motion) {
@@ -66,12 +67,12 @@ class CohortScene {
 
   std::uint32_t patches() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-  /// Writes the next motions, a few nanoseconds a patch, and steps.
+  /// Writes the next motions, at a few nanoseconds a patch, and steps.
   bristle::StepReport step() {
     next();
     return batch_.step(tick, moved_, responses_);
   }
-  /// Time of a step of so many lengths, in ns.
+  /// Returns the time of a step of `stroke` mean lengths, ns.
   double time_step(double stroke, double angle) {
     place(stroke, angle);
     const auto start = std::chrono::steady_clock::now();
@@ -136,8 +137,8 @@ void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, c
 constexpr int walk_steps = 4000;
 constexpr int walk_passes = 7;
 
-/// A walk in directions at random. Every pass is the same walk: the least time of a
-/// step over the passes is its own, not that of what else the machine did.
+/// Adds a benchmark of a walk in random directions. Every pass repeats the same walk; the least time of a
+/// step over the passes excludes disturbances by other work.
 void add_walk_benchmark(const Subject& subject, double stroke) {
   const std::string name = std::string("cohorts/walk/") + (stroke < 1.0 ? "short/" : "long/") + subject.name;
   benchmark::RegisterBenchmark(
@@ -167,7 +168,7 @@ void register_cohorts() {
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {
-        if (patches == 10000 && subject.bristles == 10000) continue;  // a gigabyte
+        if (patches == 10000 && subject.bristles == 10000) continue;  // would take a gigabyte
         const std::string name =
             std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;
         add_cohort_benchmark("cohorts/step/" + name, motion, subject, patches, false);

@@ -1,7 +1,7 @@
-// Patches that slide and spin: error against time, beside a grid of LuGre cells in the same run.
+// Compares patches that slide and spin with a grid of LuGre cells in one run: error against time.
 //
-// A row is one pair: a disc of the infinite brush with so many rings of cells, and a LuGre grid. Both are
-// moved in turn, in blocks of steps, so that whatever slows the machine slows both; `ratio` is the median
+// A row is one pair: a disc of the infinite brush with a number of rings of cells, and a LuGre grid. Both are
+// moved alternately, in blocks of steps, so that whatever slows the machine slows both; `ratio` is the median
 // over the blocks of the rival's time over ours. `error` and `rival_error` are the largest errors of force
 // over mu N and torque over mu N R, per cent, against the closed form of the limit surface, over eleven
 // ratios of slide and spin and four directions.
@@ -37,7 +37,7 @@ using rivals::Wrench;
 constexpr double radius = 2000.0 * dbar;
 constexpr double load_n = 900.0;
 
-/// A disc of brush cells with the law lognormal 0.3.
+/// Disc of brush cells with the law lognormal 0.3.
 class BrushDisc {
  public:
   BrushDisc(int rings, int around, Population population, std::uint32_t bristles, double resolution)
@@ -60,7 +60,7 @@ class BrushDisc {
     return {{response_.end[0], response_.end[1]}, response_.end[2]};
   }
   std::size_t cells() const { return patches_.cell_count(motion_.id); }
-  /// Friction of pure sliding: m2 / (2 m1) of the law, the stiffness of a bristle being 1 N/m.
+  /// Returns the friction of pure sliding: m2 / (2 m1) of the law, at a bristle stiffness of 1 N/m.
   static double friction() { return 0.5 * 1.09 * dbar * load_n; }
 
  private:
@@ -70,7 +70,7 @@ class BrushDisc {
   ExtendedResponse response_;
 };
 
-/// Dry, with the brush's friction and stiffness.
+/// Disc of dry LuGre cells with the brush's friction and stiffness.
 class LuGreDisc {
  public:
   LuGreDisc(int across, LuGreGrid::StepRule rule)
@@ -84,7 +84,7 @@ class LuGreDisc {
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = friction() / load_n;
-    s.stiffness = load_n;  // 1 N/m for each of its bristles
+    s.stiffness = load_n;  // N/m, equal to the brush's bristles at 1 N/m each
     s.damping = s.viscous_friction = 0.0;
     return s;
   }
@@ -92,7 +92,7 @@ class LuGreDisc {
   LuGreGrid grid_;
 };
 
-/// Slide and spin in one step, the disc's fastest point going `way`.
+/// Motion of a step that slides and spins; the disc's fastest point moves by `way`.
 struct SlideAndSpin {
   Pair slide;
   double turn = 0.0;
@@ -102,7 +102,7 @@ SlideAndSpin slide_and_spin(double eps, double way, double direction) {
   return {{slide * std::cos(direction), slide * std::sin(direction)}, way / (1.0 + eps) / radius};
 }
 
-/// Largest error against the limit surface, per cent of mu N and mu N R.
+/// Returns the largest error against the limit surface, per cent of mu N and mu N R.
 template <class Disc, class Make>
 double limit_error(const Make& make) {
   double worst = 0.0;
@@ -129,10 +129,10 @@ double limit_error(const Make& make) {
 
 struct Ours {
   const char* name;
-  int rings, around;  ///< 0 around: three times the rings
+  int rings, around;  ///< cells around; 0: three times the rings
   Population population;
-  std::uint32_t bristles;  ///< of representatives, in the whole disc
-  double resolution;       ///< of the infinite brush
+  std::uint32_t bristles;  ///< number of representatives in the whole disc
+  double resolution;       ///< resolution of the infinite brush
 };
 constexpr Ours ours[] = {{"infinite_3_rings", 3, 0, Population::infinite, 900, 2.0},
                          {"infinite_4_rings", 4, 0, Population::infinite, 900, 4.0},
@@ -151,11 +151,12 @@ constexpr Theirs theirs[] = {{"lugre_21_exact", 21, LuGreGrid::StepRule::exact},
                              {"lugre_14_exact", 14, LuGreGrid::StepRule::exact},
                              {"lugre_14_euler", 14, LuGreGrid::StepRule::euler}};
 
-/// A way of the fastest point a step; every other step goes back where it sticks.
+/// Regime of motion. The fastest point moves by `way` in a step; in sticking regimes every other step goes
+/// back.
 struct SpinRegime {
   const char* name;
   const char* label;
-  double way;  ///< mean snap lengths
+  double way;  ///< mean snap lengths per step
   double eps;
   bool there_and_back;
 };
@@ -173,7 +174,7 @@ class Moved {
     time(50);
   }
 
-  /// ns a step, of so many.
+  /// Returns the time per step, ns, of a number of steps.
   double time(int steps) {
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < steps; ++i) {
@@ -204,7 +205,7 @@ std::unique_ptr<LuGreDisc> make_theirs(const Theirs& t) {
   return std::make_unique<LuGreDisc>(t.across, t.rule);
 }
 
-/// Found once for each name.
+/// Returns an error, computed once for each name.
 double error_of(const char* name, double (*find)(const void*), const void* what) {
   static std::map<std::string, double> known;
   const auto found = known.find(name);

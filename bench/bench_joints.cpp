@@ -1,5 +1,5 @@
-// Fifty thousand joints a step: 4,096 robots of 12 joints, and some; one joint, and one robot. Beside them
-// the loop that a user would write, and a copy of the input and output.
+// Measures some fifty thousand joints in a step (4,096 robots of 12 joints), a single joint, and a single
+// robot. Beside them run the loop that a user would write, and a copy of input and output.
 #include <cstring>
 
 #include <bristle/joint_friction.hpp>
@@ -17,7 +17,7 @@ using namespace bristle;
 constexpr std::size_t joint_count = 50000;
 constexpr double stiffness = 300.0, base = 0.4, by_motor = 0.12;
 
-/// Input and output of all joints. `swing` is how far they go in a step, rad.
+/// Input and output of all joints. `swing` is the angle they move in a step, rad.
 struct JointArrays {
   std::vector<double> angle, speed, motor, outside, torque;
   std::vector<double> more[3];
@@ -71,7 +71,7 @@ struct JointScene {
   JointArrays arrays;
 };
 
-/// `swing`: rad a step, eight steps to either side.
+/// Adds a benchmark. `swing`: rad per step, eight steps in either direction.
 void add_joint_benchmark(const std::string& motion, double swing, bool all, int threads,
                          std::size_t n = joint_count) {
   const std::string name = "joints/" + motion + (all ? "/all/" : "/load/") + std::to_string(threads) +

@@ -1,4 +1,5 @@
-// One patch, one thread: what a step costs by feature, by law of the snap length, by instruction set.
+// Measures one patch on one thread: the cost of a step by feature, by law of the snap length, by instruction
+// set.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -8,7 +9,7 @@ namespace {
 
 constexpr Regime regimes[] = {stick, presliding, all_snap};
 
-/// The cost per feature: 4096 bristles, in the first-level cache.
+/// Registers the cost of each feature at 4096 bristles, in the first-level cache.
 void register_features() {
   for (SnapRule rule : rules()) {
     for (int axes : axes_counts()) {

@@ -1,5 +1,5 @@
-// Ten thousand contacts a step found by key, some of them new in every step; and their keys found by
-// matching.
+// Measures ten thousand contacts per step found by key, some of them new in every step, and the matching that
+// finds their keys.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -15,7 +15,8 @@ using bristle::MatcherOptions;
 
 constexpr std::uint32_t contact_count = 10000;
 
-/// A pool and the keys of this step: `fresh` of them are new in every step, as many are not asked for again.
+/// Pool and the keys of a step: in every step `fresh` keys are new and as many old ones are not asked for
+/// again.
 struct KeyedScene {
   KeyedScene(std::uint32_t fresh_keys, bool seeded)
       : patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep),

@@ -1,5 +1,5 @@
-// Cost against the length of the step: it must stay bounded however many snaps a step holds, and however the
-// path bends.
+// Measures cost against the length of the step, which must stay bounded however many snaps a step holds, and
+// however the path bends.
 #include <cstdio>
 
 #include "hand_scene.hpp"
@@ -10,7 +10,7 @@ namespace bristle_bench {
 
 namespace {
 
-/// The default material on every path; the paper's, with either rule, on the path that turns.
+/// Registers the default material on every path, and the paper's, with either rule, on the path that turns.
 void register_hand_paths() {
   const auto add = [](const std::string& subject, const Material& material, const HandPath& path) {
     for (const double mm_per_s : {0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {

@@ -1,4 +1,4 @@
-// bristle beside what it replaces, in the same run: the paper's loop, the plain loops, the streaming limit.
+// Compares bristle with what it replaces, in one run: the paper's loop, the plain loops, the streaming limit.
 #include "bench/plain_loops.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
@@ -7,7 +7,7 @@ namespace bristle_bench {
 
 namespace {
 
-/// A rival's loop, brought into the regime by the same motions as bristle.
+/// Brings a rival's loop into the regime by the motions that bristle gets.
 template <class Loop, class Make>
 void add_loop_benchmark(const std::string& name, const Regime& regime, double bytes_per_bristle, Make make) {
   add_benchmark(name, [=](benchmark::State& state) {
@@ -69,7 +69,7 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   }
 
   if (rule == SnapRule::keep && !mean) {
-    // The literal rule: less work than the exact step, and the wrong force; the name says whose it is.
+    // Adds the paper's loop. Its literal rule does less work than the exact step and gives a wrong force.
     add_loop_benchmark<PaperLoop<double, 3>>(group + "paper_double3", regime, 0.0, [=] {
       return std::make_shared<PaperLoop<double, 3>>(n, dbar, 1.0, 0.1);
     });
@@ -78,8 +78,8 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
     });
   }
 
-  // In columns: deflections and snap length read; deflections written where bristles snap; with redraw, where
-  // all snap, snap lengths and draw numbers too.
+  // Counts columns as bristle does: deflections and snap length read; deflections written where bristles
+  // snap; with redraw, where all snap, snap lengths and draw numbers too.
   const bool snaps = !regime.there_and_back;
   const bool draws = rule == SnapRule::redraw && regime.step > 0.1;
   const int read = usual_axes + 1 + (draws ? 1 : 0);
@@ -87,7 +87,7 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   add_stream_benchmark(group + "stream", n, read, written);
 }
 
-/// Bristles that slide, beside keep where all snap and the plain loop.
+/// Registers bristles that slide, beside keep in a regime where all snap, and the plain loop.
 void register_slide(bool zigzag) {
   if (BRISTLE_MINIMAL) return;
   constexpr std::uint32_t n = 14400;

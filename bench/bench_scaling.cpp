@@ -1,4 +1,4 @@
-// Bristle scaling: one patch from a hundred to four million bristles, on one thread and on two.
+// Measures one patch from a hundred to four million bristles, on one thread and on two.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 

@@ -1,8 +1,9 @@
-// Sharing a step: what it costs to wake a worker once a millisecond, from where it pays, in what pieces, and
-// what two threads give in steps back to back and in a paced 1 kHz loop.
+// Measures sharing a step between threads: the cost of waking a worker once a millisecond, the size from
+// which sharing pays, the size of the pieces, and the gain of two threads in steps back to back and in a
+// paced 1 kHz loop.
 //
-// Each row is the same number of steps, timed one by one; p50 and p99 are counters. "bound": workers kept off
-// the core that the stepping thread is bound to (BatchOptions::with_servo_core).
+// Each row has the same number of steps, timed one by one; p50 and p99 are counters. "bound": workers kept
+// off the core that the stepping thread is bound to (BatchOptions::with_servo_core).
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -55,10 +56,10 @@ void add_timed_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// Tasks that do nothing, or wait until a second thread has come (5 ms at most).
+/// Tasks that do nothing, or that wait until a second thread has come (5 ms at most).
 struct Meeting {
   bool wait = false;
-  long number = 0;  ///< of the fork
+  long number = 0;  ///< number of the fork
   std::atomic<int> come{0};
 
   static void attend(void* self, int) {
@@ -75,8 +76,8 @@ struct Meeting {
   }
 };
 
-/// A fork and join of eight tasks that do nothing: what sharing costs the caller. And of tasks that wait
-/// until a worker has come: how long it takes to wake one.
+/// Registers a fork and join of eight empty tasks, which is what sharing costs the caller; and of tasks that
+/// wait until a worker has come, which is the time to wake one.
 void register_fork_join() {
   for (bool wait : {false, true}) {
     for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
@@ -109,14 +110,14 @@ struct SharedStep {
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
-  std::uint32_t piece = 0;  ///< smallest piece of work; 0 = the library's own rules, threshold included
+  std::uint32_t piece = 0;  ///< smallest piece of work; 0 = the library's own rules, with its threshold
 };
 
 void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
     BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
     if (what.bound) options.with_servo_core(servo_core());
-    // Shared whatever the size, to find from where it pays.
+    // Shares at any size, to find from where it pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(options);
     unsetenv("BRISTLE_SHARING");
@@ -134,7 +135,8 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
   });
 }
 
-/// Alone, shared, and shared with bound threads: from how many bristles does sharing pay, and how much?
+/// Registers steps on one thread, shared, and shared with bound threads, to find from how many bristles
+/// sharing pays, and how much.
 void register_share() {
   for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
     for (std::uint32_t n : {10000u, 20000u, 40000u, 60000u, 100000u, 200000u, 400000u, 1000000u}) {
@@ -154,7 +156,7 @@ void register_share() {
   }
 }
 
-/// 200,000 bristles in pieces of different size, as one patch and as many.
+/// Registers 200,000 bristles in pieces of different size, as one patch and as many.
 void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {
@@ -167,7 +169,8 @@ void register_grain() {
   }
 }
 
-/// Ten thousand patches of a few bristles, on one thread: the cost of a patch beside its bristles.
+/// Registers ten thousand patches of a few bristles on one thread, to find the cost of a patch besides its
+/// bristles.
 void register_patches() {
   for (std::uint32_t size : {1u, 16u, 64u, 256u}) {
     SharedStep what;

@@ -1,5 +1,5 @@
-// A patch that moves as a hand does: turns, strokes, a load that ripples. For the benchmarks and for
-// `bristle capacity`.
+// Patch that moves as a hand does (turns, strokes, a rippling load), for the benchmarks and `bristle
+// capacity`.
 #pragma once
 
 #include <cmath>
@@ -9,12 +9,12 @@
 
 namespace bristle_bench {
 
-/// How a hand moves.
+/// Path of a hand.
 struct HandPath {
   const char* name;
-  double turn, wander;  ///< rad a step, steady and at random
+  double turn, wander;  ///< rad per step, steady and random
   int stroke;           ///< steps after which the path reverses; 0 = never
-  double ripple;        ///< of the load, share of its mean, over 20 steps
+  double ripple;        ///< amplitude over the mean load, with a period of 20 steps
 };
 constexpr HandPath straight_path = {"straight", 0.0, 0.0, 0, 0.0};
 constexpr HandPath hand_paths[] = {straight_path,
@@ -24,7 +24,7 @@ constexpr HandPath hand_paths[] = {straight_path,
                                    {"strokes", 0.0, 0.0, 50, 0.0},
                                    {"ripple", 0.0, 0.0, 0, 0.1}};
 
-/// 10,000 representatives at 1 kHz.
+/// Scene of 10,000 representatives at 1 kHz that move as a hand.
 class HandScene {
  public:
   HandScene(const bristle::Material& material, const HandPath& path, double mm_per_s,

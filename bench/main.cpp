@@ -1,5 +1,5 @@
-// bristle_bench: Google Benchmark with what is needed to judge a figure: commit, flags, CPU, instruction set,
-// and the state hash of a fixed scene, so that a speed-up that changes the answer is visible.
+// Runs bristle_bench: Google Benchmark with the data needed to judge a figure: commit, flags, CPU,
+// instruction set, and the state hash of a fixed scene, which shows a speed-up that changes the answer.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -41,7 +41,8 @@ std::string usable_instruction_sets() {
   return names;
 }
 
-/// Hash of a short scene that touches every variant of this build: load steps, turns, long and short motions.
+/// Returns the hash of a short scene that uses every variant of this build: load steps, turns, long and short
+/// motions.
 std::string scene_hash() {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -73,7 +74,7 @@ std::string scene_hash() {
   return text;
 }
 
-/// Passes everything on, and at the end prints the times of the rivals over bristle's, from this very run.
+/// Reporter that passes everything on, and at the end prints the rivals' times over bristle's from this run.
 class WithRatios : public benchmark::BenchmarkReporter {
  public:
   explicit WithRatios(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
@@ -97,7 +98,7 @@ class WithRatios : public benchmark::BenchmarkReporter {
       auto& group = groups_[name.substr(7, slash - 7)];
       const double time = run.GetAdjustedRealTime();
       const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
-      if (!fresh) entry->second = std::min(entry->second, time);  // the best of the repetitions
+      if (!fresh) entry->second = std::min(entry->second, time);  // keeps the best repetition
     }
   }
   void Finalize() override {

@@ -1,4 +1,4 @@
-// Shared by the benchmarks: the motions, a batch that is brought into a steady regime, counters.
+// Shared by the benchmarks: motions, a batch in a steady regime, counters.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -33,12 +33,12 @@ using bristle_test::plain_material;
 using bristle_test::plain_options;
 using bristle_test::tick;
 
-/// Tangential axes of most benchmarks; the minimal library has one only.
+/// Number of tangential axes in most benchmarks; the minimal library has only one.
 constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
 
 struct Regime : SteadyMotion {
   const char* name;
-  const char* motion;  ///< in words, for the label
+  const char* motion;  ///< name for the label
   constexpr Regime(const char* name_, double step_, bool there_and_back_, const char* motion_)
       : SteadyMotion{step_, there_and_back_}, name(name_), motion(motion_) {}
 };
@@ -48,7 +48,7 @@ constexpr Regime presliding = {"presliding", 0.01, false, "0.01 dbar a step one 
 constexpr Regime two_snaps = {"two_snaps", 1.0, false, "1 dbar a step one way, up to two snaps"};
 constexpr Regime all_snap = {"all_snap", 1.5, false, "1.5 dbar a step one way, every bristle snaps"};
 
-/// Snap lengths of most benchmarks: uniform, so that the regimes are what they say.
+/// Returns the snap lengths of most benchmarks: uniform, so that the regimes match their names.
 inline SnapLength usual_law() { return SnapLength::uniform(0.5 * dbar, 1.5 * dbar); }
 
 inline const char* name_of(SnapRule rule) { return rule == SnapRule::keep ? "keep" : "redraw"; }
@@ -68,7 +68,7 @@ inline const char* name_of(Outputs outputs) {
   }
 }
 
-/// Snap rules that this build of the library has.
+/// Returns the snap rules in this build of the library.
 inline std::vector<SnapRule> rules() {
   if (BRISTLE_MINIMAL) return {SnapRule::keep};
   return {SnapRule::keep, SnapRule::redraw};
@@ -83,10 +83,11 @@ inline std::vector<int> axes_counts() {
 }
 inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs::mean; }
 
-/// 20 mean snap lengths of sliding, not in step with the snap lengths, then the regime itself.
+/// Settling motion of 20 mean snap lengths of sliding, in steps out of phase with the snap lengths, then the
+/// regime itself.
 constexpr Settling usual_settling = {0.37, 54, 16};
 
-/// A batch and its motions, in steady state.
+/// Batch with its motions, in steady state.
 class MeasuredScene : public SteadyScene {
  public:
   explicit MeasuredScene(const BatchOptions& options = {}) : SteadyScene(options, tick, usual_settling) {}
@@ -99,9 +100,9 @@ class MeasuredScene : public SteadyScene {
   }
 };
 
-/// The object of this name, made on first use and kept until another name is asked for: Google Benchmark
-/// calls a function several times to find the number of iterations, and a population of millions takes a
-/// while.
+/// Returns the object of this name, made on first use and kept until another name is asked for: Google
+/// Benchmark calls a function several times to find the number of iterations, and a population of millions
+/// takes a while to make.
 template <class T, class Make>
 T& keep_while_named(const std::string& name, Make make) {
   static std::string kept_name;
@@ -114,8 +115,9 @@ T& keep_while_named(const std::string& name, Make make) {
   return *kept;
 }
 
-/// The least a step must read and write per bristle: deflections and snap length read, deflections written
-/// where bristles snap; where all snap with redraw, snap length written and draw state read and written too.
+/// Returns the least bytes that a step must read and write per bristle. Deflections and snap length are read,
+/// and deflections written if bristles snap; if all snap with redraw, the snap length is written, and draw
+/// state read and written too.
 inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precision precision) {
   const double real = precision == Precision::single ? 4.0 : 8.0;
   const double read = (axes + 1) * real;
@@ -124,9 +126,9 @@ inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precisi
   return rule == SnapRule::redraw && regime.step > 0.1 ? moved + real + 8.0 : moved;
 }
 
-/// Runs `step` and sets the counters. The same ones everywhere: the CSV reporter stops at a row with others.
-/// `visited` is the share of bristles that a kernel looked at, where `step` returns a StepReport.
-/// Timed here once more, for Google Benchmark's own rate counters come out as "per second" whatever they are.
+/// Runs `step` and sets the counters, the same ones everywhere, since the CSV reporter stops at a row with
+/// others. `visited` is the share of bristles that a kernel visited, if `step` returns a StepReport. The time
+/// is measured here once more, because Google Benchmark labels all of its own rate counters "per second".
 template <class Step>
 void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {
   const auto start = std::chrono::steady_clock::now();
@@ -151,7 +153,7 @@ void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_b
   }
 }
 
-/// Registers a benchmark by name; real time, because workers step too.
+/// Registers a benchmark by name; it measures real time, because workers step too.
 template <class Function>
 void add_benchmark(const std::string& name, Function function) {
   benchmark::RegisterBenchmark(name.c_str(), std::move(function))
@@ -159,7 +161,7 @@ void add_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// One patch in a regime.
+/// Benchmark of one patch in a regime.
 struct OnePatchCase {
   Regime regime = all_snap;
   std::uint32_t bristles = 4096;

@@ -1,4 +1,4 @@
-// A servo loop: once a period, on a core of its own.
+// Servo loop: one tick per period, on a core of its own.
 #pragma once
 
 #include <sched.h>
@@ -8,7 +8,7 @@
 
 namespace bristle_bench {
 
-/// The first core that this process may use.
+/// Returns the first core that this process may use.
 inline int servo_core() noexcept {
   cpu_set_t cores;
   CPU_ZERO(&cores);
@@ -18,8 +18,8 @@ inline int servo_core() noexcept {
   return core;
 }
 
-/// Binds this thread to the servo core for as long as it lives. To be made after the workers: oneTBB takes
-/// the number of threads from the cores that the process may use when it starts.
+/// Binds this thread to the servo core for as long as it lives. Make it after the workers: oneTBB takes the
+/// number of threads from the cores that the process may use at its start.
 class BoundThread {
  public:
   BoundThread() {
@@ -37,7 +37,7 @@ class BoundThread {
   cpu_set_t before_;
 };
 
-/// A servo loop's wait: sleeps up to the next point of a grid of absolute times.
+/// Wait of a servo loop: sleeps until the next point of a grid of absolute times.
 class PacedLoop {
  public:
   explicit PacedLoop(double period_s = 1e-3) : period_ns_(std::lround(1e9 * period_s)) {
@@ -51,12 +51,13 @@ class PacedLoop {
     }
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
     due_s_ = static_cast<double>(next_.tv_sec) + 1e-9 * static_cast<double>(next_.tv_nsec);
-    // Where a step ran over by a period, the grid restarts instead of catching up.
+    // Restarts the grid where a step ran over by a period, instead of catching up.
     timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;
   }
-  double due_s() const noexcept { return due_s_; }  ///< monotonic: when this tick should have begun
+  /// s, monotonic: the time at which this tick should have begun
+  double due_s() const noexcept { return due_s_; }
 
  private:
   static constexpr long second_ns = 1000000000;

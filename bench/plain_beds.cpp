@@ -1,4 +1,4 @@
-// Compiled as plain_loops.cpp is: no standard containers in here.
+// Implements the plain beds. Compiled as plain_loops.cpp, so it uses no standard containers.
 #include "plain_beds.hpp"
 
 #include <cmath>
@@ -86,7 +86,7 @@ Fastsim::Fastsim(int nx, int ny, double a_m, double b_m, const double (&flexibil
 Fastsim::~Fastsim() { std::free(memory_); }
 
 Wrench Fastsim::solve(double creep_x, double creep_y, double spin) noexcept {
-  // In units of the bound at the middle, lengths along over a, across over b.
+  // Converts creepages to units: tractions over the bound at the middle, lengths along over a, across over b.
   const float ux = static_cast<float>(a_ * creep_x / (flexibility_[0] * most_pressure_));
   const float uy = static_cast<float>(a_ * creep_y / (flexibility_[1] * most_pressure_));
   const float spin_x = static_cast<float>(a_ * b_ * spin / (flexibility_[2] * most_pressure_));

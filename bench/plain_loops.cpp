@@ -1,5 +1,6 @@
-// Compiled with -O3 -march=native -ffast-math (see bench/README.md): no standard containers in here, for
-// their inline functions would be shared with code that must run on any machine and round as written.
+// Implements the plain loops. Compiled with -O3 -march=native -ffast-math (see bench/README.md). Uses no
+// standard containers: the linker might share their inline functions with code that must run on any machine
+// and round exactly.
 #include "plain_loops.hpp"
 
 #include <algorithm>
@@ -13,7 +14,8 @@ namespace bristle::plain {
 namespace {
 
 constexpr std::size_t cache_line = 64;
-constexpr std::size_t chunk = 1024;  // four columns of it are 16 KB: half of a small first-level cache
+// bristles; four columns of a chunk are 16 KB, half of a small first-level cache
+constexpr std::size_t chunk = 1024;
 
 void* take(std::size_t bytes) {
   const std::size_t whole = (bytes + cache_line - 1) / cache_line * cache_line;
@@ -23,7 +25,7 @@ void* take(std::size_t bytes) {
   return memory;
 }
 
-/// Snap length of bristle i over the mean: stratified, uniform on 0.5 to 1.5.
+/// Returns the snap length of bristle i over the mean: stratified, uniform on 0.5 to 1.5.
 double first_length(std::size_t i) {
   const double golden = 0.6180339887498949;
   const double place = (static_cast<double>(i) + 0.5) * golden;
@@ -158,23 +160,24 @@ namespace {
 
 using Columns = PlainLoop::Columns;
 
-// Not std::max and std::min: see the head of this file.
+// Replaces std::max and std::min, whose inline functions must not be used here (see the head of this file).
 inline float larger(float a, float b) { return a > b ? a : b; }
 inline float smaller(float a, float b) { return a < b ? a : b; }
 
-/// The step as every bristle sees it, m.
+/// Displacement of a step, common to all bristles, m.
 struct Path {
   float dx, dy;  // displacement
-  float h;       // its length
-  float ex, ey;  // its direction; 0 where h is 0
+  float h;       // length of the displacement
+  float ex, ey;  // direction of the displacement; 0 where h is 0
 };
 
-/// Sums over bristles: deflection at the end (m); its integral over the path (m^2), filled with Mean only.
+/// Sums over bristles: the deflection at the end (m), and its integral over the path (m^2), computed with
+/// Mean only.
 struct Sums {
   float end_x = 0.0f, end_y = 0.0f, path_x = 0.0f, path_y = 0.0f;
 };
 
-/// Uniform snap lengths by number of bristle and of draw: a two-multiply hash.
+/// Source of uniform snap lengths, by number of bristle and of draw: a hash of two multiplications.
 struct Draw {
   float shortest, width;  // m
   std::uint32_t seed;
@@ -186,12 +189,12 @@ struct Draw {
     x ^= x >> 15;
     x *= 0x846CA68Bu;
     x ^= x >> 16;
-    // Through a signed number: instruction sets before AVX-512 convert nothing else.
+    // Converts through a signed number, the only kind that instruction sets before AVX-512 convert.
     return shortest + width * 0x1p-24f * static_cast<float>(static_cast<std::int32_t>(x >> 8));
   }
 };
 
-/// Distance along the path to the first snap, 0 where the bristle is beyond its length already.
+/// Returns the distance along the path to the first snap; 0 if the bristle is already beyond its length.
 template <int Axes>
 inline float distance_to_snap(float zx, float zy, float delta, const Path& path) {
   if constexpr (Axes == 1) {
@@ -203,8 +206,8 @@ inline float distance_to_snap(float zx, float zy, float delta, const Path& path)
   }
 }
 
-/// Adds one bristle to the sums: z before the step, `t` the path up to the first snap or the end, `squares`
-/// the sum of the squared lengths of the passes after it (0 without a snap).
+/// Adds one bristle to the sums. z is its deflection before the step, `t` the path up to the first snap or
+/// the end, `squares` the sum of squared lengths of the later passes (0 without a snap).
 template <int Axes, bool Mean>
 inline void add(Sums& sums, float zx, float zy, float t, float squares, float new_zx, float new_zy,
                 const Path& path) {
@@ -217,10 +220,11 @@ inline void add(Sums& sums, float zx, float zy, float t, float squares, float ne
   }
 }
 
-// Looked at with `objdump -dC` and -fopt-info-vec: g++ 12 with -O3 -march=native -ffast-math on an AVX-512
-// machine turns this loop whole into 64-byte (zmm) vectors in all four variants: vrsqrt14ps and vrcp14ps with
-// a Newton step each for root and quotient, vrndscaleps for floor, masked adds for the bristles that hold.
-// clang++ 14 vectorises it as widely. (Sums go out by reference: returned, clang++ pairs them and gives up.)
+// Steps bristles that keep their lengths in a single loop. By `objdump -dC` and -fopt-info-vec, g++ 12 with
+// -O3 -march=native -ffast-math on an AVX-512 machine turns the whole loop into 64-byte (zmm) vectors in all
+// four variants: vrsqrt14ps and vrcp14ps with a Newton step for root and quotient, vrndscaleps for floor,
+// masked adds for bristles that do not snap. clang++ 14 vectorises it as widely. (Sums are passed by
+// reference: clang++ pairs returned ones and then does not vectorise.)
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                      const Path& path_in, Sums& out) {
@@ -236,7 +240,7 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    const float rest = path.h - t;  // 0 without a snap, so that the two terms below are 0 too
+    const float rest = path.h - t;  // 0 without a snap, so that the two terms below vanish too
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
     const float new_zx = snaps ? r * path.ex : zx + path.dx;
@@ -248,7 +252,7 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// As keep_one_loop, but looks first whether any bristle of the chunk snaps: where none does, it only adds.
+/// As keep_one_loop(), after a test whether any bristle of the chunk snaps: if none does, it only adds.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                   const Path& path_in, Sums& out) {
@@ -256,8 +260,8 @@ template <int Axes, bool Mean>
   float* __restrict zy_column = columns.zy;
   const float* __restrict delta_column = columns.delta;
   const Path path = path_in;
-  float beyond = -1.0f;  // largest |z + d|^2 - delta^2
-  Sums sums;             // as if nothing snapped
+  float beyond = -1.0f;  // largest |z + d|^2 - delta^2; positive if any bristle snaps
+  Sums sums;             // valid if nothing snaps
   for (std::size_t i = begin; i < end; ++i) {
     const float x = zx_column[i] + path.dx;
     const float y = Axes == 2 ? zy_column[i] + path.dy : 0.0f;
@@ -278,8 +282,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Redraw as one writes it first: the snaps of a bristle one after the other. The inner loop keeps the
-/// compiler from vectorising.
+/// Steps redraw in its simplest form: the snaps of each bristle one after the other. The inner loop prevents
+/// vectorisation.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                        const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -322,10 +326,9 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Redraw in rounds over the chunk, one snap a round for every bristle that has path left: each loop
-/// vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most.
-/// 32-bit indices, loads before selects, stores without conditions and sums apart from selects are what
-/// g++ 12 needs for that.
+/// Steps redraw in rounds over the chunk, one snap per round for every bristle with path left, so that each
+/// loop vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most. g++ 12
+/// needs 32-bit indices, loads before selects, unconditional stores, and sums apart from selects.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                     const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -337,8 +340,8 @@ template <int Axes, bool Mean>
   const Draw draw = draw_in;
   const auto count = static_cast<std::uint32_t>(end - begin);
   const auto first = static_cast<std::uint32_t>(begin);
-  float rest[chunk];     // path left after the last snap; negative where the bristle does not snap
-  float squares[chunk];  // of the passes between snaps
+  float rest[chunk];     // path left after the last snap; negative if the bristle does not snap
+  float squares[chunk];  // sum of squared lengths of the passes between snaps
   float beyond = -1.0f;
   Sums sums;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -354,7 +357,7 @@ template <int Axes, bool Mean>
       if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * (0.5f * t * t);
     }
   }
-  // The first snap leaves `rest` as it is, each later one takes a whole snap length off it.
+  // Subtracts a whole snap length from `rest` at each snap but the first.
   for (bool first_snap = true; beyond >= 0.0f; first_snap = false) {
     const float pass = first_snap ? 0.0f : 1.0f;
     beyond = -1.0f;
@@ -399,7 +402,7 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps all bristles chunk by chunk: float sums stay short, their totals are double.
+/// Steps all bristles chunk by chunk: float sums within a chunk stay short, their totals are double.
 template <int Axes, Rule R, bool Mean, Style S>
 Force step_all(const Columns& columns, const PlainOptions& options, double dx_m, double dy_m) noexcept {
   if (Axes == 1) dy_m = 0.0;
@@ -432,7 +435,7 @@ Force step_all(const Columns& columns, const PlainOptions& options, double dx_m,
   force.end[0] = -stiffness * end_x;
   force.end[1] = -stiffness * end_y;
   if constexpr (Mean) {
-    // At rest the mean is the end.
+    // At rest the mean force equals the end force.
     force.mean[0] = h > 0.0 ? -stiffness * path_x * per_h : force.end[0];
     force.mean[1] = h > 0.0 ? -stiffness * path_y * per_h : force.end[1];
   }
@@ -463,7 +466,7 @@ Step find_step(Rule rule, bool mean, Style style) {
 PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
   if (options_.axes != 1) options_.axes = 2;
   const std::size_t n = options_.bristles;
-  // An odd number of cache lines between columns, so that equal rows of two columns never share a set.
+  // Separates columns by an odd number of cache lines, so that equal rows of two columns never share a set.
   const std::size_t stride = (n + 15) / 32 * 32 + 16;
   memory_ = take(4 * stride * sizeof(float));
   auto* floats = static_cast<float*>(memory_);
@@ -497,7 +500,7 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
 
 namespace {
 
-/// exp(-y) for y >= 0, to 1e-7.
+/// Returns exp(-y) for y >= 0, to 1e-7.
 inline float shrink(float y) {
   const float x = smaller(y, 80.0f) * 1.44269504f;
   const float k = std::floor(x + 0.5f);
@@ -604,7 +607,7 @@ constexpr std::size_t stream_block = 256;
 [[gnu::noinline]] float rewrite_block(float* column, std::size_t count) {
   float sum = 0.0f;
   for (std::size_t i = 0; i < count; ++i) {
-    const float value = 1.0f - column[i];  // its own inverse: stays bounded for ever
+    const float value = 1.0f - column[i];  // the mapping is its own inverse, so values stay bounded
     column[i] = value;
     sum += value;
   }

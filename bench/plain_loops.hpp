@@ -1,9 +1,9 @@
-// The loops that bristle is measured against: the paper's own loop, a plain structure-of-arrays loop left to
-// the compiler, and the time it takes to stream the same bytes.
+// Loops that bristle is compared with: the paper's own loop, a plain structure-of-arrays loop left to the
+// compiler, and the time it takes to stream the same bytes.
 //
 // Compiled with every flag that helps a plain loop (-O3 -march=native -ffast-math), for the machine it is
-// built on: call plain_loops_run_here() before anything else in a program that may be copied elsewhere.
-// One thread per object. Set-up throws std::bad_alloc; step never throws and allocates nothing.
+// built on: call plain_loops_run_here() before anything else in a program that may be copied elsewhere. One
+// thread per object. Set-up throws std::bad_alloc; step never throws and allocates nothing.
 #pragma once
 
 #include <cstddef>
@@ -11,37 +11,38 @@
 
 namespace bristle::plain {
 
-/// Whether this machine has the instructions this file was compiled for.
+/// Returns whether this machine has the instructions that this file was compiled for.
 bool plain_loops_run_here() noexcept;
 
-/// Elastic force of the bristles ON the moving body, N. `mean` is 0 where it was not asked for.
+/// Elastic force of the bristles on the moving body, N. `mean` is 0 unless computed.
 struct Force {
   double end[2] = {0.0, 0.0};
   double mean[2] = {0.0, 0.0};
 };
 
-/// One bristle, lengths in m. For tests: `set` and `get`.
+/// Bristle for tests (`set` and `get`), lengths in m.
 struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
 };
 
 /// The paper's loop (section 4.1) as its authors would have written it: an array of structs, a vector class
 /// with operators, one bristle at a time, the literal rule `z += x; if |z| > delta then z = 0`, the damper
-/// inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and kept for ever.
+/// inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and never change.
 ///
-/// Real is float or double; Dimensions is 3 (the vectors of the haptic tool kits of the time, the third
-/// component staying 0) or 2. Compiled: <double, 3> and <float, 2>, the most and the least work.
+/// Real is float or double; Dimensions is 3 (the vectors of the haptic tool kits of the time, with a third
+/// component of 0) or 2. Compiled: <double, 3> and <float, 2>, the most and the least work.
 template <class Real, int Dimensions>
 class PaperLoop {
  public:
-  /// n bristles at rest, mean snap length (m), stiffness (N/m) and damper (N s/m) of one bristle.
+  /// Makes n bristles at rest with this mean snap length (m), and the stiffness (N/m) and damper (N s/m) of
+  /// one bristle.
   explicit PaperLoop(std::size_t n, double mean_snap_length_m, double bristle_stiffness = 1.0,
                      double bristle_damping = 0.0);
   ~PaperLoop();
   PaperLoop(const PaperLoop&) = delete;
   PaperLoop& operator=(const PaperLoop&) = delete;
 
-  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the literal rule knows the end of the step only.
+  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the literal rule knows only the end of the step.
   Force step(double dx_m, double dy_m, double dt_s = 1e-3) noexcept;
 
   std::size_t size() const noexcept { return n_; }
@@ -60,29 +61,29 @@ enum class Rule : unsigned char { keep, redraw };
 
 /// Style in which the loop over the bristles is written.
 enum class Style : unsigned char {
-  one_loop,  ///< everything in one loop body: what one writes first
+  one_loop,  ///< everything in one loop body, as one writes it first
   chunked    ///< per 1024 bristles: a cheap pass that looks whether any snaps and else only adds; redraw in
            ///< rounds over the chunk, so that it vectorises too: what one writes after a day with a profiler
 };
 
 struct PlainOptions {
   std::size_t bristles = 900;
-  double mean_snap_length_m = 10e-6;  ///< lengths are uniform on 0.5 to 1.5 of it
+  double mean_snap_length_m = 10e-6;  ///< m; lengths are uniform on 0.5 to 1.5 of it
   double bristle_stiffness = 1.0;     ///< N/m
   int axes = 2;                       ///< 1 (x only) or 2
   Rule rule = Rule::keep;
-  bool mean = false;  ///< the force averaged over the step as well
+  bool mean = false;  ///< whether to compute the mean force over the step too
   Style style = Style::one_loop;
   std::uint32_t seed = 1;
 };
 
-/// The same event-exact physics as bristle's kernels (every snap inside the step, the remainder carried) as
-/// a structure of float arrays and plain loops for the compiler's auto-vectoriser. No lanes in the source, no
-/// promise of equal bits, no care for extreme input: steps up to some 1e3 mean snap lengths (beyond, float
-/// loses the phase), finite input only.
+/// Plain loop of the same exact physics as bristle's kernels (every snap inside the step, the remainder
+/// carried): a structure of float arrays and loops for the compiler's auto-vectoriser. It does not write
+/// vector code, does not promise equal bits, and does not handle extreme input: steps up to some 1e3 mean
+/// snap lengths (beyond, float loses the phase), finite input only.
 class PlainLoop {
  public:
-  /// Bristles at rest. Axes other than 1 or 2 count as 2.
+  /// Makes bristles at rest. Axes other than 1 or 2 count as 2.
   explicit PlainLoop(const PlainOptions& options);
   ~PlainLoop();
   PlainLoop(const PlainLoop&) = delete;
@@ -98,9 +99,9 @@ class PlainLoop {
 
   struct Columns {
     float* zx = nullptr;
-    float* zy = nullptr;  ///< two axes only
+    float* zy = nullptr;  ///< second axis only
     float* delta = nullptr;
-    std::uint32_t* draws = nullptr;  ///< redraw only
+    std::uint32_t* draws = nullptr;  ///< draw counters, for redraw only
   };
 
  private:
@@ -111,8 +112,9 @@ class PlainLoop {
   Step step_;
 };
 
-/// Bristles that slide at their limit (SnapRule::slide), two axes, single precision, end force: one loop that
-/// the compiler turns into vectors, with a polynomial for exp. Limits uniform on 0.5 to 1.5 means.
+/// Plain loop for bristles that slide at their limit (SnapRule::slide): two axes, single precision, end
+/// force, in one loop that the compiler vectorises, with a polynomial for exp. Limits are uniform on 0.5 to
+/// 1.5 means.
 class SlideLoop {
  public:
   SlideLoop(std::size_t n, double mean_limit_m);
@@ -120,20 +122,20 @@ class SlideLoop {
   SlideLoop(const SlideLoop&) = delete;
   SlideLoop& operator=(const SlideLoop&) = delete;
 
-  /// Moves the body by (dx, dy), not both 0. The force is that of a stiffness of 1 N/m a bristle.
+  /// Moves the body by (dx, dy), not both 0. Returns the force for a stiffness of 1 N/m per bristle.
   Force step(double dx_m, double dy_m) noexcept;
   std::size_t size() const noexcept { return n_; }
 
  private:
   std::size_t n_;
   double mean_m_;
-  float* zx_;  ///< all lengths over the mean limit
+  float* zx_;  ///< lengths in units of the mean limit
   float* zy_;
   float* limit_;
 };
 
-/// Joints of 8 bristles that slide at their limits, with a load: a clamp a bristle, double precision. Limits
-/// even on 0.5 to 1.5 of base + by_motor |motor|.
+/// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp per bristle, double
+/// precision. Limits are evenly spread on 0.5 to 1.5 of base + by_motor |motor|.
 class JointLoop {
  public:
   JointLoop(std::size_t n, double stiffness, double base, double by_motor);
@@ -147,12 +149,12 @@ class JointLoop {
   static constexpr std::size_t bristles = 8;
   std::size_t n_;
   double stiffness_, base_, by_motor_;
-  double* tip_;  ///< a column a bristle
+  double* tip_;  ///< a column per bristle
 };
 
-/// The streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of
-/// them back, in chunks of 256 like bristle's blocks, doing next to nothing with them.
-/// One step with two axes and keep: 3 read; 2 written where bristles snap.
+/// Streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of them
+/// back, in chunks of 256 like bristle's blocks, with almost no computation. A step with two axes and keep
+/// reads 3 columns, and writes 2 where bristles snap.
 class StreamLoop {
  public:
   StreamLoop(std::size_t n, int read_columns, int written_columns);
@@ -160,10 +162,10 @@ class StreamLoop {
   StreamLoop(const StreamLoop&) = delete;
   StreamLoop& operator=(const StreamLoop&) = delete;
 
-  /// One pass. The value has no meaning; use it, so that the pass is not removed.
+  /// Runs one pass. The returned value has no meaning; use it, so that the pass is not optimised away.
   double step() noexcept;
   std::size_t size() const noexcept { return n_; }
-  /// Bytes read plus bytes written by one pass.
+  /// Returns bytes read plus bytes written by one pass.
   std::size_t bytes() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Patches in steady motion, ready to be timed: what the benchmarks and `bristle capacity` have in common.
+// Patches in steady motion, prepared for timing; shared by the benchmarks and `bristle capacity`.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace bristle_bench {
 
-/// A motion that repeats for ever and keeps the share of snapping bristles as it is.
+/// Periodic motion that keeps the share of snapping bristles constant.
 struct SteadyMotion {
   double step = 0.0;            ///< displacement per step over the mean snap length
-  bool there_and_back = false;  ///< every other step goes back
-  bool zigzag = false;          ///< every other step goes across, on two axes
+  bool there_and_back = false;  ///< whether every other step goes back
+  bool zigzag = false;          ///< whether every other step goes across, on two axes
 };
 
-/// Brings a scene from rest into its motion: `slides` steps of `slide` mean snap lengths, after which the law
-/// of the deflections is steady, then `moves` steps of the motion itself.
+/// Motion that brings a scene from rest into its steady motion: `slides` steps of `slide` mean snap lengths,
+/// after which the law of the deflections is steady, then `moves` steps of the motion itself.
 struct Settling {
   double slide;
   int slides, moves;
@@ -57,7 +57,7 @@ class SteadyScene {
     bristles_ += options.bristles;
   }
 
-  /// Once, after the last add.
+  /// Settles the scene. Call it once, after the last add.
   void settle() {
     responses_.resize(motions_[0].size());
     batch_.warm_up();
@@ -65,13 +65,13 @@ class SteadyScene {
         settling_, [this] { batch_.step(dt_s_, sliding_, responses_); }, [this] { step(); });
   }
 
-  /// From now on no patch is named in a step: all rest.
+  /// Names no patch in later steps, so that all rest.
   void name_none() {
     for (std::vector<bristle::Motion>& motions : motions_) motions.clear();
     responses_.clear();
   }
 
-  /// One step of the motion; to be timed.
+  /// Runs one step of the motion, which the caller times.
   bristle::StepReport step() {
     const std::vector<bristle::Motion>& motions = motions_[turn_];
     turn_ ^= 1;
@@ -80,7 +80,7 @@ class SteadyScene {
 
   std::uint64_t bristles() const { return bristles_; }
   const bristle::PatchBatch& batch() const { return batch_; }
-  /// Of the first patch.
+  /// Returns the info of the first patch.
   bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
 
  private:

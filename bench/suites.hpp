@@ -1,13 +1,13 @@
-// The suites of benchmarks, each in the file of its name. Called once each by main.
+// Suites of benchmarks, each in the file of its name, which main registers once.
 #pragma once
 
 namespace bristle_bench {
 
 void register_kernels();
 void register_batches();
-void register_beds();  // not in the minimal library
+void register_beds();  // absent in the minimal library
 void register_cohorts();
-void register_extended();  // where tools/rivals is built
+void register_extended();  // built only if tools/rivals is
 void register_scaling();
 void register_joints();
 void register_keys();

@@ -1,5 +1,5 @@
-// The seam between core and kernels for joints: how the numbers of 16 joints lie, and what a step of them
-// takes. The equations are in core/joints/JOINTS.md.
+// The seam between core and kernels for joints: the layout of the numbers of 16 joints, and the input of a
+// step. The equations are in core/joints/JOINTS.md.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,29 @@ namespace bristle::detail {
 
 /// Bits of the index of a variant of a step.
 enum JointVariant : std::uint32_t {
-  joint_loaded = 1,  ///< friction depends on a torque
-  joint_drops = 2,   ///< there is a static part
+  joint_loaded = 1,  ///< friction depends on a torque of motor or outside
+  joint_drops = 2,   ///< friction has a static part
   joint_all_outputs = 4,
   joint_gradients = 8,
   joint_variants = 16
 };
 
-/// Where the columns of 16 joints begin, counted in columns of 16 numbers. What the variant does not use has
-/// none.
+/// Index of the first of each kind of column of 16 joints, in columns of 16 numbers. Columns that the variant
+/// does not use are left out.
 struct JointLayout {
   // Constants, which blocks of joints with the same materials share.
-  std::uint32_t parameter[joint_parameters] = {};  ///< in place of a Stribeck speed its inverse square, or 0
-  std::uint32_t least_decay = 0;  ///< least (speed/stribeck_speed)^2; 80 where that speed is 0
-  std::uint32_t constants = 0;    ///< how many
+  std::uint32_t parameter[joint_parameters] = {};  ///< the material's numbers; instead of a Stribeck speed
+                                                   ///< its inverse square, or 0
+  std::uint32_t least_decay = 0;                   ///< least (speed/stribeck_speed)^2; 80 if that speed is 0
+  std::uint32_t constants = 0;                     ///< number of columns of constants
   // Columns of state.
   std::uint32_t before = 0;     ///< last angle, rad; NaN: none since reset
-  std::uint32_t tips = 1;       ///< rad, where each bristle would be straight
-  std::uint32_t slid = 0;       ///< 1: slid in the last step and holds its kinetic limit only
-  std::uint32_t gradients = 0;  ///< of each tip by each parameter
-  std::uint32_t columns = 0;    ///< how many
+  std::uint32_t tips = 1;       ///< angle at which each bristle would be straight, rad
+  std::uint32_t slid = 0;       ///< 1: slid in the last step, so holds only its kinetic limit
+  std::uint32_t gradients = 0;  ///< derivative of each tip by each parameter
+  std::uint32_t columns = 0;    ///< number of columns of state
 
-  // Inlined always: objects of different instruction sets must not share a function.
+  // Always inlined, because objects of different instruction sets must not share a function.
   [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
     const bool of_load = p != joint_stiffness && p != joint_viscous && p != joint_base &&
@@ -65,10 +66,10 @@ enum JointOutputRow : std::uint32_t {
 /// A step of 16 joints. All rows are aligned to 64 bytes.
 struct JointStep {
   std::uint32_t bristles;
-  const double* share;   ///< of the stiffness, of each bristle
+  const double* share;   ///< share of the stiffness of each bristle
   const double* length;  ///< limit of each bristle over the mean
-  const double* in;      ///< joint_inputs rows; in_writes is 1 where the state changes, else 0
-  double* out;           ///< joint_outputs rows; the last ones are filled by kernels with gradients
+  const double* in;      ///< joint_inputs rows; in_writes is 1 if the state changes, else 0
+  double* out;           ///< joint_outputs rows; only kernels with gradients fill the last ones
   const double* constants;
   double* columns;
 };

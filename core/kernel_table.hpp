@@ -1,8 +1,8 @@
 // The one seam between core and kernels: plain structs of raw pointers and a table of functions.
 //
-// Core includes this and is handed a table; kernels include this and fill one per instruction set.
-// Nothing here needs the standard library, so that no inline function is shared between objects
-// compiled for different instruction sets.
+// Core includes this and gets a table; kernels include this and fill one per instruction set. Nothing here
+// needs the standard library, so that no inline function is shared between objects compiled for different
+// instruction sets.
 //
 // Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length (core/MODEL.md,
 // section 9). Positions of a patch and sums over a block are fixed point, 2^-44 of that length,
@@ -21,10 +21,10 @@ constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every
 constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
-/// Steps longer than this (scaled) are far: every bristle snaps, the remainder is taken in double.
+/// Steps longer than this (scaled) are far: every bristle snaps, and the remainder is taken in double.
 constexpr double far_length = 4096.0;
-/// No snap length is longer (scaled): 1024 mean lengths. A far step is more than twice as long, so it
-/// snaps every bristle wherever it stands.
+/// Longest snap length (scaled): 1024 mean lengths. A far step is more than twice as long, so it snaps every
+/// bristle from any deflection.
 constexpr double longest_scaled_length = 1449.0;
 static_assert(far_length > 2.0 * longest_scaled_length);
 
@@ -35,50 +35,50 @@ constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 struct alignas(64) Block {
   std::int64_t position[2];  ///< patch position at the last rewrite, fixed point
   std::int64_t stored[2];    ///< weighted sum of stored deflections, fixed point
-  // Cache, never part of the state, forgotten on restore: no bristle of the block snaps while the patch stays
-  // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, visit.
+  // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
+  // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.
   std::int64_t anchor[2];
-  float reach;         ///< scaled length
+  float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
   float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block
-  std::uint32_t zero;  ///< 1 = all deflections are zero, columns z and (redraw) delta not yet written
+  std::uint32_t zero;  ///< 1 = all deflections are zero, and columns z and (redraw) delta are not yet written
 };
 
-/// Bound over 64 blocks, and over the patch: the same rule, one and two levels up.
+/// Bound of 64 blocks, or of the patch: as Block::reach, one and two levels up.
 struct Reach {
   std::int64_t anchor[2];
-  double reach;  ///< scaled length; < 0 = unknown
+  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
 /// Numbers of the snap-length laws, as the kernels' switch knows them.
 enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
 
-/// Law of the snap length in scaled lengths, for redraw. Built by core/materials/kernel_law.cpp.
+/// Law of the snap length in scaled lengths, for SnapRule::redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
-  double location;           ///< uniform: low. exponential: mean. (normal, lognormal: see `table`)
-  double scale;              ///< uniform: span
+  double location;           ///< uniform: lowest length. exponential: mean. (normal, lognormal: see `table`)
+  double scale;              ///< uniform: width of the range
   double shortest, longest;  ///< every draw is clamped to [shortest, longest]
 
-  // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.
+  // Length-biased law, for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.
   double biased_location, biased_scale;
   const double* table;         ///< quantiles at k / table_last (law_table); else kernels/cells.hpp
-  const double* biased_table;  ///< length-biased: quantiles (normal, table), cells (lognormal)
+  const double* biased_table;  ///< length-biased quantiles (normal, table) or cells (lognormal)
   std::int32_t table_last, biased_last;
 
-  // Renewal-reward constants of the skipped snaps (core/MODEL.md, "Jumps").
+  // Constants of the sum of delta^2 over skipped snaps, by renewal-reward theory (core/MODEL.md, "Jumps").
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
   double squares_per_length;                    ///< 2 c = m2 / m1: sum of delta^2 per distance
-  double squares_offset;                        ///< 2 kappa
-  double variance_per_length, variance_offset;  ///< of the sum of delta^2, given the distance jumped
+  double squares_offset;                        ///< 2 kappa, constant part of the sum of delta^2 of a jump
+  double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
   double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
 
-  // Jumps of k renewals at once for small spread (Cornish-Fisher).
+  // Constants for jumps of k renewals at once under a small spread (Cornish-Fisher).
   double jump_from;           ///< remaining path above which a lane jumps
   double stationary_from;     ///< remaining path from which the stationary law holds to 1e-3
   double deviation;           ///< standard deviation of delta
-  double skewness, kurtosis;  ///< of delta; excess kurtosis
-  double square_mean;         ///< m2
+  double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
+  double square_mean;         ///< m2 = E[delta^2]
   double square_slope;        ///< Cov(delta^2, delta) / Var(delta)
   double square_residual;     ///< Var(delta^2) - square_slope^2 Var(delta)
 };
@@ -87,75 +87,80 @@ struct KernelLaw {
 template <class T>
 struct PatchView {
   T* zx;
-  T* zy;                ///< null with one axis
-  T* delta;             ///< how far a bristle bends before it snaps: residual + snap length; keep: for ever
-  std::uint32_t* draw;  ///< draw states; null with keep
-  const T* first;       ///< first snap lengths (== delta with keep)
+  T* zy;                ///< deflections along y; null with one axis
+  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; SnapRule::keep: for
+                        ///< ever
+  std::uint32_t* draw;  ///< draw states; null with SnapRule::keep
+  const T* first;       ///< first snap lengths (== delta with SnapRule::keep)
   Block* blocks;
   Reach* groups;
-  std::uint32_t bristles;  ///< allocated
-  std::uint32_t whole;     ///< bristles that count in full
+  std::uint32_t bristles;  ///< number of bristles allocated
+  std::uint32_t whole;     ///< number of bristles that count fully
   T fraction;              ///< weight of bristle `whole`; 0 = not in contact
-  const KernelLaw* law;    ///< null with keep
+  const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
   // Null without ageing. The age of a bristle now is age + (now - since of its block) / ageing_time.
-  T* age;         ///< at the last rewrite of its block, in units of Material::ageing_time
-  double* since;  ///< of each block: the patch's time at its last rewrite, s
+  T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
+  double* since;  ///< for each block: the patch's time at its last rewrite, s
 };
 
-/// Displacement of a patch in a step or in a piece of one.
+/// Displacement of a patch in a step or in a piece of it.
 struct Travel {
-  std::int64_t from[2], to[2];  ///< patch position, fixed point; equal in a far step
-  double direction[2];          ///< unit vector
-  double length;                ///< scaled, > 0
-  double start;                 ///< time_of the patch, s, at the beginning of the step; 0 without ageing
-  double duration;              ///< s, > 0
-  double rounding;              ///< s: as much earlier the next step may begin than this one ends
-  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays
-  std::uint32_t commit;         ///< 0: a trial, the state stays as it is
+  std::int64_t from[2], to[2];  ///< patch position, fixed point; both equal in a far step
+  double direction[2];          ///< direction of the motion, a unit vector
+  double length;                ///< length of the displacement, scaled, > 0
+  double start;                 ///< time_of(patch) at the beginning of the step, s; 0 without ageing
+  double duration;              ///< duration of the step, s, > 0
+  double rounding;              ///< s by which the next step may begin earlier than this one ends, through
+                                ///< rounding
+  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position does not change
+  std::uint32_t commit;         ///< 0: a trial, which leaves the state unchanged
 };
 
-/// Constants of one step of one patch, which all its blocks share.
+/// Constants of one step of one patch, for all its blocks.
 struct Advance : Travel {
-  double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
+  double residual;              ///< deflection of a bristle after a snap, scaled; 0 without a residual
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
-  std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
-  std::uint32_t in_double;      ///< 1: remainders in double: a long step, or a single snap length
+  std::uint64_t phase_key;      ///< key of the random phase of a step too long for a remainder
+  std::uint32_t in_double;      ///< 1: remainders are taken in double, for a long step or a single snap
+                                ///< length
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
-  std::uint32_t renews_bounds;  ///< 1: also those of blocks in which nothing snaps
+  std::uint32_t renews_bounds;  ///< 1: bounds are also renewed for blocks in which nothing snaps
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;     ///< Material::ageing_strength
-  double largest_growth;      ///< long steps of redraw: aged over fresh, of the longest snap length
-  std::uint32_t ageing_form;  ///< 1: saturating
+  double ageing_strength;     ///< value of Material::ageing_strength
+  double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length, for the longest
+                              ///< snap length
+  std::uint32_t ageing_form;  ///< 1: saturating form, 0: logarithmic
 };
 
-/// Sums over the blocks of a range that changed. Integers: order does not matter. The last, partly
-/// filled block (the tail) has real weights and is reported apart.
+/// Sums over the changed blocks of a range. Integers, so that order does not matter. The last, partly filled
+/// block (the tail) has real weights and is reported apart.
 struct Totals {
-  Int128 stored[2];  ///< change of the sum of Block::stored over full blocks
-  Int128 offset[2];  ///< change of the sum of (to - position) over full blocks, by rewriting
-  Int128
-      twice_mean[2];  ///< full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2 position))
-  Int128 squares;     ///< sum over snaps of weight ((residual + delta)^2 - residual^2), in 1 / energy_unit
+  Int128 stored[2];      ///< change of the sum of Block::stored over full blocks
+  Int128 offset[2];      ///< change of the sum of (to - position) over full blocks, caused by rewriting
+  Int128 twice_mean[2];  ///< over full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2
+                         ///< position))
+  Int128 squares;        ///< sum over snaps of weight ((residual + delta)^2 - residual^2), in 1 / energy_unit
   std::uint64_t snaps;
-  std::uint64_t visited;  ///< bristles looked at
+  std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
-  std::int64_t tail_stored[2];      ///< of the tail after the step (find: what it would be)
-  std::int64_t tail_twice_mean[2];  ///< of the tail, whole
+  std::int64_t tail_stored[2];      ///< sum over the tail after the step (foreseen in a trial)
+  std::int64_t tail_twice_mean[2];  ///< twice the mean of the whole tail over the step
   std::uint32_t tail_snapped;
 };
 
-/// Renewals that the snaps of a piece of path cause: bristles drawn by number, before the step of its blocks.
+/// Renewals that the snaps of a piece of path cause: bristles are drawn by number, before the blocks are
+/// stepped.
 struct Renewal {
   std::int64_t from[2];      ///< patch position at the start of the piece
-  double direction[2];       ///< unit vector
-  double length;             ///< of the piece, scaled
-  double residual;           ///< as Advance::residual
-  std::uint64_t key;         ///< of the patch
+  double direction[2];       ///< direction of the motion, a unit vector
+  double length;             ///< length of the piece, scaled
+  double residual;           ///< value of Advance::residual
+  std::uint64_t key;         ///< key of the patch
   std::uint64_t first_draw;  ///< number of the first draw; equal numbers draw equal bristles
   std::uint64_t draws;
-  double unit;  ///< as Advance::energy_unit, of the sums below
-  // As in Advance.
+  double unit;  ///< unit of the sums below, as Advance::energy_unit
+  // Values of the fields of that name in Advance.
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
 };
@@ -163,51 +168,54 @@ struct Renewal {
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< of the sum of Block::stored over full blocks
-  Int128 twice_integral[2];  ///< what the kernels will leave out of twice the integral of weight x
-                             ///< deflection, in 1 / unit
+  Int128 stored[2];          ///< change of the sum of Block::stored over full blocks
+  Int128 twice_integral[2];  ///< part of twice the integral of weight x deflection that the kernels leave
+                             ///< out, in 1 / unit
   Int128 squares;       ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them, in
                         ///< 1 / unit
-  std::uint64_t snaps;  ///< of renewed bristles, before they were
+  std::uint64_t snaps;  ///< snaps of renewed bristles before their renewal
   std::uint64_t renewed;
   std::uint32_t tail_changed;
 };
 
 /// 256 bristles that slide. One cache line.
 struct alignas(64) SlideBlock {
-  std::int64_t position[2];  ///< patch position from which the columns count, fixed point
+  std::int64_t position[2];  ///< patch position to which the columns are relative, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
-  double weight;             ///< sum of the weights
-  // Cache: no bristle slides within `reach` of the patch position at which the block was visited last.
-  double reach;  ///< scaled length; < 0 = unknown
+  double weight;             ///< sum of the weights of the block's bristles
+  // Cache: no bristle slides while the patch stays within `reach` of the position at which the block was last
+  // visited.
+  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
-/// Columns of a patch whose bristles slide. The deflection now is the stored one and what the patch moved
-/// since `position` of the block; a bristle that sticks is not written. Rows are padded with copies of the
-/// last bristle, of weight 0.
+/// Columns of a patch whose bristles slide. The present deflection is the stored one plus the motion of the
+/// patch since `position` of the block, so a bristle that sticks is not written. Rows are padded with copies
+/// of the last bristle, of weight 0.
 template <class T>
 struct SlideView {
   T* zx;
-  T* zy;               ///< null with one axis
-  const T* limit;      ///< deflection at which it slides, at the load of its stiffness
-  const T* per_limit;  ///< 1 / limit
-  const T* weight;     ///< share of the stiffness; they add up to 1
-  double* since;       ///< with drop or ageing: the patch's time at the end of its last slide, s; else null
+  T* zy;               ///< deflections along y; null with one axis
+  const T* limit;      ///< deflection at which it slides, at the load to which its stiffness belongs
+  const T* per_limit;  ///< one over `limit`
+  const T* weight;     ///< share of the stiffness; all shares sum to 1
+  double* since;       ///< with drop or ageing: the patch's time at the end of the bristle's last slide, s;
+                       ///< else null
   SlideBlock* blocks;
-  std::uint32_t rows;  ///< bristles, padded
-  T share;             ///< of the limits, that the load now leaves: 1 but after it fell
-  T kinetic;           ///< of the limit, that a bristle holds while it slides: 1 - drop
+  std::uint32_t rows;  ///< number of bristles, padding included
+  T share;             ///< factor of the limits under the present load: 1 unless the load has fallen
+  T kinetic;           ///< share of the limit that a bristle holds while it slides: 1 - drop
 };
 
 /// Returns the index of a step kernel.
 constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool residual) {
   return (axes - 1) | (redraw ? 2 : 0) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
 }
-/// Returns the index of the paper's loop, to be compared with: the scalar reference alone has it.
+/// Returns the index of the paper's literal loop, kept for comparison; only the scalar reference has it.
 constexpr int literal_variant_index(int axes, bool redraw) {
   return 4 | variant_index(axes, redraw, false, true, false);
 }
-/// Bristles that age: one instance for all outputs, with and without a residual.
+/// Returns the index of the kernel for bristles that age: one instance for all outputs, with and without a
+/// residual.
 constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
 constexpr int variant_count = 68;
 
@@ -216,36 +224,38 @@ struct KernelSet {
   /// Advances the blocks [first, last) of a patch.
   using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                         Totals&);
-  Step step[variant_count];  ///< null where this build has no such variant
+  Step step[variant_count];  ///< null if this build has no such variant
 
   /// Counts the bristles of the blocks [first, last) that are beyond their snap length at the end of the
-  /// step. By axes - 1 and redraw, as `renew`.
+  /// step. Index: axes - 1, then redraw.
   using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
   /// Selects bristles by draws and renews those in the blocks [first, last) that are bent along the motion by
-  /// more than the residual; `first` begins a group. Index: axes - 1, then redraw; null where this build has
+  /// more than the residual; `first` begins a group. Index: axes - 1, then redraw; null if this build has
   /// none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2];
 
-  Foresee foresee_aged[2][2];  ///< the same for bristles that age
+  Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];
 
   /// Advances the blocks [first, last) of bristles that slide. Totals: `stored` and `twice_mean` are the
-  /// whole sums, weighted, at the end of the step and twice over it; `squares` is energy over stiffness, per
-  /// length of the step or, below one length, as it is; `blocks_rewritten` those in which a bristle slid,
-  /// `snaps` the bristles that did. By axes - 1, and mean + 2 energy.
+  /// whole weighted sums, at the end of the step and twice over it; `squares` is energy over stiffness, per
+  /// length of the step or, below one length, not divided; `blocks_rewritten` counts blocks in which a
+  /// bristle slid, `snaps` the bristles that slid. Index: axes - 1, then mean + 2 energy.
   using Slide = void (*)(const SlideView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                          Totals&);
   Slide slide[2][4];
-  Slide slide_aged[2];  ///< with drop or ageing: one instance for all outputs
+  Slide slide_aged[2];  ///< variant with drop or ageing, one instance for all outputs
 
-  /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums rebuilt.
+  /// Rewrites block b: z + p for bristles in contact, 0 for the others; sets position = `at` and rebuilds its
+  /// sums.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
-  /// Sum of weight |z + p|^2 over the bristles in contact of block b (scaled), fixed tree, double.
+  /// Returns the sum of weight |z + p|^2 over the bristles in contact of block b (scaled), in double, by a
+  /// fixed tree.
   double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
 };
 
@@ -254,10 +264,10 @@ struct BedKernels;
 
 struct KernelTable {
   const char* name;
-  const CohortKernels* cohorts;  ///< cohort_table.hpp; null in a minimal build
-  const BedKernels* beds;        ///< bed_table.hpp; null in a minimal build
+  const CohortKernels* cohorts;  ///< table of cohort_table.hpp; null in a minimal build
+  const BedKernels* beds;        ///< table of bed_table.hpp; null in a minimal build
   KernelSet<float> f32;
-  KernelSet<double> f64;  ///< all null in a build without double
+  KernelSet<double> f64;  ///< all entries are null in a build without double
 };
 
 /// Instruction sets of this build, best first; `usable` asks the CPU and the operating system.
@@ -266,6 +276,6 @@ struct KernelEntry {
   bool (*usable)();
 };
 const KernelEntry* kernel_entries(int* count) noexcept;
-const KernelTable& scalar_kernels() noexcept;  ///< the reference: always built
+const KernelTable& scalar_kernels() noexcept;  ///< the scalar reference, which is always built
 
 }  // namespace bristle::detail

@@ -1,12 +1,13 @@
-// Bristles that age: how the snap length grows, and where a bristle snaps whose limit grows while it bends.
+// Bristles that age: the growth of the snap length, and the place where a bristle snaps while its limit
+// grows.
 //
 // A bristle of age a snaps at |z| = residual + delta g(a), delta its fresh snap length; ages are in units of
-// Material::ageing_time. In a step the age grows along the path, by `per_length` per length. g is concave,
-// so what a bristle has left, as a function of the path, is convex and negative at the start: it snaps at one
-// place or not at all. The limit at the end of the step gives a place that is not before it; Newton's steps
-// from there fall onto it and never pass it (core/patches/AGEING.md).
+// Material::ageing_time. In a step the age grows along the path, by `per_length` per length. g is concave, so
+// |z| less the limit, as a function of the path, is convex and negative at the start: the bristle snaps at
+// one place or not at all. The limit at the end of the step gives a place at or beyond that root; Newton's
+// steps from there approach the root and never pass it (core/patches/AGEING.md).
 //
-// For vectors, bundles of them and plain numbers V.
+// Templates for vectors, bundles of them and plain numbers V.
 #pragma once
 
 #include <limits>
@@ -17,16 +18,16 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double oldest = 1e30;  ///< no age, and no age per length, is larger
+constexpr double oldest = 1e30;  ///< largest age, and largest age per length
 
 template <class T>
 struct AgeingLaw {
   T strength;
-  T per_length;  ///< age gained along the path
+  T per_length;  ///< age gained per length of path
   bool saturates;
 };
 
-/// Growth g(a) of a snap length with its derivative, and the rate -g'' / g' at which the derivative falls.
+/// Growth g(a) of a snap length, its derivative, and the rate -g'' / g' at which the derivative falls.
 template <class V>
 struct Growth {
   V factor, rate, turn;
@@ -55,10 +56,10 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether the place after a Newton step is not yet the root, to rounding. `slope` and `curve` are first and
-/// second derivative of the limit at the start of the step, which leaves half curve fall^2 / (1 - slope). A
-/// bristle whose path only just touches its limit halves its distance with each step: its error is then at
-/// most the length of the step.
+/// Whether Newton's method has to go on: the place after a step differs from the root by more than rounding.
+/// `slope` and `curve` are first and second derivative of the limit at the start of the step, whose remaining
+/// error is half curve fall^2 / (1 - slope). If a path only just touches its limit, each step halves the
+/// distance, so the error is at most the length of the step.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -69,13 +70,13 @@ inline auto goes_on(V fall, V slope, V curve, V limit) {
   return left > V(accuracy) * (limit * rise);
 }
 
-/// A bristle that was already bent: deflection along and aside of the motion at the start.
+/// A bristle that was bent before the step: its deflection along and across the motion at the start.
 template <class V>
 struct Bent {
   V along, aside2;
 };
 
-/// Returns the path from the start along the motion to the circle of this radius.
+/// Returns the path along the motion from the start to the circle of this radius.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -83,8 +84,8 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path to the snap of the `open` bristles by Newton's steps from a place that is not before it.
-/// `delta`: fresh snap length; `age`: at the start.
+/// Returns the path to the snap of the `open` bristles, by Newton's steps from a place at or beyond the snap.
+/// `delta`: fresh snap length; `age`: age at the start.
 template <class T, int axes, class V, class M>
 inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
   const V none(T(0));
@@ -111,8 +112,8 @@ inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V de
   return way;
 }
 
-/// Path from one snap to the next, for a fresh length. If the snap lies beyond `rest`, returns some path that
-/// is at least `rest`.
+/// Returns the path from one snap to the next for a fresh length, or some path of at least `rest` if the snap
+/// lies beyond `rest`.
 template <class T, class V>
 inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   const V none(T(0));
@@ -122,8 +123,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // At the root and beyond it the slope is below 0.33 (AGEING.md); the bound only protects lanes without a
-    // bristle to step.
+    // The slope is below 0.33 from the root on (AGEING.md); the bound only protects lanes without a bristle.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
@@ -132,7 +132,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Most trials to sample a bristle met in a long slide; at least one in five is accepted.
+/// Most trials to sample the bristle at the end of a long slide, of which at least one in five is accepted.
 constexpr int most_trials = 1000;
 
 template <class A>
@@ -141,18 +141,19 @@ inline double age_per_length(const A& step) {
   return least(span / step.length, oldest);
 }
 
-/// Returns the law of ageing with the constants of a step or a renewal.
+/// Returns the ageing law with the constants of a step or a renewal.
 template <class T, class A>
 inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// Age that bristles have gained at `time` since the last rewrite of their block (`since`), in ageing times.
+/// Returns the age, in ageing times, that bristles have gained at `time` since the last rewrite of their
+/// block (`since`).
 template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
 }
-/// Ages by age_at() at the start and at the end of a step.
+/// Ages gained since the block's last rewrite, by age_at(), at the start and the end of a step.
 struct BlockAge {
   double before, after;
 };

@@ -1,5 +1,5 @@
-// The kernels of beds and joints for one instruction set, or the scalar reference: one bristle at a time. All
-// but the table has internal linkage.
+// The kernels of beds and joints for one instruction set or for the scalar reference, which takes one bristle
+// at a time. Everything but the table has internal linkage.
 #include "bed_step.hpp"
 #include "joint_step.hpp"
 #include "tables.hpp"
@@ -11,9 +11,9 @@ template <int variant = 0>
 constexpr void fill_variants(BedKernels& kernels) {
   static_assert(int{bed_variants} == int{joint_variants});
   kernels.step[variant] = &step_bed<BedEngine, variant>;
-  // A step with gradients finds every output, by all parameters.
+  // A step with gradients computes every output, and derivatives by all parameters.
   constexpr bool gradients = (variant & joint_gradients) != 0;
-  kernels.joint[variant] = &step_joints<JointEngine, gradients ? joint_variants - 1 : variant>;
+  kernels.joint[variant] = &step_joints < JointEngine, gradients ? joint_variants - 1 : variant > ;
   if constexpr (variant + 1 < bed_variants) fill_variants<variant + 1>(kernels);
 }
 

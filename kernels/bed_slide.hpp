@@ -1,4 +1,4 @@
-// The tractrix of beds that ask for nothing but the end of a step: no direction, no exp, and one division.
+// The tractrix for beds that compute only the end of a step: no direction, no exp, and one division.
 #pragma once
 
 #include "slide.hpp"
@@ -12,11 +12,11 @@ struct Dragged {
   V keep, push;
 };
 
-/// The tractrix where nothing but the end is asked for: a bristle at its limit l slides along a straight
-/// motion d. t = x^2 = d^2 / l^2, q2 = 2 z d / l^2, gap = 1 - z^2 / l^2, which is 0 but for rounding: one
-/// step of Newton brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 + q2 T)) /
-/// (1 + t T^2 + q2 T), which is as long as z for every T. Here T = above / below, a polynomial (6e-7 of it)
-/// up to t = 1. Up to 256 the angle is doubled four times; beyond, tanh is 1.
+/// Slides a bristle at its limit l along a straight motion d (the tractrix), for its end alone.
+/// t = x^2 = d^2 / l^2, q2 = 2 z d / l^2, gap = 1 - z^2 / l^2, which is 0 but for rounding: one Newton step
+/// brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 + q2 T)) / (1 + t T^2 + q2
+/// T), which is as long as z for every T. T = above / below is a polynomial with an error of 6e-7 up to
+/// t = 1. Up to 256 the angle is doubled four times; beyond, tanh is 1.
 template <class V>
 inline Dragged<V> drag(V t, V q2, V gap) {
   const V one(1.0f), two(2.0f);

@@ -1,5 +1,5 @@
-// Beds: a step of all bristles, and their places under a load or after rolling (core/beds/BEDS.md). One text
-// for vectors and for numbers: E::V is either.
+// Beds: a step of all bristles, and their places under a load or after rolling (core/beds/BEDS.md). One
+// source for vectors and for plain numbers: E::V is either.
 #pragma once
 
 #include "bed_slide.hpp"
@@ -21,7 +21,7 @@ struct BedAt {
   void put(BedColumn c, V x) const { E::put(block + c * lane_count, x); }
 };
 
-/// Calls `visit` with each vector of bristles and its number within a block of 16.
+/// Calls `visit` with each vector of bristles and its index within a block of 16.
 template <class E, class Visit>
 inline void for_each_vector(std::uint32_t count, float* columns, const Visit& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // In rolling every tip is written, relative to a root at zero.
+  // After rolling every tip is rewritten, relative to a root at zero.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -63,7 +63,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       kept = at[bed_kept];
     }
 
-    // Deflection at the start, and motion of the root in the step.
+    // Reads the deflection at the start, and the motion of the root in the step.
     const V tip_x = at[bed_tip_x];
     const V tip_y = at[bed_tip_y];
     V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
@@ -81,7 +81,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of a tip without deflection after the step.
+    // Place of an undeflected tip after the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -107,7 +107,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     auto slides = none > one;
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Without contact a deflection is only rounding.
+      // Sets deflections out of contact to 0, where they are only rounding errors.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -115,8 +115,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // A limit that falls within the step counts by its mean for the slide; the deflection beyond the new
-      // limit is dropped last.
+      // If a limit falls within the step, the slide uses its mean; the deflection beyond the new limit is
+      // dropped at the end.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {
@@ -136,7 +136,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       integral_y = end.integral_y;
       lost = end.dissipated;
     } else {
-      // A bristle without a limit has an inverse of 0: it never slides, and has no stiffness.
+      // A bristle without a limit has an inverse limit of 0 and no stiffness, so it never slides.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
       V over_both = over_limit2, over_hold2 = over_limit2;
       if constexpr (drops) {
@@ -153,12 +153,13 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // A place is rounded by 5e-7 at most, in units of the largest limit.
+        // Bristles need the slow way if they unload or are off their limit by more than rounding, which is at
+        // most 5e-7 of the largest limit.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
         if (any_rough) {
-          // Within its limit, or as it unloads, a bristle sticks first.
+          // A bristle within its limit, or one that unloads, sticks first.
           V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
           share = select_lanes(rough & ((gap > none) | unloads), share, none);
           ux = zx + dx * share;
@@ -259,7 +260,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns a profile's pressure as a share of that at the centre. `inside` is 1 at the centre, 0 at the edge.
+/// Returns the pressure of a profile relative to the centre. `inside` is 1 at the centre, 0 at the edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);
@@ -267,7 +268,8 @@ inline V pressure_at(BedProfile profile, V inside) {
   return profile == BedProfile::parabolic ? positive : root(positive);
 }
 
-/// Writes stiffness and pressure. A bristle without pressure is out of contact. Returns their product.
+/// Writes stiffness and pressure of bristles, and takes those without pressure out of contact. Returns
+/// stiffness x pressure.
 template <class E>
 inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E::V pressure) {
   using V = typename E::V;
@@ -321,8 +323,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part in contact. Places along the row count towards the leading edge, whichever end
-    // that is.
+    // Half length of the part of the row in contact. Places along the row count towards the leading edge, so
+    // `sign` swaps the ends.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
@@ -346,7 +348,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
-      // Distances `near` to `far` from the leading edge; a part within `carried` has entered in this step.
+      // The cell covers the distances `near` to `far` from the leading edge; the part within `carried` has
+      // entered in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

@@ -1,5 +1,5 @@
-// Blocks outside the step of their bristles: entering, rewritten at a place, their energy. One text serves
-// the reference and every instruction set, whose compiler makes vectors of its rows.
+// Operations on blocks outside the step of their bristles: entering, rewriting at a position, energy. One
+// source serves the reference and every instruction set; the compiler vectorises its rows.
 #pragma once
 
 #include "core/kernel_table.hpp"
@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Bristles in contact, the one that counts in part included.
+/// Returns the number of bristles in contact, including the one that counts in part.
 template <class T>
 inline std::uint32_t in_contact(const PatchView<T>& patch) {
   return patch.whole + (patch.fraction > T(0) ? 1u : 0u);
@@ -17,14 +17,14 @@ template <class T>
 inline T weight_of(const PatchView<T>& patch, std::uint32_t i) {
   return i < patch.whole ? T(1) : i == patch.whole ? patch.fraction : T(0);
 }
-/// Where the columns of the block that begins at `start` end.
+/// Returns the index after the last bristle of the block that begins at `start`.
 template <class T>
 inline std::uint32_t end_of_columns(const PatchView<T>& patch, std::uint32_t start) {
   const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
   return start + block_size < padded ? start + block_size : padded;
 }
 
-/// Writes down a block whose bristles entered together, straight, if it has not been visited since.
+/// Writes the columns of a block that entered with straight bristles and has not been visited since.
 template <class T, int axes, bool redraw, bool ages>
 inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   if (!patch.blocks[b].zero) return;
@@ -38,7 +38,7 @@ inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   patch.blocks[b].zero = 0;
 }
 
-/// Implements KernelSet::rewrite, where it is documented.
+/// Rewrites a block, as documented at KernelSet::rewrite.
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];
@@ -65,8 +65,8 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
   block.reach = -1.0f;
 }
 
-/// KernelSet::squares: sum of weight |z + p|^2 over the bristles in contact of block b, scaled, by the fixed
-/// tree.
+/// Returns the sum of weight |z + p|^2 over the bristles in contact of block b, scaled, by the fixed tree
+/// (KernelSet::squares).
 template <class T>
 double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   const Block& block = patch.blocks[b];

@@ -1,5 +1,6 @@
-// Eight vectors at once: a chain of dependent operations (log, polynomial, exp) waits for each result, and
-// eight chains fill the wait. (Four cost a quarter more; shorter chains by pairing terms gained nothing.)
+// Eight vectors processed together: in a chain of dependent operations (log, polynomial, exp) each waits for
+// the one before, and eight chains fill the wait. (Four cost a quarter more; shorter chains by pairing terms
+// gained nothing.)
 #pragma once
 
 #include "lanes.hpp"

@@ -1,16 +1,16 @@
-// Snap lengths of laws without a cheap quantile function: a table of lines.
+// Snap lengths of laws without a cheap quantile function, by a piecewise linear table.
 //
-// A share u and its distance w from the nearer end of (0, 1) fall into a cell: an octave of w has sixteen,
-// and the two halves of the law have their own. In a cell the length is a + b w.
+// A share u and its distance w from the nearer end of (0, 1) fall into a cell: each octave of w has sixteen
+// cells, separately for the two halves of the law. In a cell the length is a + b w.
 // core/materials/kernel_law.cpp chooses a and b so that each cell has the law's mean and variance. A table of
-// n cells is n pairs of floats, each pair in the place of a double, then n pairs of doubles.
+// n cells holds n pairs of floats, each pair in the space of a double, then n pairs of doubles.
 #pragma once
 
 #include <cstring>
 
 #include "core/kernel_table.hpp"
 
-// The operations must be known before the templates that use them.
+// Must be included before the templates that use these operations.
 #if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
 #else
@@ -20,7 +20,7 @@
 namespace bristle::detail {
 namespace {
 
-// w lies between 2^-24 and 1/2.
+// Number of cells of one half of the law; w lies between 2^-24 and 1/2.
 constexpr std::uint32_t cells_of_half = 23 * 16;
 constexpr std::uint32_t cells_of_law = 2 * cells_of_half;
 
@@ -28,7 +28,7 @@ template <class T>
 struct CellBits;
 template <>
 struct CellBits<float> {
-  static constexpr int shift = 19;  ///< leaves the exponent and four bits of the mantissa
+  static constexpr int shift = 19;  ///< shift that leaves the exponent and four bits of the mantissa
   static constexpr std::uint32_t first = (127 - 24) * 16;
 };
 template <>
@@ -37,7 +37,7 @@ struct CellBits<double> {
   static constexpr std::uint64_t first = (1023 - 24) * 16;
 };
 
-/// Length at the share, 0 < share < 1 in steps of 2^-24.
+/// Returns the length at the share, 0 < share < 1 in steps of 2^-24.
 template <class T>
 inline T length_of_cell(const double* table, T share) {
   const T other = T(1) - share;
@@ -50,13 +50,13 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Lines of the cells of a vector of shares.
+/// Loads the lines of the cells of a vector of shares.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;
 };
 
-// Built of single loads: gather instructions are slower on many processors.
+// Vectors are built from single loads, because gather instructions are slower on many processors.
 typedef double Pairs [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef float HalfLines [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef double Numbers [[gnu::vector_size(8 * Lanes<double>::size)]];
@@ -71,7 +71,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // In this order the shuffles stay within 128-bit halves.
+  // This order keeps the shuffles within 128-bit halves.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

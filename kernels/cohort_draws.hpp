@@ -1,5 +1,5 @@
-// Losses of a cohort in a patch that fluctuates as n bristles do: each bristle leaves independently, so their
-// number is binomial. Plain arithmetic, one draw a cohort.
+// Random losses of a cohort in a patch that fluctuates as n bristles: each bristle leaves independently, so
+// their number is binomial. Plain arithmetic, one draw for each cohort.
 #pragma once
 
 #include "core/cohort_table.hpp"
@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // 2^64 / golden ratio
 
-/// The whole part of a number from 0 to 2^63. (floor is a call where the baseline has no instruction for it.)
+/// Returns the whole part of a number from 0 to 2^63. (floor would be a function call on the baseline, which
+/// has no instruction for it.)
 inline double whole_of(double x) { return static_cast<double>(static_cast<std::int64_t>(x)); }
 
 /// Returns a number strictly between 0 and 1 from random bits.
@@ -18,7 +19,7 @@ inline double wide_share_of(std::uint64_t random) {
   return (static_cast<double>(random >> 12) + 0.5) * 0x1p-52;
 }
 
-/// Returns x^n for a whole n.
+/// Returns x^n for an integer n.
 inline double whole_power(double x, std::uint64_t n) {
   double power = 1.0;
   for (; n > 0; n >>= 1, x *= x)
@@ -26,7 +27,7 @@ inline double whole_power(double x, std::uint64_t n) {
   return power;
 }
 
-/// Draws a binomial number by its distribution function, from 0 on: for means up to a dozen.
+/// Draws a binomial number by adding up its distribution function from 0, for means up to a dozen.
 inline double draw_few(double share, double n, double chance) {
   const double odds = chance / (1.0 - chance);
   double term = whole_power(1.0 - chance, static_cast<std::uint64_t>(n));
@@ -48,10 +49,10 @@ inline double deviation_of(std::uint64_t random) {
   return (static_cast<double>(sum) + 2.0) * (1.7320508075688772 / 65536.0) - 2.0 * 1.7320508075688772;
 }
 
-/// Draws how many of n bristles leave (n whole), each with this chance.
+/// Draws the number that leaves of n bristles (n whole), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  constexpr double bound = 12.0;  // root(12) standard deviations on either side lie within 0 and n
+  constexpr double bound = 12.0;  // from n chance / (1 - chance) = 12 on, root(12) deviations are within 0
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
   // Rounding to whole bristles adds 1/12 to the variance.
@@ -59,8 +60,8 @@ inline double draw_binomial(std::uint64_t random, double n, double chance) {
   return least(whole_of(most(n * chance + deviation + 0.5, 0.0)), n);
 }
 
-/// CohortNoise::leave: draws the mass that leaves a cohort. A bristle that the load holds in part leaves as a
-/// whole or stays.
+/// Draws the mass that leaves a cohort (CohortNoise::leave). A bristle that the load holds in part leaves as
+/// a whole or stays.
 inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t number, double mass,
                     double chance) {
   if (!(chance > 0.0) || !(mass > 0.0)) return 0.0;
@@ -73,12 +74,12 @@ inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t numb
   return least(whole_of(left * law.bristle + 0.5), mass);
 }
 
-/// Losses of one pass over the cohorts: snaps, or the renewals that these cause.
+/// Random losses of one pass over the cohorts: snaps, or the renewals that these cause.
 class DrawnLosses {
  public:
   DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
-  /// As with representatives, each snap draws kappa bristles: the number of draws follows the snaps, and
-  /// chance decides which bristles they select. (An independent chance for each bristle would raise the
+  /// Each snap makes kappa draws, as with representatives: the number of draws follows from the snaps, and
+  /// only which bristles they select is random. (An independent chance for each bristle would raise the
   /// variance by 13 %: MODEL.md 26.)
   DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
     const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
@@ -93,12 +94,12 @@ class DrawnLosses {
     return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
   }
 
-  /// Assigns the draws left to this cohort by its share of the weight left.
+  /// Assigns to this cohort some of the draws left, by its share of the weight left.
   double renewed_of(std::uint32_t i, double mass, double mean_kept) {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;
     if (!(weight > 0.0)) return mass;
-    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // less than one
+    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // less mass than one bristle
     if (!(draws_ > 0.0)) return mass;
     const std::uint64_t random = mix64(mix64(law_.draw_key + pass_ * golden) + (i + 1) * golden);
     const double chance = least(weight / weight_, 1.0);
@@ -114,8 +115,8 @@ class DrawnLosses {
   const CohortLaw& law_;
   CohortState& s_;
   std::uint64_t pass_;
-  double draws_ = 0.0;   ///< not yet made
-  double weight_ = 0.0;  ///< mass that those fall on, or would: the chance of each
+  double draws_ = 0.0;   ///< draws not yet made
+  double weight_ = 0.0;  ///< mass of the cohorts to which the draws left may go
 };
 
 }  // namespace

@@ -12,10 +12,11 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 3.0;         ///< pairs that cost so much more are merged in the same search
-constexpr std::uint32_t merged_at_once = 4;  ///< one pair for so many cohorts at most
+constexpr double merge_margin = 3.0;         ///< pairs that cost at most this factor of the cheapest are
+                                             ///< merged in the same search
+constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this number of cohorts
 
-/// Share of a law stronger than x, and E[delta; delta < x].
+/// S(x), the share of a law longer than x, and E[delta; delta < x].
 struct Survival {
   double left, moment;
 };
@@ -27,16 +28,16 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
-/// As survival_at(), without the table look-up where x is too short for any bristle to snap.
+/// Returns survival_at(), without the table look-up if x is too short for any bristle to snap.
 inline Survival young_survival_at(const CohortLaw& law, double x) {
   return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
 
 inline double square_of(double a) { return a * a; }
 
-// Ageing, for a number or a vector of them: see Material::ageing_factor.
+// Ageing of a number or of a vector of them: see Material::ageing_factor.
 
-/// g at an age in s, and its slope, 1/s, as a fraction: g' = rise / run.
+/// g at an age in s, and its slope, 1/s, as the fraction g' = rise / run.
 template <class V>
 struct StrengthOf {
   V factor, rise, run;
@@ -50,7 +51,7 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   const V rate(t.rate);
   const V scaled = age * rate;
   if (t.saturates != 0) {
-    // exp(-40) is below the rounding of 1.
+    // exp(-40) is below the rounding error of 1.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
     return {one + strength * (one - weak), strength * weak * rate, one};
   }
@@ -69,16 +70,16 @@ inline double age_at(const CohortTimes& t, double factor) {
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Returns the path left at the end of a piece after a bristle of length delta snapped, |z - gap e| = l_r +
-/// delta g(age - gap / v), with g straight near the end: the error is of second order, for g is concave and
-/// the piece short. z is the deflection that there would be at the end: its square, and its part along the
-/// motion.
+/// Returns the path left at the end of a piece after a bristle of length delta snapped: the gap in |z - gap
+/// e| = l_r + delta g(age - gap / v). z is the deflection at the end without the snap, given by its square
+/// and its part along the motion. g is taken as straight near the end, with an error of second order, for g
+/// is concave and the piece short.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
   const V length = V(law.residual) + delta * strength.factor;
-  // All terms are multiplied by `run`, which saves a division. The snap length grows along the path by growth
-  // / run.
+  // Multiplies all terms by `run`, which saves a division. The snap length grows along the path by growth /
+  // run.
   const V run = strength.run;
   const V growth = delta * (strength.rise * V(per_length));
   const V half = along * run - growth * length;
@@ -87,21 +88,21 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// Returns the R of bristles bent from straight to `bent` at constant speed; where none snaps yet, any value
-/// up to `bent` serves.
+/// Returns the R of bristles bent from straight to `bent` at constant speed. If none snaps yet, any value up
+/// to `bent` serves.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// Set of cohorts, as a bit for each.
+/// Set of cohorts, with a bit for each.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Clears the bits of lanes beyond the last cohort: their places are far away, so they test as bent beyond
-  /// any reach.
+  /// Clears the bits of lanes beyond the last cohort, which read as bent beyond any reach because their
+  /// places are far away.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
@@ -117,14 +118,14 @@ struct CohortBits {
   }
 };
 
-/// Removes cohorts without mass, the last first, so that the cohort moved into each place has mass.
+/// Removes cohorts without mass, from the last one on, so that the cohort moved into each place has mass.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
     remove_cohort(s, rows, ages ? births : nullptr, i);
 }
 
-/// Ranks [low, high) of a mixture: equal mean and variance, inside [0, all).
+/// Interval of ranks [low, high) of a mixture, with its mean and variance, inside [0, all).
 struct Ranks {
   double low, high;
 };
@@ -138,14 +139,14 @@ inline double rank_square(double low, double high) {
   return (low * low + low * high + high * high) * (1.0 / 3.0);
 }
 
-/// A cohort that is not in the rows yet.
+/// A cohort that is not yet in the rows.
 struct Newborn {
   double mass, x, y, reach;
   double rank_mean, rank_square;
   double birth = 0.0;
 };
 
-/// Returns the birth of a cohort merged from bristles of different age: its g is their mean.
+/// Returns the birth of a cohort merged from bristles of different age, so that its g is the mean of theirs.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
   const double of_other = ageing_at(t, most(t.now - other, 0.0));
@@ -154,7 +155,7 @@ inline double mean_birth(const CohortTimes& t, double birth, double other, doubl
 
 /// Merges a newborn into cohort i; conserves mass, first moment and mean R. Returns twice the energy lost.
 /// `to` is the position of the patch: R is at least the deflection there. `even`: both were born along a path
-/// at an even speed, so that the mean birth belongs to the mean place.
+/// at a constant speed, so that the mean birth belongs to the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
@@ -182,7 +183,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both have all ranks
+  if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both cohorts have all ranks
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
@@ -212,7 +213,7 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Cohort i with its place moved: its new R, S(R) and M(R). Its mass stays.
+/// Cohort i at another place: its new place, R, S(R), M(R) and birth. Its mass is unchanged.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -250,9 +251,10 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const C
   entry(rows, i, cohort_moment) = moved.at.moment;
 }
 
-/// Closes the cohort that grew when it is full. Every second time it moves this cohort and the one before it
-/// apart, until the places of both vary as those of their bristles did: two Gauss points for a straight path.
-/// Conserves mass, first and second moment. Returns twice the energy that the pair cannot store.
+/// Closes the cohort that has grown to its full piece. At every second call it moves this cohort and the one
+/// before it apart, until their places have the variance of their bristles' places: two Gauss points for a
+/// straight path. Conserves mass, first and second moment. Returns twice the energy that the pair cannot
+/// store.
 template <bool ages>
 inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
                          const CohortTimes& times) {
@@ -260,7 +262,7 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
   s.open[2] = no_cohort;
-  if (law.most_apart <= 1.0) {  // a law with corners: pairs stay as they are
+  if (law.most_apart <= 1.0) {  // a law with corners, whose pairs are not moved apart
     const double spread = s.spread;
     s.spread = 0.0;
     return spread;
@@ -292,17 +294,18 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// Sums of a pass over all cohorts at the end of a piece of path. They run over the mass that snapped; gap is
-/// the path left after the snap, z the deflection at the end that there would be without it.
+/// Sums of a pass over all cohorts at the end of a piece of path, over the mass that snapped. gap is the path
+/// left after the snap, z the deflection at the end without the snap.
 struct PieceSums {
-  double lost;          ///< mass
-  double gap;           ///< mass x gap
-  double gap_gap;       ///< mass x gap^2
-  double gap_x, gap_y;  ///< mass x gap x z
-  double squares;       ///< mass x |z|^2
+  double lost;          ///< mass that snapped
+  double gap;           ///< sum of mass x gap
+  double gap_gap;       ///< sum of mass x gap^2
+  double gap_x, gap_y;  ///< sum of mass x gap x z
+  double squares;       ///< sum of mass x |z|^2
   double ranks, rank_squares;
-  double x, y;  ///< of the mass that is left: mass x place
-  /// Mass that is left, times the share of the piece along which it could be renewed. Laws with renewal only.
+  double x, y;  ///< mass x place, over the mass that is left
+  /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal
+  /// only.
   double renewable;
   CohortBits emptied;  ///< cohorts that lost all of their mass
 };
@@ -312,9 +315,10 @@ struct PieceSums {
 /// newborn bristles may snap again within the piece.
 struct Draws {
   double hazard;
-  double snapped;  ///< mass, without second snaps
+  double snapped;  ///< mass that snapped, without second snaps
 };
-constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 - v + v^2 / 2)^4 needs v <= 1
+constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles stay at least, because (1 - v + v^2 / 2)^4
+                                        // needs v <= 1
 
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
@@ -326,7 +330,7 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums of renewed bristles to those of snapped ones: both start again as one newborn.
+/// Adds the sums of renewed bristles to those of snapped ones; both restart as one newborn cohort.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -342,28 +346,29 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
 }
 
 /// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent by
-/// l_r. Bristles that snapped a second time (where S < 1 that early) count as one group. Books energy and
-/// path integral. `at`: end of the piece; `snapped`: mass that snapped; `renewed_rate`: renewals of a bristle
-/// per length of path. Sets `spread` to mass x variance of the places where the bristles were straight, which
-/// the caller stores. Always inlined: a result in memory is written by numbers and read by pairs, which
-/// stalls the processor.
+/// l_r. Bristles that snapped a second time (possible if S < 1 that early) count as one group. Books energy
+/// and path integral. `at`: end of the piece; `snapped`: mass that snapped; `renewed_rate`: renewals of a
+/// bristle per length of path. Sets `spread` to mass x variance of the places where the bristles were
+/// straight, which the caller stores. Always inlined: a result in memory would be written as numbers and read
+/// as pairs, which stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // A cohort's losses are summed with one gap, though they spread evenly along the piece about it.
+  // Adds the variance of a cohort's losses, which are summed with one gap although they spread evenly about
+  // it.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
-  double gap_gap_left = p.gap_gap;  // without the lengths of second snaps
-  double of_second = 0.0;           // that the second snaps lose
+  double gap_gap_left = p.gap_gap;  // gap_gap without the lengths of second snaps
+  double of_second = 0.0;           // energy that second snaps lose
   if (again > 0.0) {
     double length = s.moment / (1.0 - s.left);
-    if (ages) {  // it ages too until it snaps: twice is enough, g grows slowly
+    if (ages) {  // the bristle ages until it snaps; two iterations suffice, because g grows slowly
       const double delta = length;
       for (int i = 0; i < 2; ++i) length = delta * ageing_at(times, least(length, gap) * times.per_length);
     }
@@ -376,12 +381,12 @@ template <bool rubs, bool ages>
     gap_gap_left -= again * (gap * gap - left * left);
   }
   if (rubs && renewed_rate > 0.0) {
-    // Newborn bristles are renewed too, in proportion to the path since their birth, halfway along it on
-    // average.
+    // Newborn bristles are renewed as well, in proportion to the path since their birth, and on average
+    // halfway along it.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // In pieces as long as a snap length many newborns are renewed, and some of them have snapped a second
-    // time and have less path left.
+    // In pieces as long as a snap length many newborns are renewed, and those that have snapped a second time
+    // have less path left.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
@@ -393,7 +398,7 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // The integral for survivors alone lacks the path of the lost bristles: subtracts their share after the
+    // The integral over survivors alone lacks the path of the lost bristles: subtracts their share after the
     // snap and adds that of the newborn.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
@@ -405,7 +410,8 @@ template <bool rubs, bool ages>
     if (rubs) t.lost -= p.lost * (law.residual * law.residual);
   }
   t.snapped += snapped + again;
-  const double root = rubs ? mean_gap + law.residual : mean_gap;  // where they would be straight
+  const double root = rubs ? mean_gap + law.residual : mean_gap;  // distance from the end to the place where
+                                                                  // the newborn would be straight
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
@@ -420,25 +426,25 @@ template <bool rubs, bool ages>
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  // A piece must not be so long that bristles which snapped early in it would have to exceed the longest snap
-  // length.
+  // A piece must be short enough that bristles which snapped early in it can survive to its end within the
+  // longest snap length.
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Cuts the rest near the end evenly. A fifth more than a piece is no reason for two.
+  // Divides the rest near the end evenly. A piece may be a fifth too long to avoid a second one.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the square
-/// of twice the mean snap length times dg.
+/// A partner for merging and the cost of the pair: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the
+/// square of twice the mean snap length times dg.
 struct Partner {
   double cost;
   std::uint32_t i, j;
 };
 
-/// Merges two cohorts in the place of the first. Conserves mass, first moment, mean R, mean and variance of
-/// rank. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+/// Merges two cohorts into the first. Conserves mass, first moment, mean R, mean and variance of rank.
+/// Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                     std::uint32_t j, const double at[2], const CohortTimes& times) {
@@ -451,8 +457,8 @@ inline double merge(const CohortLaw& law, const CohortState& s, double* rows, st
       at, times, false);
 }
 
-/// Pairs that cost at most merge_margin times the cheapest come to the front, the cheapest first. Returns how
-/// many they are.
+/// Moves pairs that cost at most merge_margin times the cheapest to the front, the cheapest first. Returns
+/// their number.
 inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i < count; ++i) cheapest = least(cheapest, pairs[i].cost);
@@ -467,7 +473,7 @@ inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   return near;
 }
 
-/// Merges the cheapest pair, and with it others that cost little more: the search is what takes time.
+/// Merges the cheapest pair and others that cost little more, because most of the time goes into the search.
 /// Engine::find_partner finds the cheapest partner j > i of cohort i, if it costs no more than a limit.
 template <class Engine, bool ages>
 double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
@@ -476,13 +482,13 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Cohorts of different age differ: their g enters the cost, times twice the mean snap length (once gives a
-  // fifth more error).
+  // g of each cohort times twice the mean snap length, which enters the cost so that cohorts of different age
+  // rarely merge (the mean once gives a fifth more error).
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
-  double limit = unlimited_cost;  // what costs more than this is not merged
+  double limit = unlimited_cost;  // pairs that cost more are not merged
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) {
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);
     limit = least(limit, merge_margin * partners[i].cost);
@@ -517,9 +523,10 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
-  // Deflections are convex along a line: a cohort within its reach at the end was within it all along.
+  // Checks the end alone: deflections are convex along a line, so a cohort within its reach at the end never
+  // exceeds it on the way.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  // With ageing, deflection over g is quasi-convex too and falls as g grows, so waiting carries no cohort
+  // With ageing, deflection over g is quasi-convex as well and falls as g grows, so waiting carries no cohort
   // past its reach.
   CohortTimes times{};
   if (ages) {
@@ -543,7 +550,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     if (ages) times.now = a.times.now + done * times.per_length;
     PieceSums sums{};
     const bool bent = Engine::template bend_all<axes, rubs, ages>(law, s, rows, a, length, at, times, sums);
-    if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
+    if (!bent && t.pieces == 0 && last) {  // the move was one piece in which nothing snapped
       s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
       return;
     }
@@ -568,7 +575,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       sums.emptied.forget_lanes_from(s.count);
       for (std::uint32_t& open : s.open)
         if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
-      double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
+      double first[2] = {from[0], from[1]};  // places where the first and the last newborn of the piece would
+                                             // be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
         for (int axis = 0; axis < 2; ++axis) {
@@ -581,8 +589,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // The newborn takes the lane of a cohort that emptied. In a slide the oldest cohorts empty: lanes are
-        // a ring, and nothing is moved.
+        // Puts the newborn into the lane of a cohort that emptied. In a slide the oldest cohorts empty, so
+        // lanes form a ring and no cohort is moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<Engine, ages>(law, s, rows, at, times);
@@ -607,7 +615,7 @@ double find_slack_at(const CohortLaw& law, const CohortState& s, const double* r
 }
 
 /// Brings straight bristles into contact at `at`, with the ranks [low, high). They join the cohort that
-/// entered last or become a cohort of their own, for which there is room. Returns twice the energy lost.
+/// entered last or form a new cohort, for which the caller has made room. Returns twice the energy lost.
 template <bool ages>
 double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
              double high, bool joins, const CohortTimes& times) {
@@ -627,7 +635,7 @@ inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double 
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(entry(rows, i, cohort_fresh));
-  // At the longest length S may be negative by a rounding error.
+  // Clamps at 0, because S may be negative by a rounding error at the longest length.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   entry(rows, i, cohort_reach) = reach;
   entry(rows, i, cohort_left) = at.left;

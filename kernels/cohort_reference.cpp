@@ -6,7 +6,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Eight lanes of a sum over cohorts; cohort i belongs to lane i mod 8.
+/// Eight lanes of a sum over cohorts; cohort i adds to lane i mod 8.
 struct LaneSum {
   double lane[cohort_lanes] = {};
   double total() const {
@@ -19,8 +19,8 @@ struct ReferenceSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
   CohortBits emptied;
 
-  /// Adds the loss of cohort i, bent by z at the end of a piece: `kept` of its mass is left; the mass lost
-  /// was straight, or bent by l_r, `gap` before the end.
+  /// Adds the loss of cohort i, bent by z at the end of a piece: `kept` of its mass is left, and
+  /// `left_behind` was lost, at a path `g` before the end.
   void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
            double left_behind, double g) {
     const std::uint32_t k = i % cohort_lanes;
@@ -45,21 +45,21 @@ struct ReferenceSums {
   }
 };
 
-/// Returns the path within a piece along which a bristle can be renewed, that is where it is bent by more
-/// than l_r; `along` is its deflection along the motion at the end.
+/// Returns the share of a piece along which a bristle can be renewed, because it is bent by more than l_r;
+/// `along` is its deflection along the motion at the end.
 double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
 
-/// Losses of an infinite brush without noise: the mean.
+/// Losses of an infinite brush without noise: each equals its mean.
 struct MeanLosses {
   double kept_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
   double renewed_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
   double fresh_of(double mean_fresh, double, double) { return mean_fresh; }
 };
 
-/// Snaps the bristles of one cohort that are not stronger than the deflection at the end of a piece. Returns
-/// whether the cohort was bent farther than ever before.
+/// Snaps the bristles of one cohort whose length is below the deflection at the end of a piece. Returns
+/// whether the cohort was bent further than ever before.
 template <int axes, bool rubs, bool ages, class Losses>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
           double length, const double at[2], const CohortTimes& times, ReferenceSums& sums, Losses& losses) {
@@ -93,7 +93,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   if (kept < least_mass) kept = 0.0;
   const double lost = mass - kept;
 
-  // Bristles that snapped did so at this length on average, with this much of the piece left.
+  // Mean length at which the bristles snapped; it gives the part of the piece left after their snaps.
   const double share = left - now.left;
   double snapped_at = share > 0.0 ? (now.moment - moment) / share : bent;
   snapped_at = least(most(snapped_at, reach), bent);
@@ -119,8 +119,8 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   return true;
 }
 
-/// Renews one cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of the
-/// bristles that can be renewed slips to l_r with new lengths, halfway along the path on which it can.
+/// Renews one cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of its
+/// renewable bristles slips to l_r with new lengths, halfway along the path on which they can be renewed.
 template <int axes, class Losses>
 void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
                  double length, const double at[2], double hazard, ReferenceSums& sums, Losses& losses) {
@@ -132,7 +132,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double mass = mass_of(rows, i);
 
   const double quarter = 0.25 * hazard * path;
-  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter)
+  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter), a quarter of the hazard
   const double twice = root_left * root_left;
   double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
   const double left = entry(rows, i, cohort_left);
@@ -147,7 +147,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   entry(rows, i, cohort_fresh) = fresh;
 }
 
-/// Returns the shortest path from `at` after which some cohort is bent farther than ever.
+/// Returns the shortest path from `at` after which some cohort is bent further than ever.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
                   const CohortTimes& times) {
@@ -163,7 +163,7 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
   return slack;
 }
 
-/// Finds the cheapest partner of cohort i among the cohorts after it, the first of equal ones.
+/// Finds the cheapest partner of cohort i among the cohorts after it; of equally cheap ones the first.
 template <bool ages>
 Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
                      std::uint32_t i) {
@@ -228,7 +228,7 @@ struct Reference {
   }
 };
 
-/// As Reference, with losses drawn at random.
+/// The reference kernels with losses drawn at random.
 struct DrawnReference : Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
@@ -251,7 +251,7 @@ void mass_above(const CohortState& s, const double* rows, double cut, double* ma
     const double low = entry(rows, i, cohort_low);
     const double high = entry(rows, i, cohort_high);
     const double m = mass_of(rows, i);
-    const double per_rank = m / (high - low);  // never empty: ranks_of, cut_cohort
+    const double per_rank = m / (high - low);  // high - low is never 0: see ranks_of(), cut_cohort()
     const double above = least(most(high - cut, 0.0), high - low);
     masses.lane[i % cohort_lanes] += above * per_rank;
     densities.lane[i % cohort_lanes] += low < cut && cut <= high ? per_rank : 0.0;

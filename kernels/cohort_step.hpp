@@ -1,5 +1,6 @@
-// The infinite brush for vectors: the loops over all cohorts, eight logical lanes at a time. The physics is
-// told in cohort_reference.cpp, in the same order of operations; births and merges are in cohort_parts.hpp.
+// The infinite brush for vectors: the loops over all cohorts, eight logical lanes at a time.
+// cohort_reference.cpp explains the physics and has the same order of operations; births and merges are in
+// cohort_parts.hpp.
 #pragma once
 
 #include "cohort_parts.hpp"
@@ -12,7 +13,7 @@ using Vector = Lanes<double>;
 constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
 constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
 
-/// A number per logical lane of a row of cohorts.
+/// One number for each logical lane of a row of cohorts.
 struct LaneSum {
   Vector part[row_parts];
 
@@ -28,7 +29,7 @@ struct LaneSum {
   }
 };
 
-/// Columns of the table cells of a vector of arguments.
+/// Columns of the survival-table cells that belong to a vector of arguments.
 struct Cells {
   Vector survival, slope, moment, start;
 };
@@ -42,10 +43,10 @@ static_assert(sizeof(SurvivalCell) == sizeof(CellAsFour) && alignof(SurvivalCell
 struct FourCells {
   Four survival, slope, moment, start;
 };
-/// Loads four cells and transposes them into vectors of columns.
+/// Loads four cells of the survival table and transposes them into vectors of columns.
 inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
-  // A cast, because memcpy would go through the stack: 40 more instructions.
+  // Casts the pointer, because memcpy would go through the stack: 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
   const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
@@ -94,7 +95,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
 }
 
-/// Place of one vector of cohorts in the columns.
+/// Place of one vector of cohorts within the columns.
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
@@ -122,9 +123,10 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;       ///< what is asked for; the rest stays 0
-  CohortBits& emptied;      ///< where they go: a copy of bits just set would have to wait for them
-  std::uint32_t first = 0;  ///< of the row that is visited
+  bool books, ranked;       ///< whether these sums are asked for; others stay 0
+  CohortBits& emptied;      ///< destination of the bits; reading a copy of bits just set would have to wait
+                            ///< for the store
+  std::uint32_t first = 0;  ///< first cohort of the row that is visited
 
   VectorSums(bool books_, bool ranked_, CohortBits& emptied_)
       : books(books_), ranked(ranked_), emptied(emptied_) {}
@@ -133,7 +135,7 @@ struct VectorSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// As ReferenceSums::add(), for the cohorts at `place`.
+  /// Adds the losses of the cohorts at `place`, as ReferenceSums::add().
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -176,19 +178,19 @@ struct VectorSums {
   }
 };
 
-/// With one axis the length is the absolute value, to the last bit, so no root is needed.
+/// Returns the length; with one axis the absolute value, equal to the last bit without a root.
 template <int axes>
 inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : xsimd::abs(zx);
 }
 
-/// As renewable_path() in cohort_reference.cpp, for a vector of cohorts.
+/// Returns renewable_path() of cohort_reference.cpp for a vector of cohorts.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
   return divide<double>(path, Vector(length));
 }
 
-/// As bend() in cohort_reference.cpp, for a vector of cohorts at the end of a piece.
+/// Snaps bristles as bend() in cohort_reference.cpp, for a vector of cohorts at the end of a piece.
 template <int axes, bool rubs, bool ages>
 inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                  const CohortMove& a, double length, const double at[2], const CohortTimes& times,
@@ -210,7 +212,8 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  if (ages && any_lane<double>(beyond)) {  // age makes no bristle weaker
+  if (ages && any_lane<double>(beyond)) {  // ageing only lengthens, so bristles within their fresh length
+                                           // need no look at g
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
     beyond = bent > reach;
@@ -238,7 +241,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    Vector before = snapped_at;  // along the motion; on one axis all of it
+    Vector before = snapped_at;  // deflection along the motion; with one axis the whole
     if (axes == 2) {
       const Vector across = most<double>(square - along * along, zero);
       before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
@@ -259,7 +262,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   return true;
 }
 
-/// As renew_share() in cohort_reference.cpp, for a vector of cohorts.
+/// Renews bristles as renew_share() in cohort_reference.cpp, for a vector of cohorts.
 template <int axes>
 inline void renew_share(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                         const CohortMove& a, double length, const double at[2], double hazard,
@@ -347,7 +350,7 @@ struct VectorEngine {
     return nearest;
   }
 
-  /// Finds the cheapest partner of a cohort. One that costs more than `limit` need not be found.
+  /// Finds the cheapest partner of a cohort. A partner that costs more than `limit` may be missed.
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
                               std::uint32_t count, std::uint32_t i, double limit) {
@@ -357,7 +360,7 @@ struct VectorEngine {
     const Vector mass(masses[i]);
     const Vector last(static_cast<double>(count));
     const Vector self(static_cast<double>(i));
-    const Vector twice_limit(2.0001 * limit);  // wider than rounding
+    const Vector twice_limit(2.0001 * limit);  // twice the limit, plus more than rounding
     bool found = false;
     Vector cheapest(unlimited_cost);
     Vector partner = self;
@@ -375,7 +378,7 @@ struct VectorEngine {
       }
       const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
       const Mask<double> after = (number > self) & (number < last);
-      // The reduced mass is at least half of the lesser one.
+      // Skips vectors by a bound on the cost: the reduced mass is at least half of the smaller mass.
       if (!any_lane<double>(after & (least<double>(mass, other) * apart <= twice_limit))) continue;
       found = true;
       const Vector reduced = divide<double>(mass * other, mass + other);

@@ -1,11 +1,11 @@
-// exp, log and the inverse normal law in plain arithmetic, for whatever has + - * / and the operations
-// of lanes.hpp (vectors) or of the reference (scalars). No libm: glibc picks variants with other bits
-// by CPU at run time, and these reach the state.
+// exp, log and the inverse normal law in plain arithmetic, for any type with + - * / and the operations of
+// lanes.hpp (vectors) or of scalar_lanes.hpp (plain numbers). No libm: glibc picks variants with other bits
+// by CPU at run time, and these results reach the state.
 #pragma once
 
 #include <cstddef>
 
-// The operations must be known before the templates that use them.
+// Must be included before the templates that use these operations.
 #if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
 #else
@@ -15,8 +15,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Natural logarithm of a positive normal number: exponent ln 2 + 2 artanh((m - 1) / (m + 1)) by its
-/// series, |t| <= 0.172. Error below 2 ulp.
+/// Returns the natural logarithm of a positive normal number: exponent ln 2 + 2 artanh((m - 1) / (m + 1)) by
+/// its series, |t| <= 0.172. Error below 2 ulp.
 template <class T, class V>
 inline V natural_log(V x) {
   constexpr int terms = sizeof(T) == 4 ? 5 : 11;
@@ -32,13 +32,13 @@ inline V natural_log(V x) {
   return exponent * V(T(0.6931471805599453)) + (t + t) * series;
 }
 
-/// exp(y) for |y| < 80: 2^k times the Taylor series on |r| <= 0.347. Error below 2 ulp and |y| ulp.
+/// Returns exp(y) for |y| < 80: 2^k times the Taylor series on |r| <= 0.347. Error below 2 ulp and |y| ulp.
 template <class T, class V>
 inline V exponential(V y) {
   constexpr int terms = sizeof(T) == 4 ? 7 : 13;
   constexpr T offset = T(1024);  // makes the argument of whole_part positive
   const V k = whole_part(y * V(T(1.4426950408889634)) + V(offset + T(0.5))) - V(offset);
-  // ln 2 in two parts: k times the first is exact.
+  // Subtracts k ln 2, with ln 2 in two parts: k times the first is exact.
   const V r = (y - k * V(T(0.693145751953125))) - k * V(T(1.4286068203094173e-06));
   constexpr double inverse_factorial[] = {1.0,
                                           1.0,
@@ -67,9 +67,10 @@ inline V polynomial(const double (&coefficients)[n], V x) {
   return sum;
 }
 
-/// Inverse of the normal distribution function for 2^-25 <= p <= 1 - 2^-25, relative error 3e-7: a
-/// polynomial in w = -log(4 p (1 - p)) times 2 p - 1 (Giles, "Approximating the erfinv function", GPU
-/// Computing Gems, 2011, single precision). Three in a thousand lie in the tail, where w takes a root.
+/// Returns the inverse of the normal distribution function for 2^-25 <= p <= 1 - 2^-25, relative error 3e-7:
+/// a polynomial in w = -log(4 p (1 - p)) times 2 p - 1 (Giles, "Approximating the erfinv function", GPU
+/// Computing Gems, 2011, single precision). Three in a thousand arguments lie in the tail, where w takes a
+/// root.
 template <class T, class V>
 inline V normal_quantile(V p) {
   constexpr double centre[] = {2.81022636e-08, 3.43273939e-07, -3.5233877e-06, -4.39150654e-06, 0.00021858087,

@@ -1,5 +1,5 @@
-// The number type of a loop over many alike things: vectors of an instruction set, or plain numbers in the
-// scalar reference. One text serves both: Engine<T>::V is either.
+// The number type of a loop over many equal items: vectors of an instruction set, or plain numbers in the
+// scalar reference. One source serves both: Engine<T>::V is either.
 #pragma once
 
 #if defined(BRISTLE_KERNEL_ISA)

@@ -1,8 +1,9 @@
-// Steps computed in double precision: too long for float to hold the remainder (above far_length), or under a
-// law with a single snap length, whose bristles must stay in phase for ever.
+// Steps computed in double precision: those too long for float to hold the remainder (above far_length), and
+// those under a law with a single snap length, whose bristles must stay in phase for ever.
 //
-// The reference and every instruction set share this text: bristle by bristle, and with SnapRule::keep
-// without ageing row by row, where they differ in how many bristles they compute at once (far_width).
+// The reference and every instruction set share this source. It goes bristle by bristle, but with
+// SnapRule::keep without ageing row by row, where instruction sets differ in the bristles computed at once
+// (far_width).
 #pragma once
 
 #include "ageing.hpp"
@@ -17,18 +18,18 @@
 namespace bristle::detail {
 namespace {
 
-/// Length (scaled) beyond which double does not resolve the phase, so it is drawn.
+/// Length (scaled) beyond which double does not resolve the phase, so that the phase is drawn at random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// A bristle that snapped, after the path that remained.
+/// State of a bristle that snapped, at the end of the path that remained.
 struct AfterFarStep {
-  double deflection;  ///< along the motion
+  double deflection;  ///< deflection along the motion
   double squares;     ///< sum of delta^2 over the snaps after the first
-  double count;       ///< of these
-  double variance;    ///< of what `squares` left out
+  double count;       ///< number of the snaps after the first
+  double variance;    ///< variance of the part that `squares` has only in the mean
 };
 
-/// Takes nearly as many renewals at once as fit into `rest`. Returns the path to the last of them.
+/// Jumps nearly as many renewals at once as fit into `rest`. Returns the path to the last of them.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);
@@ -55,7 +56,8 @@ struct FarAge {
 };
 
 /// A bristle met at a random place of a long slide. Its density is proportional to the path between its
-/// snaps: it is drawn in proportion to delta and accepted in proportion to l / delta, which grows with delta.
+/// snaps: a length is drawn in proportion to delta and accepted in proportion to l / delta, which grows with
+/// delta.
 struct MetBristle {
   double delta, length;
 };
@@ -78,10 +80,10 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
   return met;
 }
 
-/// Redraw: `delta` becomes the fresh snap length of the bristle it ends on, `state` its draw state. At
-/// constant velocity the paths from snap to snap are independent with ageing too, but follow another law: l =
-/// delta g(l / v). `law` then holds the moments of that one (core, aged_law.cpp) with the parameters of
-/// delta's.
+/// Walks a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
+/// end, `state` its draw state. With ageing, at constant velocity, the paths from snap to snap are
+/// independent too, but have another law: l = delta g(l / v). `law` then holds the moments of l (core,
+/// aged_law.cpp) with the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {
@@ -146,7 +148,8 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
   }
 }
 
-/// Keep: all paths from snap to snap of one bristle are equal.
+/// Walks a bristle that ages along the path left, by SnapRule::keep: all its paths from snap to snap are
+/// equal.
 inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
                                    std::uint32_t phase) {
   AfterFarStep land{rest, 0.0, 0.0, 0.0};
@@ -158,17 +161,17 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest,
   return land;
 }
 
-/// Returns the key of a block's noise: the draw states of its first row before the step. One of 16 bristles
-/// has drawn since the last jump, so blocks and steps differ, but a trial step of another length gets equal
-/// noise, so that solvers converge.
+/// Returns the key of a block's noise: the draw states of its first row before the step. At least one of
+/// 16 bristles has drawn since the last jump, so blocks and steps differ; but a trial step of another length
+/// gets equal noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
   return key;
 }
 
-/// Returns the deviation of a block's sum of delta^2 from its mean, drawn once per block from a lognormal law
-/// with the given mean and variance. The sum stays positive, however few bristles there are.
+/// Returns a sample of the deviation of a block's sum of delta^2 from its mean, drawn once per block from a
+/// lognormal law with the given mean and variance. The sum stays positive, however few the bristles.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
   const double s2 = natural_log<double>(1.0 + variance / sum / sum);
@@ -184,19 +187,19 @@ struct FarSums {
   double snaps;
 };
 
-/// Sums over a block in double, one number per logical lane.
+/// Sums over a block in double, one number for each logical lane.
 struct FarLanes {
   alignas(64) double stored[2][lane_count] = {};
   alignas(64) double mean[2][lane_count] = {};
   alignas(64) double squares[lane_count] = {};
-  double further[lane_count] = {};   ///< of the squares: those after the first snap
-  double variance[lane_count] = {};  ///< of these
+  double further[lane_count] = {};   ///< squares of the snaps after the first
+  double variance[lane_count] = {};  ///< variance of the part of `further` known only in the mean
   alignas(64) double snaps[lane_count] = {};
 };
 
 /// Constants of a step over a block.
 struct FarMotion {
-  double ex, ey, length, inverse;  ///< inverse: of the length
+  double ex, ey, length, inverse;  ///< direction, length and one over the length
   double residual;
   double p0[2], p1[2];
 };
@@ -213,16 +216,18 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// A row of 16 bristles, keep.
+/// A row of 16 bristles, for SnapRule::keep.
 struct FarRow {
-  alignas(64) double start[2][lane_count];  ///< deflections
-  alignas(64) double end[2][lane_count];    ///< if no bristle snaps; then after the step
-  alignas(64) double limit[lane_count];     ///< residual + snap length
+  alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
+  alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
+  alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
+                                            ///< length
   alignas(64) double weight[lane_count];
-  alignas(64) double phase[lane_count];  ///< of steps so long that it is lost: share of the snap length
+  alignas(64) double phase[lane_count];  ///< for steps too long to resolve it: random phase, as a share of
+                                         ///< the snap length
 };
 
-/// Bristles of the row from k on, as many as a vector has. `left` is the residual.
+/// Steps the bristles of the row from k on, as many as a vector has. `left` is the residual.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;
@@ -243,7 +248,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   if (motion.length > phase_is_lost) r = read_far(row.phase + k) * delta;
 
   V further = more * (delta * delta);
-  // Paths are in units of the step length, so that nothing overflows.
+  // Takes paths in units of the step length, so that nothing overflows.
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {
@@ -298,7 +303,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   }
 }
 
-/// One bristle, redraw or ageing.
+/// Steps one bristle, for SnapRule::redraw or ageing.
 template <class T, int axes, bool redraw, bool residual, bool ages>
 inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                         const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {
@@ -319,7 +324,7 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    if (ages && advance.snaps_all) {  // longer than a far step: the position stays, so the bristle is carried
+    if (ages && advance.snaps_all) {  // beyond far_length the position stays, so the bristle is carried
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);
     }

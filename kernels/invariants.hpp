@@ -1,4 +1,4 @@
-// Preconditions of the calls from core to kernels, checked where asserts are on.
+// Preconditions of the calls from core to kernels, checked in builds with asserts.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Displacements since a block's last rewrite stay far from where fixed-point positions wrap (2^19 lengths):
-/// a bristle that is bent farther than its length has been rewritten.
+/// Largest displacement since a block's last rewrite, far below the 2^19 lengths at which fixed-point
+/// positions wrap: a bristle that would be bent further than its length has been rewritten before.
 constexpr double farthest_displacement = 262144.0;  // 2^18
 
 inline bool is_near(double displacement_since) {
@@ -23,7 +23,8 @@ inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::
   BRISTLE_ASSERT(first <= last);
   BRISTLE_ASSERT(first % blocks_per_group == 0);
   BRISTLE_ASSERT(patch.whole <= patch.bristles);
-  BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction <= T(1));  // a double below 1 may be a float of 1
+  BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction <= T(1));  // T(1) is allowed, because a double
+                                                                     // below 1 may round to a float of 1
   BRISTLE_ASSERT(patch.fraction == T(0) || patch.whole < patch.bristles);
   BRISTLE_ASSERT(last * std::uint64_t{block_size} <
                  patch.whole + (patch.fraction > T(0) ? 1u : 0u) + std::uint64_t{block_size});

@@ -1,4 +1,5 @@
-// Joints: a step of 16 of them, a lane a joint (core/joints/JOINTS.md). One text for vectors and for numbers.
+// Joints: a step of 16 of them, one lane for each joint (core/joints/JOINTS.md). One source for vectors and
+// for plain numbers.
 #pragma once
 
 #include "core/joint_table.hpp"
@@ -10,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// A value for motion forward and one for motion backward.
+/// A value for forward motion and one for backward motion.
 template <class V>
 struct BothWays {
   V forward, backward;
@@ -44,10 +45,11 @@ void step_joints(const JointStep& step) {
     const V e = select_lanes(way < none, none - one, one);
     const V length = way * e;
 
-    // A bristle at its limit is not beyond it by the rounding of its place.
+    // Allows for the rounding of a bristle's place, so that a bristle at its limit does not count as beyond
+    // it.
     const V slack = most(before, none - before) * V(0x1p-50);
 
-    // Limits of the whole joint for motion to either side.
+    // Computes the limits of the whole joint for motion in either direction.
     V motor = none, outside = none, motor_size = none, outside_size = none;
     auto drives_forward = none > one, drives_backward = none > one;
     if constexpr (loaded) {
@@ -124,7 +126,7 @@ void step_joints(const JointStep& step) {
         reach = {select_lanes(slid, limit.forward, holds_at.forward * scale),
                  select_lanes(slid, limit.backward, holds_at.backward * scale)};
       }
-      // A limit that fell below the deflection makes the bristle slide where it is.
+      // If a limit fell below the deflection, the bristle slides without motion of the joint.
       const V bent = before - tip;
       const auto beyond_forward = bent > reach.forward + slack;
       const auto beyond_backward = none - bent > reach.backward + slack;
@@ -151,8 +153,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Side of the limit at which the bristle slides: 1, -1, or 0 for none. Its deflection follows that
-        // limit.
+        // Side of the limit at which the bristle slides: 1, -1, or 0 if it sticks. The deflection of a
+        // sliding bristle follows that limit.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

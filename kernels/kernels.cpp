@@ -1,5 +1,5 @@
-// The kernel table of one instruction set. Compiled once per set, see CMakeLists.txt; everything but
-// the table has internal linkage.
+// The kernel table of one instruction set, compiled once for each set (CMakeLists.txt). Everything but the
+// table has internal linkage.
 #include "renew.hpp"
 #include "slide_step.hpp"
 #include "step.hpp"

@@ -1,8 +1,8 @@
-// The few vector operations the kernels use, with identical results on every instruction set.
+// The few vector operations that the kernels use, with identical results on every instruction set.
 //
-// xsimd 8.1 differs between architectures in floor, casts between lane types and integer products;
-// what the physics needs beyond + - * / sqrt is pinned down here. All of it has internal linkage:
-// no symbol is shared between objects compiled for different instruction sets.
+// xsimd 8.1 differs between architectures in floor, casts between lane types and integer products, so these
+// are defined here. Everything has internal linkage: objects compiled for different instruction sets share no
+// symbol.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ using Lanes = xsimd::batch<T, Arch>;
 template <class T>
 using Mask = xsimd::batch_bool<T, Arch>;
 
-/// Unsigned integer of the width of T, which holds its bits.
+/// Unsigned integer as wide as T, to hold its bits.
 template <class T>
 struct BitsOf;
 template <>
@@ -64,7 +64,7 @@ inline Lanes<T> root(Lanes<T> a) {
   return xsimd::sqrt(a);
 }
 #if defined(BRISTLE_ISA_NEON64)
-// xsimd 8.1 approximates float division and square root on NEON.
+// Exact division and square root, because xsimd 8.1 approximates them for float on NEON.
 template <>
 inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) {
   return vdivq_f32(a, b);
@@ -81,7 +81,7 @@ inline Lanes<T> positive_part(Lanes<T> a) {
   return xsimd::max(a, Lanes<T>(T(0)));
 }
 
-/// Largest whole number not above x, for x >= 0.
+/// Returns the largest whole number not above x, for x >= 0.
 template <class T>
 inline Lanes<T> whole_part(Lanes<T> x) {
 #if defined(BRISTLE_ISA_SSE2)
@@ -131,7 +131,7 @@ inline Lanes<T> power_of_two(Lanes<T> k) {
   return from_bits<T>(bits_of<T>(biased) << B::mantissa);
 }
 
-/// Exponent of a positive normal x, as a whole number.
+/// Returns the exponent of a positive normal x, as a whole number.
 template <class T>
 inline Lanes<T> exponent_of(Lanes<T> x) {
   using B = BitsOf<T>;
@@ -140,7 +140,7 @@ inline Lanes<T> exponent_of(Lanes<T> x) {
   return biased - Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
 }
 
-/// Mantissa of a positive normal x, in [1, 2).
+/// Returns the mantissa of a positive normal x, in [1, 2).
 template <class T>
 inline Lanes<T> mantissa_of(Lanes<T> x) {
   using U = typename BitsOf<T>::Type;
@@ -185,7 +185,7 @@ inline T fold_lanes(Lanes<T> v) {
   }
 }
 
-/// A number per logical lane, in the vectors of this instruction set.
+/// One number for each logical lane, in the vectors of this instruction set.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -196,7 +196,7 @@ struct Row {
   }
 };
 
-/// Sum of the 16 logical lanes by the fixed tree, in registers.
+/// Returns the sum of the 16 logical lanes by the fixed tree, in registers.
 template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
@@ -206,16 +206,17 @@ inline double tree_sum(Row<T> row) {
 
 inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {
 #if defined(BRISTLE_ISA_AVX512)
-  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // one masked instruction
+  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // compiles to one masked
+                                                                                   // instruction
 #else
-  // Selecting moves bits only, so the float domain serves for integers.
+  // Selects in the float domain, which moves the bits of integers unchanged.
   return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
 #endif
 }
 
-/// Draw states of one vector of bristles. `next` advances the masked lanes and gives every lane a
-/// number strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits, the same for float and
-/// double, exact in both, and so is one minus it.
+/// Draw states of one vector of bristles. `next` advances the masked lanes and gives every lane a number
+/// strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits. Float and double get an equal number,
+/// which is exact in both, as is one minus it.
 template <class T>
 struct DrawStates;
 
@@ -240,7 +241,8 @@ struct DrawStates<float> {
   }
 };
 
-/// A state stands in the lower half of its lane, the upper is 0: shifts and products of 32-bit lanes serve.
+/// A draw state occupies the lower half of its lane, and the upper half is 0, so shifts and products of
+/// 32-bit lanes serve.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;
@@ -267,7 +269,7 @@ struct DrawStates<double> {
     x = (x * 0x21F0AAADu) & low;
     x = x ^ (x >> 15);
     x = (x * 0x735A2D97u) & low;
-    // The bits of 2^52 + h, less 2^52, give h as a number.
+    // Converts h to a number: the bits of 2^52 + h, less 2^52.
     const Lanes<double> h = from_wide((x >> 9) | 0x4330000000000000u) - Lanes<double>(4503599627370496.0);
     return (h + Lanes<double>(0.5)) * Lanes<double>(1.1920928955078125e-07);  // 2^-23
   }

@@ -13,7 +13,7 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Returns Q(u) for every law but the uniform. Out of line, so that the common case stays short.
+/// Returns Q(u) for every law but the uniform. Not inlined, so that the common case stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {
@@ -34,8 +34,8 @@ inline V length_at(const KernelLaw& law, V share) {
   return other_length<T>(law, share);
 }
 
-/// Snap length of the bristle met at a random place: density proportional to length times that of the
-/// law. Not for the exponential law, whose age and rest are independent.
+/// Returns the snap length of the bristle at a random place of a long slide, whose density is that of the law
+/// times the length. Not for the exponential law, for which age and remaining length are independent.
 template <class T, class V>
 [[gnu::noinline]] V length_met(const KernelLaw& law, V share) {
   switch (law.kind) {

@@ -1,6 +1,6 @@
-// Two vectors at once: the chain of dependent operations of a slide (quotient, exp, quotient) waits for each
-// result, and a second chain fills the wait. Members have names: an array of two would be kept in memory.
-// (Four vectors are slower: their numbers exceed the registers.)
+// Two vectors processed together: in the chain of dependent operations of a slide (quotient, exp, quotient)
+// each waits for the one before, and a second chain fills the wait. Members have names, because an array of
+// two would be kept in memory. (Four vectors are slower: they exceed the registers.)
 #pragma once
 
 #include "lanes.hpp"
@@ -66,7 +66,7 @@ BRISTLE_PAIR_INLINE bool any_lane(const PairMask<T>& which) {
   return xsimd::any(which.a | which.b);
 }
 
-/// Loads one vector or two from a column.
+/// Loads one or two vectors from a column.
 template <class V, class T>
 BRISTLE_PAIR_INLINE V load_as(const T* from) {
   if constexpr (sizeof(V) == sizeof(Lanes<T>))

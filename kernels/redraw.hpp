@@ -1,10 +1,10 @@
-// Redraw: motion of bristles after their first snap in a step, when each snap samples a new length.
+// SnapRule::redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
 //
 // A bristle with path left samples a length and either ends on it or snaps again. Uniform, normal and
-// lognormal lengths of a step in which many bristles snap once or twice are sampled vector by vector in
-// registers (walk_in_registers). Otherwise the bristles of a block go round by round, eight vectors at once,
-// so that the latencies of their draws overlap and no branch depends on a single bristle; vectors in which no
-// bristle moves any more are left out. Long paths are jumped in distribution (core/MODEL.md, "Jumps").
+// lognormal lengths, in a step in which many bristles snap once or twice, are sampled vector by vector in
+// registers (walk_in_registers). Otherwise the bristles of a block advance by rounds, eight vectors at once,
+// so that the latencies of their draws overlap and no branch depends on a single bristle; vectors whose
+// bristles have all arrived are left out. Long paths are jumped in distribution (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "ageing.hpp"
@@ -15,7 +15,7 @@
 namespace bristle::detail {
 namespace {
 
-/// A place behind a block's own, for the empty vectors of a bundle that is not full.
+/// Place behind those of the block, used for the empty vectors of a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
 /// Bristles of one block after their first snap, while they have path left. Bristles that do not snap have
@@ -24,14 +24,15 @@ template <class T>
 struct Walk {
   static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
-  alignas(64) T path[size];      ///< of the first pass; the length of the step where the bristle holds
+  alignas(64) T path[size];      ///< path of the first pass; the length of the step if the bristle does not
+                                 ///< snap
   alignas(64) T landed[size];    ///< deflection along the motion at the end
   alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
-  alignas(64) T count[size];     ///< of these
-  alignas(64) T variance[size];  ///< of the squares, where a jump knows them in the mean only
+  alignas(64) T count[size];     ///< number of the snaps after the first
+  alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
   // Working memory of paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative: arrived
-  alignas(64) T length[size];  ///< snap length of the bristle it ends on
+  alignas(64) T length[size];  ///< snap length of the bristle at the end of the path
   alignas(64) std::uint32_t state[size];
 
   void clear(std::uint32_t i) {
@@ -44,29 +45,29 @@ struct Walk {
   }
 };
 
-/// As Walk, for bristles that age: `length` is the fresh snap length, `squares` sums the squared paths from
-/// snap to snap.
+/// State as Walk, for bristles that age: `length` is the fresh snap length, `squares` sums the squared paths
+/// from snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  T largest_growth;  ///< Advance::largest_growth
+  T largest_growth;  ///< largest growth of a snap length, as Advance::largest_growth
 };
 
-/// Vectors of a block with a bristle that snaps, by their places in it.
+/// List of a block's vectors with a bristle that snaps, by their places in the block.
 template <class T>
 struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Without a branch, because the vectors that snap cannot be predicted.
+  /// Adds without a branch, because the vectors that snap cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
     size += wanted ? 1u : 0u;
   }
 };
 
-/// Snap lengths and draw states of one block: before the step, and where they go.
+/// Snap lengths and draw states of one block before the step, and the destination of the new ones.
 template <class T>
 struct RedrawColumns {
   const T* delta;
@@ -100,7 +101,7 @@ struct Places {
   }
 };
 
-/// Draws bristles met at a random place of a long slide, for the masked lanes: `met` becomes their fresh snap
+/// Draws, for the masked lanes, the bristles at the end of a long slide: `met` becomes their fresh snap
 /// length. They are drawn in proportion to that length and accepted in proportion to their path between snaps
 /// over it. Returns that path.
 template <class T>
@@ -127,7 +128,7 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Takes lanes with a long path ahead to its end, or near it, in distribution. Returns the paths left.
+/// Jumps lanes with a long path ahead to its end, or near it, in distribution. Returns the paths left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -139,7 +140,7 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // By the stationary law the bristle met is length-biased, and its age uniform.
+    // Takes the stationary law at the end: the bristle there is length-biased, and its age uniform.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -166,7 +167,7 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Sums of an exponential law, exact for any distance.
+        // Computes the sums of an exponential law, exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -225,9 +226,9 @@ template <class T, bool sums, class AnyWalk>
 /// State of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
-  Lanes<T> deflection;  ///< r, along the motion
+  Lanes<T> deflection;  ///< r, the deflection along the motion
   Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
-  Lanes<T> count;       ///< of these
+  Lanes<T> count;       ///< number of the snaps after the first
 };
 
 /// State of a vector of bristles that have path left, in registers.
@@ -235,12 +236,12 @@ template <class T>
 struct Walker {
   Mask<T> open;
   Lanes<T> rest;
-  Lanes<T> delta;  ///< becomes the length it ends on
+  Lanes<T> delta;  ///< snap length; becomes that of the bristle at the end of the path
   DrawStates<T> states;
   AfterSnaps<T> land;
 };
 
-/// Source of uniform snap lengths for a walk in registers: from random shares.
+/// Uniform snap lengths for a walk in registers, from random shares.
 template <class T>
 struct UniformLengths {
   static constexpr bool ahead = false;
@@ -250,8 +251,8 @@ struct UniformLengths {
       : low(static_cast<T>(law.location)), span(static_cast<T>(law.scale)) {}
   Lanes<T> length(Lanes<T> share) const { return low + span * share; }
 };
-/// Lengths of normal and lognormal laws. Looks up all vectors out of line before the first is used, so that
-/// the latencies of the loads overlap.
+/// Normal and lognormal snap lengths for a walk in registers. Looks up all vectors out of line before the
+/// first is used, so that the latencies of the loads overlap.
 template <class T>
 struct CellLengths {
   static constexpr bool ahead = true;
@@ -265,8 +266,9 @@ struct CellLengths {
   }
 };
 
-/// Walks some vectors side by side, for a law whose draw is short: one chain of draws would wait for itself.
-/// The first `rounds` draws are made whether needed or not: a branch that cannot be foreseen costs more.
+/// Walks some vectors side by side, for a law whose draw is short, because the draws of one vector wait for
+/// each other. Makes the first `rounds` draws whether needed or not: a branch that cannot be predicted costs
+/// more.
 template <class T, std::uint32_t together, class Lengths>
 [[gnu::always_inline]] inline void walk_in_registers(const Lengths& lengths, std::uint32_t rounds,
                                                      Walker<T> (&walkers)[together]) {
@@ -300,8 +302,8 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Advances one vector by a round: bristles with `rest` >= 0 left end on the length drawn, or snap again
-/// after the path `way`. Returns whether any snaps again.
+/// Advances one vector by a round: bristles with `rest` >= 0 end on the length drawn, or snap again after the
+/// path `way`. Returns whether any snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {
@@ -348,7 +350,7 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
       for (std::uint32_t k = filled; k < bundle_size; ++k) rest.v[k] = Lanes<T>(T(-1));
       if (may_jump && any_lane(rest > Bundle<T>(static_cast<T>(law.jump_from))))
         rest = jump<T, sums>(law, at, rest, walk);
-      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all have jumped to their ends
+      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all bristles have jumped to their ends
       const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
       Bundle<T> way = drawn;
       if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, rest);

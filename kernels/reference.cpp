@@ -1,6 +1,6 @@
-// The scalar reference: the same step, one bristle at a time, written to be read beside the paper and
-// core/MODEL.md. It is the instruction set "scalar" of the kernel table; every other set must give the
-// same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
+// The scalar reference: a step one bristle at a time, written to be read beside the paper and core/MODEL.md.
+// It is the instruction set "scalar" of the kernel table. Every other set must give the same bits, so it has
+// their roundings: 16 logical lanes for sums, no fused operations.
 #include "blocks.hpp"
 #include "core/kernel_table.hpp"
 #include "far.hpp"
@@ -12,7 +12,7 @@
 namespace bristle::detail {
 namespace {
 
-/// A number per logical lane, summed by the fixed tree at the end of a block.
+/// One number for each logical lane, summed by the fixed tree at the end of a block.
 template <class T>
 struct LaneSum {
   T lane[lane_count] = {};
@@ -27,13 +27,14 @@ struct LaneSum {
 /// Motion of one bristle after its first snap.
 template <class T>
 struct AfterSnaps {
-  T deflection = 0;  ///< r
-  T squares = 0;     ///< sum of delta^2 over its further snaps
-  T count = 0;       ///< of these
-  T variance = 0;    ///< of the squares left out by jumps
+  T deflection = 0;  ///< r, deflection along the motion at the end
+  T squares = 0;     ///< sum of delta^2 over the snaps after the first
+  T count = 0;       ///< number of the snaps after the first
+  T variance = 0;    ///< variance of the squares that jumps know only in the mean
 };
 
-/// Keep: n = 1 + floor(R / delta) snaps; the path left bends the bristle.
+/// Walks a bristle along the path left, by SnapRule::keep: n = 1 + floor(R / delta) snaps; the rest of the
+/// path bends it.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;
@@ -50,8 +51,8 @@ struct Aged {
   T largest_growth;
 };
 
-/// Draws a bristle that ages, met at a random place of a long slide: in proportion to its fresh length, which
-/// `met` becomes, accepted in proportion to its path between snaps over that. Returns that path.
+/// Draws the ageing bristle at the end of a long slide: in proportion to its fresh length, which `met`
+/// becomes, accepted in proportion to its path between snaps over that length. Returns that path.
 template <class T, class Next>
 T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
   T way = T(1);
@@ -68,8 +69,8 @@ T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& m
   return way;
 }
 
-/// Redraw: samples a fresh length after each snap; on a long path takes the end from its distribution (a
-/// jump).
+/// Walks a bristle along the path left, by SnapRule::redraw: samples a fresh length after each snap. A long
+/// path is jumped: its end is sampled from the distribution.
 template <class T, bool ages>
 AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
                            std::uint32_t& state) {
@@ -155,7 +156,8 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
   }
 }
 
-/// Keep, with ageing: at constant velocity all paths from snap to snap of one bristle are equal.
+/// Walks an ageing bristle along the path left, by SnapRule::keep: at constant velocity all its paths from
+/// snap to snap are equal.
 template <class T>
 AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   AfterSnaps<T> after;
@@ -187,12 +189,12 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ex = static_cast<T>(advance.direction[0]);
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
-  const T left = residual ? static_cast<T>(advance.residual) : T(0);  // bent by this after a snap
-  // Age = stored + what went by since the block was last rewritten.
+  const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection after a snap
+  // Age = stored age + time passed since the block was last rewritten.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
   const auto end_age = [&](std::uint32_t i) { return patch.age[i] + static_cast<T>(since.after); };
-  const auto end_limit = [&](std::uint32_t i) {  // of the bristle's deflection, at the end of the step
+  const auto end_limit = [&](std::uint32_t i) {  // limit of a bristle's deflection at the end of the step
     return left + (patch.delta[i] - left) * growth<T>(ageing, most(end_age(i), T(0)));
   };
 
@@ -213,7 +215,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   };
   bool any = false;
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
-  if (!any) return;  // nothing is written: the displacement grows by itself
+  if (!any) return;  // writes nothing: the displacement since the last rewrite grows by itself
 
   if (advance.in_double) {
     const FarSums far =
@@ -234,10 +236,10 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
       T next_x = patch.zx[i] + p1[0];
       T next_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-      T limit = patch.delta[i];  // residual + snap length
+      T limit = patch.delta[i];  // deflection at which the bristle snaps, residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
       [[maybe_unused]] T next_age{};
-      if constexpr (literal) {  // the paper's loop: z += v dt; if |z| > delta then z = 0
+      if constexpr (literal) {  // the paper's literal loop: z += v dt; if |z| > delta then z = 0
         if (beyond_at(i)) {
           squares_sum.add(i, (axes == 2 ? next_x * next_x + next_y * next_y : next_x * next_x) * w);
           snaps.add(i, T(1));
@@ -255,14 +257,14 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           aside = start_x * ey - start_y * ex;
         }
         const Bent<T> start_bent{along, aside * aside};
-        // Distance to the first snap. With ageing the limit at the end of the step gives one that is too
-        // long.
+        // Distance to the first snap. With ageing the limit at the end of the step gives a distance that is
+        // too long.
         T tau = way_to_circle<T, axes>(start_bent, ages ? end_limit(i) : limit);
         if constexpr (ages) {
           const T age = patch.age[i] + static_cast<T>(since.before);
           tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
         }
-        const T path = least(tau, length);  // of the first pass
+        const T path = least(tau, length);  // path of the first pass
         BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;
@@ -318,7 +320,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     const T direction[2] = {ex, ey};
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();
-      LaneSum<T> integral;  // twice that of the deflection along the path
+      LaneSum<T> integral;  // twice the integral of the deflection along the path
       for (std::uint32_t k = 0; k < lane_count; ++k)
         integral.lane[k] = T(2) * passed[axis].lane[k] + direction[axis] * along_sum.lane[k];
       twice_mean[axis] = (integral.total() + advance.direction[axis] * noise) / advance.length;

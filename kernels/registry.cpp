@@ -22,7 +22,7 @@ namespace {
 
 [[maybe_unused]] bool always() { return true; }
 
-// The compiler's CPU test also asks the operating system whether it saves the wide registers.
+// The compiler's CPU test also asks whether the operating system saves the wide registers.
 #if BRISTLE_HAS_AVX512
 bool has_avx512() {
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&

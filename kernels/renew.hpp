@@ -1,15 +1,14 @@
-// Shared renewal: effect of the snaps of a piece of path on other bristles (core/patches/RUBBING.md).
+// Shared renewal: the effect of the snaps of a piece of path on other bristles (core/patches/RUBBING.md).
 //
-// A draw selects a bristle in contact by number, and a place of the piece that lies ahead. A bristle bent
-// along the motion by more than the residual at that place slips to the residual and samples a new snap
-// length (redraw); any other draw is spent. The bristle is stored as if it had come from (residual - way) e,
-// `way` the path to the place: the kernels carry it on from there with all others, and their sums along `way`
-// are corrected here.
-// A renewer takes the bristles of a range of blocks and passes over the draws of others, so that threads may
-// share the blocks: a draw changes its bristle alone, and sums are integers.
-// One text serves the reference and every instruction set. They differ in `Lengths`, which turns draw states
-// into snap lengths and says whether draws are taken in columns, for the widest vectors, or one by one. Both
-// have the same bits.
+// A draw selects a bristle in contact by number, and a place within the piece ahead. If the bristle is bent
+// along the motion by more than the residual at that place, it slips to the residual and samples a new snap
+// length (SnapRule::redraw); otherwise the draw is spent. The bristle is stored as if it had come from
+// (residual - way) e, `way` the path to the place: the kernels then carry it on with all others, and their
+// sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes over the
+// draws of others, so that threads may share the blocks: a draw changes only its own bristle, and sums are
+// integers. One source serves the reference and every instruction set. They differ in `Lengths`, which turns
+// draw states into snap lengths and says whether draws are processed in columns, for the widest vectors, or
+// one by one. Both have the same bits.
 #pragma once
 
 #include "ageing.hpp"
@@ -22,9 +21,10 @@
 namespace bristle::detail {
 namespace {
 
-constexpr std::uint32_t draws_together = 64;  ///< column by column, so that vectors serve
-constexpr std::uint32_t marks = 8192;         ///< a power of two: bristles drawn twice are found by them
-constexpr double finer = 0x1p40;              ///< of sums over draws: coarse units over Renewal::unit
+constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
+constexpr std::uint32_t marks = 8192;         ///< a power of two; marks find bristles that were drawn twice
+constexpr double finer = 0x1p40;              ///< sums over draws: number of fine units in a coarse unit, 1 /
+                                              ///< Renewal::unit
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
@@ -51,25 +51,27 @@ class Renewer {
   }
 
  private:
-  /// Whether draws are taken in columns: with vectors of two or four doubles that gains nothing.
+  /// Whether draws are processed in columns, which gains nothing with vectors of two or four doubles.
   static constexpr bool by_columns = Lengths::by_columns && !ages;
 
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  const std::uint32_t first, size;  ///< bristles of the range; the last block may have more than there are
-  const double left;                ///< residual
-  const double part;                ///< of the piece, for each draw
+  const std::uint32_t first, size;  ///< first bristle and size of the range; the last block may extend beyond
+                                    ///< the bristles in contact
+  const double left;                ///< deflection that a snap leaves (residual)
+  const double part;                ///< part of the piece for each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  std::uint8_t marked[by_columns ? marks : 1];  ///< by the bristle's last digits: `mark` when it was drawn
+  std::uint8_t marked[by_columns ? marks : 1];  ///< indexed by the last digits of the bristle's number;
+                                                ///< equals `mark` if such a bristle was drawn
   std::uint8_t mark = 0;
 
   struct Draws {
     alignas(64) std::uint32_t bristle[draws_together];
     alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
   };
-  /// Draws of the range that wait until there are enough of them.
+  /// Draws of the range, collected until there are enough to process together.
   struct Waiting {
     std::uint32_t bristle[2 * draws_together];
     double way[2 * draws_together];
@@ -80,18 +82,18 @@ class Renewer {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
   };
-  /// Draws whose bristles bend to their places, or are spent there.
+  /// Columns of draws, one entry for each: the bristle's state and what the draw makes of it.
   struct Columns {
     alignas(64) double shift[axes][draws_together];  ///< displacement since its block's last rewrite
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
-    alignas(64) T now[axes][draws_together];          ///< what becomes of `stored`
-    alignas(64) double change[axes][draws_together];  ///< of that, in fixed-point units
+    alignas(64) T now[axes][draws_together];          ///< new value of `stored` after the draw
+    alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    alignas(64) std::uint32_t state[draws_together];  ///< redraw: of its next draw
-    alignas(64) T length[draws_together];             ///< what that draws
-    std::uint8_t alone[draws_together];               ///< 1: to be taken one by one
+    alignas(64) std::uint32_t state[draws_together];  ///< SnapRule::redraw: state of the bristle's next draw
+    alignas(64) T length[draws_together];             ///< length that the next draw gives
+    std::uint8_t alone[draws_together];               ///< 1: the draw must be handled alone
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -101,20 +103,20 @@ class Renewer {
   struct Start {
     double shift[2];  ///< displacement since its block's last rewrite
     double z[2];
-    double along;    ///< the motion
-    double limit;    ///< residual + snap length
-    double chord2;   ///< square of how far along the motion it bends before it snaps
-    double aside2;   ///< square of how far it is bent aside of the motion
-    double to_snap;  ///< with ageing: way to its snap, if that comes before the place where it was drawn
+    double along;    ///< deflection along the motion
+    double limit;    ///< deflection at which it snaps, residual + snap length
+    double chord2;   ///< square of the deflection along the motion at which it snaps
+    double aside2;   ///< square of the deflection across the motion
+    double to_snap;  ///< with ageing: path to its snap, if it snaps before its renewal point
   };
-  /// Energy and path integral of a bristle up to the place of its draw.
+  /// Energy and path integral of a bristle up to its renewal point.
   struct Passed {
-    double bent2 = 0.0;    ///< |z|^2 there
-    double squares = 0.0;  ///< of what slipped in snaps
+    double bent2 = 0.0;    ///< |z|^2 at the renewal point
+    double squares = 0.0;  ///< sum of squares of what slipped in snaps before it
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// Makes all draws; requests the memory of the next ones ahead.
+  /// Makes all draws, and prefetches the bristles of the next ones.
   void renew_all() {
     Draws draws[2];
     draw(0, draws[0]);
@@ -131,11 +133,11 @@ class Renewer {
     }
   }
 
-  /// Makes the draws of the range, in their order.
+  /// Makes the draws that fall into the range, in their order.
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
-    std::uint32_t count = 0;  // of those ready
+    std::uint32_t count = 0;  // number of draws in `draws`
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
       draw(k, drawn);
@@ -151,7 +153,7 @@ class Renewer {
     if (count > 0) renew(ready, count);
   }
 
-  /// Keeps the draws that fall into the range. Without a branch, because they cannot be predicted.
+  /// Keeps the draws that fall into the range. Has no branch, because they cannot be predicted.
   void sift(const Draws& drawn, std::uint32_t count, Waiting& waiting) const {
     const std::uint32_t before = waiting.count;
     std::uint32_t n = before;
@@ -164,7 +166,7 @@ class Renewer {
     fetch(waiting.bristle + before, n - before);
   }
 
-  /// Takes the first waiting draws. Unused entries of `draws` name a bristle of the range too.
+  /// Takes the first waiting draws. Fills unused entries of `draws` with a bristle of the range.
   void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       draws.bristle[k] = k < count ? waiting.bristle[k] : first;
@@ -175,8 +177,7 @@ class Renewer {
     std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
   }
 
-  /// Makes draws from the k-th on. Each has its own part of the piece, so they come in the order of their
-  /// places.
+  /// Makes draws from the k-th on. Each has its own part of the piece, so they are ordered by their places.
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
     const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;
@@ -223,7 +224,7 @@ class Renewer {
     return start;
   }
 
-  /// Whether a bristle that ages snaps on the path `way`.
+  /// Whether a bristle that ages snaps within the path `way`.
   bool snaps_within(std::uint32_t i, double way, Start& start) const {
     const Block& block = patch.blocks[i / block_size];
     const double age = (block.zero ? 0.0 : static_cast<double>(patch.age[i])) +
@@ -260,9 +261,9 @@ class Renewer {
     totals.squares += sum_of(gains.squares, count);
   }
 
-  /// Sums a column in integer units, so that the order of draws cannot change the sum. Beside `whole` a
-  /// double has no digits behind the point, and the low half of its bits is the number itself while that is
-  /// below 2^51. A second sum, in finer units, takes the remainders of the first.
+  /// Sums a column in integer units, so that the order of draws cannot change the sum. Added to `whole`, a
+  /// double has no digits behind the point, and the low half of its bits is the number itself while below
+  /// 2^51. A second sum, in finer units, takes the remainders of the first.
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
     constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52
     const double coarse = renewal.unit / finer;
@@ -289,7 +290,7 @@ class Renewer {
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
-    // Copies pointers first: the bytes written below could alias any of these members.
+    // Copies pointers first, because the bytes written below could alias any of these members.
     const T* const z[2] = {patch.zx, patch.zy};
     const T* const limit = patch.delta;
     const Block* const blocks = patch.blocks;
@@ -313,7 +314,7 @@ class Renewer {
     }
   }
 
-  /// As slip(), in vectors, for bristles that do not snap before their renewal.
+  /// Renews as slip(), in vectors, for bristles that do not snap before their renewal point.
   void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
     const double e[2] = {renewal.direction[0], renewal.direction[1]};
     const double residual = left;
@@ -351,9 +352,9 @@ class Renewer {
     }
   }
 
-  /// Sorts draws into bristles that slip without a snap and bristles taken one by one. Without a branch,
-  /// because it could not be predicted. A bristle that is drawn twice is in the first list only with its
-  /// first draw, so that list may go ahead.
+  /// Sorts draws into bristles that slip without a snap and bristles to be handled one by one. Has no branch,
+  /// because it could not be predicted. A bristle that is drawn twice is in the first list with its first
+  /// draw only, so that list may be processed first.
   void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
@@ -409,7 +410,7 @@ class Renewer {
     Start start = find_start(i);
     const double end = start.along + way;
     const bool snaps = ages ? snaps_within(i, way, start) : end > 0.0 && start.chord2 <= end * end;
-    if (!snaps && !(end > left)) return;  // the draw is spent
+    if (!snaps && !(end > left)) return;  // the draw is spent without effect
     write_zero_block<T, axes, redraw, ages>(patch, i / block_size);
     if constexpr (ages) age_block(i / block_size);
     T fresh{};
@@ -454,7 +455,7 @@ class Renewer {
     const double to_snap =
         ages ? start.to_snap : least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
     const double rest = way - to_snap;
-    double further = 0.0;  // sum of delta^2
+    double further = 0.0;  // sum of delta^2 over the snaps after the first
     double r = rest;
     ++totals.snaps;
     const auto way_of = [&](double length) { return ages ? aged_length<double>(ageing, length, r) : length; };
@@ -486,13 +487,14 @@ class Renewer {
     }
   }
 
-  /// Stores the bristle such that it is bent by the residual after the path `way`, and sums the changes.
+  /// Stores the bristle such that it will be bent by the residual after the path `way`, and sums the changes.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count
+    const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count along
+                                                      // `way`
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
       gains.twice_integral[axis][k] = weight * (passed.twice_integral[axis] - e * written);

@@ -1,5 +1,5 @@
-// The operations of lanes.hpp for plain numbers: one lane. Used by the scalar reference and by steps
-// so long that they are taken bristle by bristle.
+// The operations of lanes.hpp for plain numbers, as one lane, used by the scalar reference and by steps so
+// long that they are taken bristle by bristle.
 #pragma once
 
 #include <cstdint>
@@ -78,7 +78,7 @@ inline double power_of_two(double k) {
   return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
 }
 
-/// Linear interpolation in a table over [0, 1].
+/// Interpolates linearly in a table over [0, 1].
 template <class T>
 inline T look_up(const double* table, std::int32_t last, T share) {
   BRISTLE_ASSERT(last >= 1);
@@ -91,7 +91,7 @@ inline T look_up(const double* table, std::int32_t last, T share) {
   return low + (high - low) * (x - k);
 }
 
-/// SplitMix64's finaliser.
+/// Mixes 64 bits by SplitMix64's finaliser, a bijection.
 inline std::uint64_t mix64(std::uint64_t x) {
   x ^= x >> 30;
   x *= 0xBF58476D1CE4E5B9u;
@@ -101,8 +101,8 @@ inline std::uint64_t mix64(std::uint64_t x) {
   return x;
 }
 
-/// 32-bit mixer: two multiplications, a bijection. Its high bits are the random ones: share_of takes 23 of
-/// them, so there is no last shift to mix the low.
+/// Mixes 32 bits by two multiplications, a bijection. Only its high bits are random: share_of() takes 23 of
+/// them, so there is no last shift to mix the low ones.
 inline std::uint32_t mix(std::uint32_t x) {
   x ^= x >> 16;
   x *= 0x21F0AAADu;
@@ -111,13 +111,13 @@ inline std::uint32_t mix(std::uint32_t x) {
   return x;
 }
 
-/// A number strictly between 0 and 1 from 23 random bits, exact in float, and so is one minus it.
+/// Returns a number strictly between 0 and 1 from 23 random bits. It is exact in float, as is one minus it.
 template <class T>
 inline T share_of(std::uint32_t random) {
   return (static_cast<T>(random >> 9) + T(0.5)) * T(1.1920928955078125e-07);  // 2^-23
 }
 
-/// Fixed-point difference of two positions, which wrap: exact while it is below 2^63 units.
+/// Returns the fixed-point difference of two positions, which wrap: exact while below 2^63 units.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
@@ -138,7 +138,7 @@ inline std::int64_t to_integer(double x) {
   return __builtin_llrint(x);
 }
 
-/// Sum of the 16 logical lanes by the fixed tree. Destroys its argument.
+/// Returns the sum of the 16 logical lanes by the fixed tree. Destroys its argument.
 template <class T>
 inline T tree_sum(T (&lane)[lane_count]) {
   for (std::uint32_t half = lane_count / 2; half > 0; half /= 2)

@@ -1,12 +1,11 @@
-// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. For a vector
-// of bristles or for one, with a direction and a length for each (core/MODEL.md, section 30, with the
-// symbols).
+// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. For one
+// bristle or a vector of bristles, each with its own direction and length (core/MODEL.md, section 30, with
+// the symbols).
 //
 // A step moves the root of a bristle by `length` along the unit vector e. The tip sticks over the distance
 // tau, until |z| is the limit. From there it follows the tractrix: the angle theta between z and e shrinks as
-// tan(theta'/2) = tan(theta/2) exp(-s/l) over the distance s. Sliding begins with theta <= 90 degrees,
-// whatever came before, because the tip sticks while z unloads. So no half-angle exceeds 45 degrees, and
-// nothing overflows.
+// tan(theta'/2) = tan(theta/2) exp(-s/l) over the distance s. Sliding always begins with theta <= 90 degrees,
+// because the tip sticks while z unloads. So no half-angle exceeds 45 degrees, and nothing overflows.
 #pragma once
 
 #include <limits>
@@ -16,8 +15,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Evaluates a polynomial, lowest power first, as two of half the degree, which halves the chain of dependent
-/// operations.
+/// Evaluates a polynomial, lowest power first, as two polynomials of half the degree, which halves the chain
+/// of dependent operations.
 template <class T, class V, std::size_t n>
 [[gnu::always_inline]] inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
   constexpr int last = static_cast<int>(n) - 1;
@@ -29,7 +28,7 @@ template <class T, class V, std::size_t n>
   return even + x * odd;
 }
 
-/// exp(-y) and 1 - exp(-y) for y >= 0, both to a few ulp; y above 80 reads as 80.
+/// exp(-y) and 1 - exp(-y) for y >= 0, both to a few ulp. A y above 80 counts as 80.
 template <class V>
 struct Decay {
   V left, lost;
@@ -41,7 +40,7 @@ template <class T, class V>
   const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
   const V minus_k = (V(magic) - x) - V(magic);
   const V f = x + minus_k;
-  // (1 - 2^-f) / f: least error in single precision, 1e-8; Taylor in double.
+  // Coefficients of (1 - 2^-f) / f: of least error in single precision, 1e-8; of the Taylor series in double.
   constexpr double single[] = {0.6931471879266934,    -0.24022649794958215, 0.0555035743363792,
                                -0.009618237495071513, 0.001339073547708347, -0.0001540351232574011};
   constexpr double taylor[] = {0.6931471805599453,     -0.24022650695910072,    0.05550410866482158,
@@ -59,7 +58,7 @@ template <class T, class V>
   return {scale - less, (V(T(1)) - scale) + less};
 }
 
-/// artanh(t) / t as a polynomial in t^2, for t <= 1/3.
+/// Returns artanh(t) / t as a polynomial in t^2, for t <= 1/3.
 template <class T, class V>
 [[gnu::always_inline]] inline V log_series(V t2) {
   constexpr double single[] = {1.0000000039605197, 0.33333157341063313, 0.20012455137606738,
@@ -73,15 +72,15 @@ template <class T, class V>
     return polynomial_in_halves<T>(taylor, t2);
 }
 
-/// ln(1 + part / whole) for 0 <= part <= whole, also relative to a small one: 2 artanh(t) with
-/// t = part / (2 whole + part).
+/// Returns ln(1 + part / whole) for 0 <= part <= whole, accurate relative to the result: 2 artanh(t) with t =
+/// part / (2 whole + part).
 template <class T, class V>
 [[gnu::always_inline]] inline V log_of_one_plus(V part, V whole) {
   const V t = divide(part, (whole + whole) + part);
   return (t + t) * log_series<T>(t * t);
 }
 
-/// arctan(u) for |u| <= 1, also relative to a small u. In double the angle is halved twice first.
+/// Returns arctan(u) for |u| <= 1, accurate relative to a small u. In double the angle is halved twice first.
 template <class T, class V>
 [[gnu::always_inline]] inline V arc_tangent(V u) {
   constexpr double single[] = {0.9999999846670059,  -0.33333071910176365,  0.1999258568843616,
@@ -94,7 +93,7 @@ template <class T, class V>
   return V(T(4)) * (u * polynomial_in_halves<T>(taylor, u * u));
 }
 
-/// A bristle before a step: z in parts along and across the motion. One axis has no second part.
+/// A bristle before a step: z in parts along and across the motion. With one axis there is no part across.
 template <class V>
 struct SlideStart {
   V x, y, along, aside;
@@ -114,8 +113,8 @@ template <class T, int axes, class V>
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
-/// Whether a bristle within `limit` slides before the end of the step: whether it would end beyond the limit,
-/// as a disc is convex.
+/// Whether a bristle within `limit` slides before the end of the step. It does if it would end beyond the
+/// limit, because a disc is convex.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
   const V ahead = start.along + length;
@@ -140,19 +139,19 @@ template <class T, int axes, class V, class Which>
   }
 }
 
-/// A bristle after a step. The last four are filled where they are asked for.
+/// A bristle after a step. The last four members are filled only if asked for.
 template <class V>
 struct Slid {
-  V x, y;             ///< z'
-  V path;             ///< the distance over which the tip stuck; it slid over the rest of the step
-  V integral_x = {};  ///< of z over the step (`mean`)
+  V x, y;             ///< z', the deflection at the end
+  V path;             ///< distance over which the tip stuck; it slid over the rest of the step
+  V integral_x = {};  ///< integral of z over the step (`mean`)
   V integral_y = {};
-  V dissipated = {};  ///< energy over stiffness (`energy`)
+  V dissipated = {};  ///< dissipated energy over stiffness (`energy`)
 };
 
 /// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
-/// their z' is filled. `holds` is |z| where sliding begins; a bristle that holds more than its limit drops to
-/// it there. over_limit(s) gives s / limit.
+/// their z' is filled. `holds` is |z| at the start of sliding; a bristle that holds more than its limit drops
+/// to it there. over_limit(s) gives s / limit.
 template <class T, int axes, bool mean, bool energy, class V, class Which, class OverLimit>
 [[gnu::always_inline]] inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds,
                                                V limit, V ex, V ey, V length, OverLimit&& over_limit) {
@@ -163,17 +162,17 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   end.x = limit * ex;
   end.y = limit * ey;
   const V s = length - path;
-  V along_integral = limit * s;  // of z along the motion, and across it, while the tip slides
+  V along_integral = limit * s;  // integrals of z along and across the motion, while the tip slides
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // Takes angles up to 4 eps s / l as 0: they add up to 4 eps, in steps of any length.
+    // Takes angles up to 4 eps s / l as 0; such angles add up to 4 eps at most, in steps of any length.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);
     const auto turns = slides & (a * a > rounds * rounds);
     if (any_lane(turns)) {
-      // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end. The tip begins
-      // to slide where z along the motion is l cos(theta).
+      // With p = l + l cos(theta) and a = l sin(theta), t = tan(theta/2) = a / p, so no quotient is needed
+      // until the end. The tip begins to slide where z along the motion is l cos(theta).
       const V p = most(holds + (start.along + path), V(T(1e-15)));
       const Decay<V> turn = decay<T>(over_limit(s));
       const V w = a * turn.left;
@@ -186,13 +185,15 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
       end.x = select_lanes(turns, along * ex + aside * ey, end.x);
       end.y = select_lanes(turns, along * ey - aside * ex, end.y);
       if constexpr (mean || energy) {
-        // l s - l^2 ln((1 + t^2) / (1 + t'^2)), where the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2)
+        // Integral along the motion: l s - l^2 ln((1 + t^2) / (1 + t'^2)), where the quotient is 1 + a^2 (1 -
+        // E^2) / (p^2 + w^2).
         const V grown = (a * a) * (turn.lost * (V(T(1)) + turn.left));
         const V lost = limit * log_of_one_plus<T>(grown, both);
         along_integral = select_lanes(turns, limit * (s - lost), along_integral);
       }
       if constexpr (mean) {
-        // l^2 (theta - theta'), where half of it has the tangent (t - t') / (1 + t t')
+        // Integral across the motion: l^2 (theta - theta'), where half the angle has the tangent (t - t') /
+        // (1 + t t').
         const V angle = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
         aside_integral = select_lanes(turns, (limit * limit) * (angle + angle), none);
       }
@@ -212,7 +213,8 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   return end;
 }
 
-/// As slide_on() for bristles that slide if anything is left of the length; z' of the others is filled too.
+/// Advances as slide_on() for bristles that slide if any of the length is left; also fills z' of those that
+/// stick.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
                                                   V ey, V length) {
@@ -225,7 +227,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   return end;
 }
 
-/// The rule without drop and ageing: slides at the limit that it holds. The deflection is within it.
+/// Advances by the rule without drop and ageing: a bristle slides at the limit that it holds. Its deflection
+/// is within the limit at the start.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
   const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
@@ -234,8 +237,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 
-/// Returns the share (0 to 1) of the motion d over which the tip of a bristle sticks that slides within the
-/// step: the root of |z + share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
+/// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides: the root of |z +
+/// share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
 template <class V>
 [[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);

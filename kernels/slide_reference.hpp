@@ -1,5 +1,6 @@
 // The scalar reference of bristles that slide, one at a time, written to be read beside core/MODEL.md,
-// section 30. Vectors (slide.hpp, slide_step.hpp) must give the same bits, so it keeps the same roundings.
+// section 30. The vector kernels (slide.hpp, slide_step.hpp) must give the same bits, so it has their
+// roundings.
 #pragma once
 
 #include <limits>
@@ -31,8 +32,8 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     return most(root(most(radius * radius - aside * aside, T(0))) - along, T(0));
   };
 
-  // Path after which the bristle begins to slide, and the limit at which it does. A bristle in a disc slides
-  // if it would end outside.
+  // Path after which the bristle begins to slide, and the limit at which it does. A bristle within its disc
+  // slides if it would end outside.
   constexpr T eps = std::numeric_limits<T>::epsilon();
   T holds = patch.limit[i] * patch.share;
   T limit = holds;
@@ -50,7 +51,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     } else if (advance.ageing_strength != 0.0) {
       const AgeingLaw<T> ageing = ageing_of<T>(advance);
       const T age = static_cast<T>(age_at(advance, advance.start, patch.since[i]));
-      // Starts from the limit at the end of the step, which gives a path that is too long.
+      // Starts Newton's method from the limit at the end of the step, which gives a path that is too long.
       tau = way_to(fresh * growth<T>(ageing, age + ageing.per_length * length));
       tau = aged_way<T, axes>(ageing, Bent<T>{along, aside * aside}, T(0), fresh, age, tau, tau < length);
       const T reached = along + tau;

@@ -1,8 +1,9 @@
-// One step over the blocks of a patch whose bristles slide (slide.hpp): visits and sums.
+// One step over the blocks of a patch whose bristles slide (slide.hpp): which blocks are visited, and the
+// sums.
 //
-// A block in which no bristle slides is not written: its deflections follow the patch. In other blocks only
-// the bristles that slide are written, so that creep does not erode the stored deflections of the others. All
-// deflections are counted from the patch's place again when that is far enough away.
+// A block in which no bristle slides is not written, because its deflections follow the patch. In other
+// blocks only the bristles that slide are written, so that creep does not erode the stored deflections of the
+// others. Once the patch is far enough away, all deflections are rewritten relative to its new position.
 #pragma once
 
 #include <limits>
@@ -19,7 +20,7 @@ namespace {
 /// Longest step, scaled, that is computed directly. After it every bristle lies along the motion, to the last
 /// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
-/// Distance, scaled, beyond which deflections are counted from the place of the patch again.
+/// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
 /// Returns the factor of 1 / limit, for the limit at which bristles slide under the present load.
@@ -30,9 +31,9 @@ inline T per_share_of(const SlideView<T>& patch) {
 
 /// Numbers of a step that all bristles of a block share.
 struct SlideMotion {
-  double length;        ///< computed; the rest of a longer step changes nothing
-  double p0[2], p1[2];  ///< from the block's position, at the start and the end
-  bool counts_anew;     ///< the columns will count from the end of the step
+  double length;        ///< length that is computed; the rest of a longer step changes nothing
+  double p0[2], p1[2];  ///< displacement from the block's position, at the start and the end
+  bool counts_anew;     ///< whether the columns become relative to the position at the end of the step
 
   SlideMotion(const Advance& a, const SlideBlock& block)
       : length(least(a.length, longest_slide)),
@@ -48,12 +49,12 @@ inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2]
 
 /// Sums over a block in which a bristle slid.
 struct SlideSums {
-  double stored[2] = {0.0, 0.0};    ///< weight x deflection as it is stored after the step
-  double integral[2] = {0.0, 0.0};  ///< of weight x deflection over the computed part of the step
-  double dissipated = 0.0;          ///< there
+  double stored[2] = {0.0, 0.0};    ///< weight x deflection, as stored after the step
+  double integral[2] = {0.0, 0.0};  ///< integral of weight x deflection over the computed part of the step
+  double dissipated = 0.0;          ///< energy dissipated in the computed part of the step
 };
 
-/// Books a block in which no bristle slid.
+/// Adds a block in which no bristle slid to the totals.
 inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool mean, Totals& totals) {
   for (int axis = 0; axis < axes; ++axis) {
     const std::int64_t after = carried(block, a.to, axis);
@@ -62,11 +63,11 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
   }
 }
 
-/// Books a block in which bristles slid.
+/// Adds a block in which bristles slid to the totals.
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
-  double along = 0.0;  // deflection at the end, of a step that goes on
+  double along = 0.0;  // deflection along the motion at the end, for a step longer than the computed part
   const double rest = a.length - motion.length;
   for (int axis = 0; axis < axes; ++axis) {
     if (motion.counts_anew) now.position[axis] = a.to[axis];
@@ -113,7 +114,7 @@ class Slider {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr T eps = std::numeric_limits<T>::epsilon();
 
-  const SlideView<T> patch;  ///< copied: what a step writes may alias the caller's
+  const SlideView<T> patch;  ///< a copy, because what a step writes may alias the caller's view
   const Advance& advance;
   const bool commits = advance.commit != 0;
 
@@ -151,10 +152,10 @@ class Slider {
   struct Begin {
     using Which = decltype(V() < V());
     SlideStart<V> start;
-    V path;  ///< over which they stick; without ages not filled
+    V path;  ///< path over which they stick; not filled without ages
     V holds, limit;
-    Which slides;   ///< within the step
-    Which goes_on;  ///< or slid at its beginning, and was not unloaded
+    Which slides;   ///< bristles that slide within the step
+    Which goes_on;  ///< bristles that slide, or slid at its beginning and were not unloaded
   };
 
   template <class V>
@@ -199,8 +200,8 @@ class Slider {
     return b;
   }
 
-  /// Whether any bristle slides. If none does, `margin` becomes the shortest distance from a deflection to
-  /// where it would.
+  /// Whether any bristle slides. If none does, `margin` becomes the shortest path on which one would begin to
+  /// slide.
   bool any_slides(const Shared& m, const Extent& extent, T& margin) const {
     Lanes<T> shortest(margin);
     for (std::uint32_t i = extent.first; i < extent.end; i += width) {
@@ -226,8 +227,8 @@ class Slider {
                                          Row<T> (&integral)[2], Row<T>& dissipated, Row<T>& count) const {
     Begin<V> b = begin<V>(m, i);
     if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
-    // Stops short of the limit by the rounding of a step: in the next step the tip sticks until it has moved
-    // by more.
+    // Stops short of the limit by the rounding error of a step, so that in the next step the tip sticks until
+    // it has moved by more.
     const V limit = b.limit * V(T(1) - 4 * eps);
     const auto over_limit = [&](V s) { return s * (load_as<V>(patch.per_limit + i) * V(m.per_share)); };
     const Slid<V> end = slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, V(m.ex),

@@ -1,10 +1,9 @@
 // The snap of a bristle, in vectors: the physics of a step.
 //
 // A step moves the patch by `length` along the unit vector e. A bristle bends until its deflection reaches
-// its snap length, after a distance tau. There it lets go, and the path left bends it again, or snaps it
-// again (core/MODEL.md, section 3, with the symbols). With a residual the bristle snaps when it is bent by
-// the residual and its snap length together, and stays bent by the residual along e
-// (core/patches/RUBBING.md).
+// its snap length, after a distance tau. There it snaps, and the path left bends it again, or snaps it again
+// (core/MODEL.md, section 3, with the symbols). With a residual the bristle snaps when it is bent by the
+// residual and its snap length together, and stays bent by the residual along e (core/patches/RUBBING.md).
 #pragma once
 
 #include <limits>
@@ -19,11 +18,11 @@ namespace {
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;
-  Lanes<T> path;  ///< its length
+  Lanes<T> path;  ///< length of the first pass
   Mask<T> snaps;
 };
 
-/// Deflection and energy that a snap leaves, for all bristles. `limit` is an entry of the column `delta`:
+/// Deflection and energy after a snap, for all bristles. `limit` is an entry of the column `delta`:
 /// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
@@ -63,8 +62,8 @@ struct BlockMotion {
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
-  /// Mask of the bristles at i beyond their length at the end of the step. A block without any is not
-  /// written.
+  /// Returns a mask of the bristles at i that would end the step beyond their length. A block without any is
+  /// not written.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);
@@ -98,7 +97,7 @@ struct BlockMotion {
       const Lanes<T> aside = start_x * ey - start_y * ex;
       const Lanes<T> limit2 = limit * limit;
       const Lanes<T> chord2 = limit2 - aside * aside;
-      // Bristles bent along the motion need no root: it would give `limit` to the last bit.
+      // Bristles bent exactly along the motion need no root, which would give `limit` to the last bit.
       const Lanes<T> chord = xsimd::any(chord2 != limit2) ? root(positive_part(chord2)) : limit;
       return positive_part(chord - along);
     }
@@ -116,7 +115,7 @@ struct BlockMotion {
   }
 };
 
-/// Destination of the rewritten bristles of a block: its columns, or scratch when a step is only tried.
+/// Destination of a block's rewritten bristles: its columns, or scratch memory in a trial step.
 template <class T>
 struct BlockOutput {
   T* zx;
@@ -128,12 +127,13 @@ struct BlockOutput {
 /// Sums over the first passes of the rows of a block, lane by lane.
 template <class T>
 struct PassSums {
-  Lanes<T> passed[2];  ///< start x path
-  Lanes<T> squares;    ///< over the snaps: delta^2, with a residual (residual + delta)^2 - residual^2
+  Lanes<T> passed[2];  ///< deflection at the start x path
+  Lanes<T> squares;    ///< sum over the snaps of delta^2, with a residual of (residual + delta)^2 -
+                       ///< residual^2
 
   PassSums() { passed[0] = passed[1] = squares = Lanes<T>(T(0)); }
-  /// Copies vector by vector. A copy of whole arrays keeps a local in memory, at eight cycles for each
-  /// addition.
+  /// Copies vector by vector, because a copy of whole arrays keeps a local in memory, at eight cycles for
+  /// each addition.
   PassSums& operator=(const PassSums& other) {
     passed[0] = other.passed[0];
     passed[1] = other.passed[1];
@@ -145,9 +145,9 @@ struct PassSums {
 /// Sums over the rows of a block, lane by lane.
 template <class T>
 struct RowSums : PassSums<T> {
-  Lanes<T> stored[2];  ///< deflections at the end
-  Lanes<T> along;      ///< sum over all passes of their squares
-  Lanes<T> further;    ///< as `squares`, over all snaps but the first
+  Lanes<T> stored[2];  ///< sum of the deflections at the end
+  Lanes<T> along;      ///< sum over all passes of the squared deflection along the motion
+  Lanes<T> further;    ///< sum as `squares`, over all snaps but the first
   Lanes<T> snaps;
 
   RowSums() { stored[0] = stored[1] = along = further = snaps = Lanes<T>(T(0)); }
@@ -162,7 +162,7 @@ struct RowSums : PassSums<T> {
   }
 };
 
-/// The weights of a vector of bristles: one each, but in the last row of the contact.
+/// Weights of a vector of bristles: one each, except in the last row of the contact.
 template <class T, bool partial>
 struct Weights {
   Lanes<T> weight;
@@ -210,15 +210,15 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return pass;
 }
 
-/// Books the path after the first pass, and writes deflections of the bristles at i. `land` is 0 where none
-/// snapped.
+/// Books the path after the first pass, and writes the deflections of the bristles at i. `land` is 0 for
+/// bristles that did not snap.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                         std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // Bristles that did not snap have no path left, and r is 0.
+  // Bristles that did not snap have no path left, so r is 0.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));
@@ -233,8 +233,8 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
-/// Keep: a bristle snaps every delta. Advances the bristles at i of a block that is being rewritten, after
-/// begin_pass(). `again`: the step is long enough that one may snap more than once.
+/// SnapRule::keep: a bristle snaps after every delta. Advances the bristles at i of a block that is being
+/// rewritten, after begin_pass(). `again`: the step is long enough for a bristle to snap more than once.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, bool again>
 [[gnu::always_inline]] inline void end_keep(const BlockMotion<T, axes, residual>& motion,
                                             const BlockOutput<T>& output, std::uint32_t i, Lanes<T> path,
@@ -254,8 +254,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      Weights<T, partial>(row_weights), sums);
 }
 
-/// Redraw with few draws, where most vectors hold a bristle that snaps: advances the vectors at i, i + 16 and
-/// so on.
+/// SnapRule::redraw with few draws, if most vectors hold a bristle that snaps: advances the vectors at i, i +
+/// 16 and so on.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
 [[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
@@ -291,7 +291,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Runs the first pass of redraw before the walk by rounds. Returns whether any bristle snaps.
+/// Runs the first pass of SnapRule::redraw before the walk by rounds. Returns whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
@@ -301,7 +301,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return xsimd::any(pass.snaps);
 }
 
-/// Redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
@@ -310,7 +310,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const std::uint32_t w = i % block_size;
   const Lanes<T> path = load(walk.path + w);
   const Mask<T> snapped = path < motion.length;
-  // Takes 0 for bristles without a snap: unset in `walk`.
+  // Takes 0 for bristles without a snap, whose entries of `walk` are not set.
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
   AfterSnaps<T> land{walked(walk.landed), none, none};
   if constexpr (mean || energy) land.squares = walked(walk.squares);

@@ -12,8 +12,9 @@ namespace {
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
-  Lanes<T> before, after;  ///< aged since the block's last rewrite: when the step begins, when it ends
-  Lanes<T> later;          ///< and at least in every later step
+  Lanes<T> before, after;  ///< age gained since the block's last rewrite, at the start and at the end of the
+                           ///< step
+  Lanes<T> later;          ///< lower bound of that age in every later step
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
@@ -21,11 +22,11 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
-  /// Limits of the bristles at i at the end of the step.
+  /// Returns the limits of the bristles at i at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
-  /// Mask of the bristles at i beyond their limit at the end of the step. A bristle within its fresh limit is
-  /// within the aged one, and testing that costs no logarithm.
+  /// Returns a mask of the bristles at i beyond their limit at the end of the step. Tests the fresh limit
+  /// first, since a bristle within it is within the aged one, and that test needs no logarithm.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
     if (!xsimd::any(beyond)) return beyond;
@@ -52,8 +53,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// Paths of a block's bristles: `path` is that of the first pass, `way` (keep) that from one snap to the
-/// next.
+/// Paths of a block's bristles: `path` of the first pass, `way` (SnapRule::keep) from one snap to the next.
 template <class T>
 struct AgedWays {
   alignas(64) T path[block_size];
@@ -93,8 +93,8 @@ template <class T, int axes, bool partial>
   return xsimd::any(first < motion.length);
 }
 
-/// Second of three passes over a block: the snaps, eight vectors at once, because each of Newton's steps
-/// waits for the one before.
+/// Second of three passes over a block: computes the snaps, eight vectors at once, because each of Newton's
+/// steps waits for the one before.
 template <class T, int axes, bool keep>
 [[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
                                   const PlaceList<T>& places, bool again, T* path, T* ways) {
@@ -108,7 +108,8 @@ template <class T, int axes, bool keep>
   for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
     Places<T> at;
     for (std::uint32_t k = 0; k < bundle_size; ++k)
-      at.i[k] = places.place[n + k < places.size ? n + k : n];  // a vector twice, rather than none
+      at.i[k] = places.place[n + k < places.size ? n + k : n];  // fills the bundle with a vector twice, which
+                                                                // does no harm
     Bent<Bundle<T>> bent;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
       const AgedStart<T, axes> from(motion, start + at.i[k]);
@@ -138,8 +139,7 @@ inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, La
                                          (reached * reached + start.bent.aside2) - left2, Lanes<T>(T(0))));
 }
 
-/// Books what came after the first pass and writes where the bristles at i have come to, and how old they
-/// are.
+/// Books the path after the first pass, and writes deflections and ages of the bristles at i.
 template <class T, int axes, bool partial>
 inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& output, T* new_age,
                      std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
@@ -152,7 +152,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// Keep: at constant velocity all paths from snap to snap of one bristle are equal.
+/// SnapRule::keep: at constant velocity all paths from snap to snap of one bristle are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
@@ -173,7 +173,7 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// Redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -1,8 +1,8 @@
-// One step over the blocks of a patch: which are visited, what is summed, what is booked.
+// One step over the blocks of a patch: which blocks are visited, what is summed, what is booked.
 //
 // A block is visited in two passes. The first asks whether any of its bristles snaps; if none does, nothing
-// is written: the block's displacement since its last rewrite grows by itself. The second rewrites all its
-// deflections (snap.hpp). Blocks whose bound holds are not visited at all (core/MODEL.md, section 10).
+// is written, since the block's displacement since its last rewrite grows by itself. The second rewrites all
+// its deflections (snap.hpp). Blocks whose bound holds are not visited at all (core/MODEL.md, section 10).
 #pragma once
 
 #include <limits>
@@ -63,14 +63,14 @@ class Stepper {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Share of bristles that snap in a step below which redraw leaves out most vectors.
+  /// Share of bristles that snap in a step, below which redraw skips most vectors.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // Thresholds for lengths that are looked up, by the length of the step in mean snap lengths, up to where
-  // jumps begin. With vectors narrower than a row, vectors without a snap are left out.
+  // Thresholds for laws whose lengths are looked up, by the length of the step in mean snap lengths, up to
+  // where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  static constexpr double two_looked_up = 1.0;  ///< from here two draws, else one, are made in any case
+  static constexpr double two_looked_up = 1.0;  ///< two draws are always made from here on, one below
 
   template <bool is>
   struct Flag {
@@ -80,7 +80,8 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  const std::uint32_t rounds;  ///< redraw: draws that most vectors need, where they are short and few; else 0
+  const std::uint32_t rounds;  ///< SnapRule::redraw: number of draws that most vectors need, if draws are
+                               ///< short and few; else 0
 
   /// Bristles of a block that are in contact: whole rows, then a row in which weights differ.
   struct Extent {
@@ -102,8 +103,8 @@ class Stepper {
     return -1.0;
   }
 
-  /// Steps the blocks whose bound does not hold. Returns how far the patch may go on from here before one of
-  /// the group's bounds fails, negative when one is unknown.
+  /// Steps the blocks whose bound does not hold. Returns how far the patch may move from its end position
+  /// before one of the group's bounds fails; negative if one is unknown.
   double run_group(std::uint32_t first, std::uint32_t last) {
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = first; b < last; ++b) {
@@ -122,8 +123,8 @@ class Stepper {
     return root(x * x + y * y);
   }
 
-  /// Whether the patch ends the step within `reach` of `anchor`: then nothing snaps in between,
-  /// because the bristles' circles are convex.
+  /// Whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way, because the
+  /// bristles' circles are convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
     return reach >= 0.0 && distance(anchor) < reach;
   }
@@ -261,12 +262,12 @@ class Stepper {
     return false;
   }
 
-  /// Notes how far the patch may go from here before a bristle of the block snaps.
+  /// Stores how far the patch may move from here before a bristle of the block snaps.
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
     const auto path = static_cast<double>(margin);
-    // The displacement since the last rewrite is rounded too, here and where the patch will be; the
-    // factor is for `reach` itself, a float.
+    // Allows for rounding: of the displacement since the last rewrite, here and at the patch's later
+    // position, and (by the factor) of `reach` itself, a float.
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
     const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);
     block.reach = reach > 0.0 ? static_cast<float>(reach) : 0.0f;
@@ -274,7 +275,7 @@ class Stepper {
     block.anchor[1] = advance.to[1];
   }
 
-  /// Columns of one block for a step that is only tried.
+  /// Columns of one block for a trial step.
   struct Scratch {
     alignas(64) T zx[block_size];
     alignas(64) T zy[axes == 2 ? block_size : 1];
@@ -300,7 +301,7 @@ class Stepper {
 
   BlockSums rewrite(const BlockMotion<T, axes, residual>& block_motion, const Extent& extent) {
     const BlockMotion<T, axes, residual> motion =
-        block_motion;  // whose address nobody takes: stays in registers
+        block_motion;  // a local whose address nobody takes, so that it stays in registers
     Scratch scratch;
     BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
     if (advance.commit) {
@@ -337,17 +338,17 @@ class Stepper {
     return total(motion, sums, noise);
   }
 
-  /// `again`: a bristle may snap more than once in the step.
+  /// Advances the rows of a block by SnapRule::keep. `again`: a bristle may snap more than once in the step.
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // Operations on a vector wait for each other for some 55 cycles. Where vectors are narrow, registers hold
-    // three such chains at a time, too few to fill the pipes: the first pass and the rest go one after the
-    // other.
+    // Operations on a vector wait for each other for some 55 cycles. With narrow vectors, registers hold only
+    // three such chains at a time, too few to fill the pipes, so the first pass and the rest run one after
+    // the other.
     constexpr bool two_passes = width < lane_count;
     alignas(64) T path[two_passes ? block_size : 1];
     for (std::uint32_t part = 0; part < parts; ++part) {
-      PassSums<T> first;  // locals stay in registers
+      PassSums<T> first;  // local sums, which stay in registers
       RowSums<T> sum;
       const auto end = [&](auto partial, std::uint32_t i, Lanes<T> way, const T* weights) {
         end_keep<T, axes, mean, energy, residual, partial.value, again>(motion, output, i, way, weights, sum);
@@ -396,7 +397,7 @@ class Stepper {
       const bool again = advance.length >= shortest;
       AgedWays<T> ways;
       begin(ways.path);
-      for (T& way : ways.way) way = T(1);  // of vectors in which none snaps
+      for (T& way : ways.way) way = T(1);  // for vectors in which none snaps
       find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;
@@ -429,7 +430,7 @@ class Stepper {
     }
   }
 
-  /// Draws the deviation of a block's sum of squares that jumps know in the mean only.
+  /// Draws the deviation of a block's sum of squares, of which jumps know only the mean.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)
@@ -473,7 +474,7 @@ class Stepper {
     return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
   }
 
-  /// Returns what jumps leave open of the sum of delta^2, drawn.
+  /// Returns the drawn part of the sum of delta^2 that jumps leave open.
   double rewrite_by_rounds(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
     const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
@@ -546,7 +547,7 @@ class Stepper {
     return block;
   }
 
-  /// Books a block that was rewritten.
+  /// Adds a block that was rewritten to the totals.
   void record(Block& block, std::uint32_t b, const BlockSums& sums) {
     const bool tail = patch.whole < (b + 1) * block_size;
     ++totals.blocks_rewritten;

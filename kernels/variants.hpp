@@ -1,8 +1,8 @@
-// The kernel table of one instruction set: the variants of a step that a build has, as one list. Features are
-// taken out here and nowhere else.
+// The kernel table of one instruction set, as one list of the variants of a step that a build has. Features
+// are left out here and nowhere else.
 //
-// Included last by kernels.cpp and by reference.cpp: it lists step_blocks, foresee_blocks and FreshLengths of
-// either; SlideOf is that of slide_step.hpp or of slide_reference.hpp.
+// Included last by kernels.cpp and by reference.cpp, whose step_blocks, foresee_blocks and FreshLengths it
+// lists; SlideOf comes from slide_step.hpp or slide_reference.hpp.
 #pragma once
 
 #include "blocks.hpp"
@@ -26,7 +26,8 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
   at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
   at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
-  // A residual comes with shared renewal, which counts snaps: instances with energy serve without it too.
+  // A residual comes with shared renewal, which counts snaps, so instances with energy also serve patches
+  // without energy.
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
@@ -41,7 +42,7 @@ constexpr void fill_steps(KernelSet<T>& set) {
 #endif
 }
 
-/// Fills the table of sliding kernels. `SlideOf` is that of slide_step.hpp or of slide_reference.hpp.
+/// Fills the table of sliding kernels. `SlideOf` comes from slide_step.hpp or slide_reference.hpp.
 template <class T, int axes>
 constexpr void fill_slide(KernelSet<T>& set) {
   auto& slide = set.slide[axes - 1];

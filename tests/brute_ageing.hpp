@@ -1,7 +1,7 @@
-// Bristles that grow stronger while they hold, once more, for trust: bristle by bristle in the plane, every
-// snap at its own time, in double precision. Nothing here comes from bristle itself.
+// An independent model of bristles that grow stronger while they hold, to check the library against: bristle
+// by bristle in the plane, every snap at its own time, in double precision. It uses nothing of bristle.
 //
-// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; it then becomes straight
+// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; then it becomes straight
 // and draws a fresh length. Lengths and times may be in any unit; results are means over the bristles.
 #pragma once
 
@@ -18,7 +18,7 @@ namespace bristle_test {
 
 class AgedBristles {
  public:
-  /// `growth`: g, concave, 1 at 0.
+  /// Makes bristles. `growth`: the function g of the age, concave, 1 at 0.
   AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed)
       : quantile_(std::move(quantile)), growth_(std::move(growth)), generator_(seed), bristles_(count) {
     for (Bristle& b : bristles_) b.fresh = draw();
@@ -42,10 +42,13 @@ class AgedBristles {
     for (const Bristle& b : bristles_) sum += b.*value;
     return sum / static_cast<double>(bristles_.size());
   }
-  /// Deflection of a bristle beyond its snap length, a time from now: convex, hence one crossing.
+  /// Returns by how much a bristle's deflection exceeds its snap length after the time s. Convex in s, so it
+  /// has one crossing.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
-    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // g >= 1
+    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // not beyond the fresh length,
+                                                                          // hence not beyond the aged one,
+                                                                          // for g >= 1
   }
   void advance(Bristle& b, double vx, double vy, double left) {
     while (excess(b, vx, vy, left) > 0.0) {

@@ -1,5 +1,5 @@
-// The brush model written a second time, for reading and for trust: one patch, bristle by bristle, in double
-// precision, with the standard library's functions and generator. Nothing here comes from bristle itself.
+// An independent model of the brush, to check the library against: one patch, bristle by bristle, in double
+// precision, with the standard library's functions and generator. It uses nothing of bristle.
 //
 // Lengths may be in any unit. Results are per bristle: the mean deflection, not the force (the force on the
 // moving body is -stiffness x count x deflection).
@@ -15,10 +15,11 @@
 
 namespace bristle_test {
 
-/// Q(u): the snap length below which a share u of the bristles lies, 0 < u < 1.
+/// Quantile function Q(u): the snap length below which a share u of the bristles lies, 0 < u < 1.
 using Quantile = std::function<double(double)>;
 
-/// Inverse of the normal distribution: the rational start of Acklam, then one step of Halley on erfc.
+/// Returns the inverse of the normal distribution function: the rational start of Acklam, then one step of
+/// Halley on erfc.
 inline double inverse_normal(double u) {
   if (!(u > 0.0 && u < 1.0)) throw std::domain_error("inverse_normal needs 0 < u < 1");
   const auto tail = [](double p) {
@@ -73,7 +74,7 @@ inline Quantile single_quantile(double length) {
 inline Quantile uniform_quantile(double low, double high) {
   return [=](double u) { return low + u * (high - low); };
 }
-/// Normal, cut at 0.
+/// Returns the quantile function of a normal law cut at 0.
 inline Quantile normal_quantile(double mean, double deviation) {
   const double below_zero = 0.5 * std::erfc(mean / (deviation * std::sqrt(2.0)));
   return [=](double u) {
@@ -87,7 +88,7 @@ inline Quantile lognormal_quantile(double mean, double cv) {
 inline Quantile exponential_quantile(double mean) {
   return [=](double u) { return -mean * std::log1p(-u); };
 }
-/// Quantiles at 0, 1/(n-1), ..., 1, linear in between.
+/// Returns the quantile function of a table: values at 0, 1/(n-1), ..., 1, linear in between.
 inline Quantile table_quantile(std::vector<double> values) {
   return [values = std::move(values)](double u) {
     const double place = u * static_cast<double>(values.size() - 1);
@@ -103,10 +104,10 @@ struct BruteBristle {
   double dissipated = 0.0;  ///< sum of delta^2 / 2 over the snaps of the last step
   double mean_x = 0.0;      ///< deflection averaged over the last step
   double mean_y = 0.0;
-  std::uint64_t snaps = 0;  ///< of the last step
+  std::uint64_t snaps = 0;  ///< snaps in the last step
 };
 
-/// Means over the bristles.
+/// Results of a step, as means over the bristles.
 struct BruteStep {
   double end_x = 0.0;
   double end_y = 0.0;
@@ -118,7 +119,7 @@ struct BruteStep {
 
 class BruteForcePatch {
  public:
-  /// All deflections zero, snap lengths drawn at random. `redraw`: a fresh length at each snap.
+  /// Makes bristles with zero deflection and random snap lengths. `redraw`: a fresh length at each snap.
   BruteForcePatch(std::size_t bristles, Quantile quantile, bool redraw, std::uint64_t seed)
       : quantile_(std::move(quantile)), redraw_(redraw), generator_(seed), bristles_(bristles) {
     for (BruteBristle& b : bristles_) b.delta = draw();
@@ -126,7 +127,7 @@ class BruteForcePatch {
 
   std::vector<BruteBristle>& bristles() { return bristles_; }
 
-  /// Moves by (dx, dy), every snap where it happens.
+  /// Moves by (dx, dy), with every snap at its exact place.
   BruteStep step(double dx, double dy) {
     const double path = std::hypot(dx, dy);
     BruteStep sum;
@@ -141,7 +142,7 @@ class BruteForcePatch {
     return average(sum);
   }
 
-  /// The paper's loop: z += d; if |z| > delta then z = 0.
+  /// Moves by the paper's loop: z += d; if |z| > delta then z = 0.
   BruteStep literal_step(double dx, double dy) {
     BruteStep sum;
     for (BruteBristle& b : bristles_) {
@@ -165,12 +166,12 @@ class BruteForcePatch {
 
  private:
   double draw() {
-    // 53 bits, never 0 or 1.
+    // 53 random bits, never 0 or 1
     const double u = (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53;
     return quantile_(u);
   }
 
-  /// Along the unit vector e, from snap to snap, until the path is used up.
+  /// Moves a bristle along the unit vector e, from snap to snap, until the path is used up.
   void advance(BruteBristle& b, double ex, double ey, double path) {
     double left = path;
     double integral_x = 0.0;
@@ -178,7 +179,7 @@ class BruteForcePatch {
     for (;;) {
       const double along = b.zx * ex + b.zy * ey;
       const double aside = b.zx * ey - b.zy * ex;
-      // |z + t e| = delta, solved for the t that lies ahead.
+      // Solves |z + t e| = delta for the t that lies ahead.
       const double to_snap =
           std::max(std::sqrt(std::max(b.delta * b.delta - aside * aside, 0.0)) - along, 0.0);
       const double t = std::min(to_snap, left);

@@ -1,9 +1,11 @@
-// The brush with residual and shared renewal once more, without noise: a path in small pieces, and of each
-// piece the share of all bristles that were last straight there. Nothing here comes from bristle itself.
+// An independent model of the brush with residual and shared renewal, without noise: it cuts a path into
+// small pieces and tracks, for each piece, the share of all bristles that were last straight there. It uses
+// nothing of bristle.
 //
-// A piece keeps its share of bristles, the farthest that these have been bent, and where they began. Nothing
-// is merged or left out, so that a path of n pieces costs n^2 / 2 looks at a table of the law. An atom of the
-// law counts as the limit of narrow groups: of its bristles some are renewed before they snap.
+// A piece stores its share of bristles, their largest deflection so far, and the place where they began.
+// Nothing is merged or left out, so a path of n pieces costs n^2 / 2 look-ups in a table of the law. An atom
+// of the law (one length with a probability) counts as the limit of narrow groups: some of its bristles are
+// renewed before they snap.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +18,7 @@ namespace bristle_test {
 /// Lengths in units of the mean snap length.
 class SmallPieces {
  public:
-  /// `quantiles` at 0, 1/(n-1), ..., 1, straight in between.
+  /// Makes straight bristles. `quantiles`: values at 0, 1/(n-1), ..., 1, linear in between.
   SmallPieces(const std::vector<double>& quantiles, double residual, double renewal)
       : residual_(residual), renewal_(renewal), groups_{Group{}} {
     const std::size_t count = static_cast<std::size_t>(quantiles.back() * per_length) + 2;
@@ -49,10 +51,10 @@ class SmallPieces {
 
  private:
   struct Group {
-    double x = 0.0, y = 0.0;  ///< deflection
-    double farthest = 0.0;    ///< beyond the residual, so far
-    double share = 1.0;       ///< of bristles that began here, but for those renewed
-    double left = 1.0;        ///< of these, which have not snapped
+    double x = 0.0, y = 0.0;  ///< deflection of the bristles that began here
+    double farthest = 0.0;    ///< largest deflection so far, beyond the residual
+    double share = 1.0;       ///< share of bristles that began here, less those renewed
+    double left = 1.0;        ///< share of these bristles that have not snapped
   };
 
   double survival(double x) const {
@@ -78,7 +80,7 @@ class SmallPieces {
       snapped += g.share * (g.left - left);
       g.left = left;
     }
-    // Draws per bristle: some of those that would snap are renewed before.
+    // Draws per bristle. Some bristles that would snap are renewed before.
     double draws = renewal_ * snapped;
     for (int i = 0; draws > 1e-9 && i < 20; ++i) draws = renewal_ * snapped * -std::expm1(-draws) / draws;
     const double kept = std::exp(-draws);
@@ -100,7 +102,7 @@ class SmallPieces {
 
   static constexpr double per_length = 8192.0;
   double residual_, renewal_;
-  std::vector<double> left_;  ///< survival function
+  std::vector<double> left_;  ///< survival function of the snap length, as a table
   std::vector<Group> groups_;
 };
 

@@ -1,9 +1,10 @@
-// The brush with residual and shared renewal once more, for trust: bristle by bristle in steps so small that
-// the order of what happens within one does not count. Nothing here comes from bristle itself.
+// An independent model of the brush with residual and shared renewal: bristle by bristle, in steps so small
+// that the order of events within one does not matter. It uses nothing of bristle.
 //
 // A bristle snaps at |z| = residual + delta to z = residual e, e the direction of motion. A snap draws
-// `renewal` bristles on average, from all; one that is bent along the motion by more than the residual slips
-// to it and draws afresh. Lengths may be in any unit; results are means over the bristles.
+// `renewal` bristles on average, from all; if a drawn one is bent along the motion by more than the residual,
+// it slips to the residual and samples a fresh length. Lengths may be in any unit; results are means over the
+// bristles.
 #pragma once
 
 #include <cmath>
@@ -39,8 +40,8 @@ class RubbedBristles {
 
   double x() const { return mean(&Bristle::x); }
   double y() const { return mean(&Bristle::y); }
-  double snaps = 0.0;    ///< of all bristles so far
-  double renewed = 0.0;  ///< the same
+  double snaps = 0.0;    ///< snaps of all bristles so far
+  double renewed = 0.0;  ///< renewals of all bristles so far
 
  private:
   struct Bristle {
@@ -75,7 +76,8 @@ class RubbedBristles {
     drawn_ += renewal_ * snapped;
     for (; drawn_ >= 1.0; drawn_ -= 1.0) {
       Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
-      const double left = h * flat();  // it is drawn so long before the end
+      const double left = h * flat();  // path from the draw, at a random place of the piece, to the end of
+                                       // the piece
       if (b.x * ex + b.y * ey - left <= residual_) continue;
       b.x = (residual_ + left) * ex;
       b.y = (residual_ + left) * ey;
@@ -88,10 +90,10 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double drawn_ = 0.0;  ///< draws that are due
+  double drawn_ = 0.0;  ///< draws owed, less than one
 };
 
-/// Mean deflection in sliding, by sliding: no formula.
+/// Returns the mean deflection in sliding by simulation, without a formula.
 inline double kinetic_bend(RubbedBristles sliding, double length, double piece) {
   sliding.step(20.0 * length, 0.0, piece);
   double sum = 0.0;
@@ -102,8 +104,8 @@ inline double kinetic_bend(RubbedBristles sliding, double length, double piece) 
   return sum;
 }
 
-/// Strokes of one to four presliding lengths (18 um, a third of it residual) to either side, at 50 Hz under 2
-/// N, with noise of 10 mN, as a file.
+/// A record in a file: strokes of one to four presliding lengths (18 um, a third of it residual) to either
+/// side, at 50 Hz under 2 N, with noise of 10 mN.
 struct RubbedStrokes {
   static constexpr double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
   std::string csv(std::uint64_t seed) const {

@@ -1,9 +1,8 @@
-// An area of bristles that slides and spins, written for trust: many points of a disc, many bristles at each,
-// every point on its own arc in short straight pieces, every bristle by the model's own words. Nothing here
-// comes from bristle itself.
+// An independent model of an area of bristles that slides and spins: many points of a disc, many bristles at
+// each, every point on its own arc in short straight pieces. It uses nothing of bristle.
 //
-// Axes are those of the surface; the points turn with the body. Results are mean deflections: force over
-// zeta sigma0, torque over zeta sigma0, both as the bristles pull the body back, > 0 against the motion.
+// Axes are those of the surface; the points turn with the body. Results are mean deflections: force over zeta
+// sigma0 and torque over zeta sigma0, both as the bristles pull the body back, > 0 against the motion.
 #pragma once
 
 #include <cmath>
@@ -27,8 +26,8 @@ enum class BrutePressure { uniform, hertz };
 
 class BruteSpin {
  public:
-  /// Points on a sunflower's spiral, spread so that each carries the same load; the snap lengths that the
-  /// bristles of a point begin with are stratified, all later ones are drawn.
+  /// Makes points on a sunflower's spiral, spread so that each carries an equal load. The first snap lengths
+  /// of a point's bristles are stratified, all later ones random.
   BruteSpin(std::size_t points, std::size_t bristles_at_each, double radius, BrutePressure pressure,
             Quantile quantile, std::uint64_t seed)
       : per_point_(bristles_at_each), quantile_(std::move(quantile)), generator_(seed) {
@@ -45,8 +44,8 @@ class BruteSpin {
     }
   }
 
-  /// The centre goes by (dx, dy) and the body turns by `angle`, both evenly, in `pieces` pieces. A piece is
-  /// straight for every point: it must be short beside the radius.
+  /// Moves the centre by (dx, dy) and turns the body by `angle`, both uniformly, in `pieces` pieces. A piece
+  /// is straight for every point, so it must be short beside the radius.
   void move(double dx, double dy, double angle, int pieces) {
     for (int p = 0; p < pieces; ++p) {
       const double c0 = std::cos(angle_), s0 = std::sin(angle_);
@@ -88,8 +87,8 @@ class BruteSpin {
 
   double uniform() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
 
-  /// dz = dx; where |z| reaches delta the bristle is straight again, has a fresh length, and bends on with
-  /// what remains of the piece.
+  /// Bends a bristle by (wx, wy). Where |z| reaches delta it becomes straight, samples a fresh length, and
+  /// bends on with the rest of the piece.
   void bend(Bristle& b, double wx, double wy) {
     for (;;) {
       const double zx = b.zx + wx, zy = b.zy + wy;
@@ -98,7 +97,7 @@ class BruteSpin {
         b.zy = zy;
         return;
       }
-      // |z + t w| = delta for 0 <= t <= 1.
+      // Solves |z + t w| = delta for 0 <= t <= 1.
       const double ww = wx * wx + wy * wy, zw = b.zx * wx + b.zy * wy;
       const double inside = b.delta * b.delta - b.zx * b.zx - b.zy * b.zy;
       const double t = (std::sqrt(zw * zw + ww * inside) - zw) / ww;
@@ -117,16 +116,16 @@ class BruteSpin {
   double angle_ = 0.0;
 };
 
-/// Turns a disc of radius 1 from rest, `length` the mean snap length: torque over the kinetic one of short
-/// bristles, at every `turn` s = phi R / length, ascending. Rings and renewal theory instead of draws: the
-/// tangential deflection of a ring follows from the density of its snaps over the angle, a Volterra equation.
-/// `survival(l)` = P(delta > l), lengths over the mean; `kinetic` = mean deflection in sliding over the mean
-/// length.
+/// Returns the torque of a disc of radius 1 turned from rest, over the kinetic torque of short bristles, at
+/// every `turn` s = phi R / length, ascending; `length` is the mean snap length. Uses rings and renewal
+/// theory instead of random draws: the tangential deflection of a ring follows from the density of its snaps
+/// over the angle, a Volterra equation. `survival(l)` = P(delta > l), lengths over the mean; `kinetic` = mean
+/// deflection in sliding over the mean length.
 inline std::vector<double> turned_from_rest(const std::vector<double>& turns, double length,
                                             BrutePressure pressure,
                                             const std::function<double(double)>& survival, double kinetic,
                                             int rings = 200, int steps_per_length = 100) {
-  const double step = length / steps_per_length;  // rad: a piece of the rim
+  const double step = length / steps_per_length;  // rad, length of a piece of the rim
   const auto steps = static_cast<std::size_t>(std::llround(turns.back() * steps_per_length));
   std::vector<double> torque(steps + 1, 0.0), alive(steps + 1), pull(steps + 1), born(steps + 1);
   for (int i = 0; i < rings; ++i) {
@@ -135,11 +134,12 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
                                                         : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
     for (std::size_t k = 0; k <= steps; ++k) {  // a bristle that was straight k steps ago
       const double angle = step * static_cast<double>(k);
-      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // the farthest it has been
+      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // its largest deflection so far
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }
-    // born[k]: share that became straight in step k, as if in its middle.
+    // Averages the two ends of a step. born[k]: share of bristles that became straight in step k, counted as
+    // if in its middle.
     const auto middle = [&](const std::vector<double>& of, std::size_t k) {
       return 0.5 * (of[k] + of[k - 1]);
     };

@@ -1,4 +1,4 @@
-/* The C interface from C99: what a C program sees of it. Each function returns 0, or the line that went
+/* The C interface as a C99 program uses it. Each function returns 0, or the line that went
  * wrong. */
 #include "c_program.h"
 
@@ -68,7 +68,7 @@ int c_program_follows_the_virgin_curve(void) {
            BRISTLE_OK);
     EXPECT(response.id == id && response.status == BRISTLE_STATUS_OK && report.status == BRISTLE_STATUS_OK);
     EXPECT(report.patches_stepped == 1);
-    /* Stratified lengths: right to a few bristles of 10,000. */
+    /* With stratified lengths the error is a few bristles of 10,000. */
     EXPECT(fabs(response.end[0] + f * n * dbar) < (10.0 + 1e-6 * n) * dbar);
     EXPECT(trial.end[0] == response.end[0]);
     EXPECT(response.stiffness == (double)n);
@@ -109,7 +109,7 @@ int c_program_reads_and_restores(const char* path) {
   EXPECT(strstr(info.kernel, "1 axis, keep") == info.kernel);
   EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, n) == n);
   for (i = 0; i < n; ++i) {
-    /* Bent by 9 um, or snapped and bent by what was left. */
+    /* Each bristle is bent by 9 um, or snapped and bent by the rest of the path. */
     const double bent = delta[i] > 9e-6 ? 9e-6 : 9e-6 - delta[i];
     EXPECT(delta[i] >= 5e-6 * (1 - 1e-6) && delta[i] <= 15e-6 * (1 + 1e-6));
     EXPECT(fabs(zx[i] - bent) < 1e-11);
@@ -167,7 +167,7 @@ int c_program_hears_why(void) {
   EXPECT(id == 5 && strstr(bristle_last_error(), "normal_stiffness = -1") != NULL);
   EXPECT(bristle_material_check(&material) == BRISTLE_REFUSED);
   material = plain_material(10e-6);
-  material.snap_rule = 256; /* would be 0 if it were cut to a byte */
+  material.snap_rule = 256; /* a value that reads as 0 if cut to a byte */
   EXPECT(bristle_material_check(&material) == BRISTLE_REFUSED);
   EXPECT(strcmp(bristle_last_error(), "bristle_material: snap_rule = 256; allowed is 0 to 2") == 0);
   material = plain_material(10e-6);
@@ -215,7 +215,7 @@ int c_program_finds_all_as_it_was(void) {
   motion.displacement[0] = 1e-6;
   motion.normal_load = n;
   hash = bristle_state_hash(batch, id);
-  memset(&report, 0, sizeof report); /* never initialised */
+  memset(&report, 0, sizeof report); /* a struct that was not initialised */
   EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
          BRISTLE_BAD_ARGUMENT);
   EXPECT(strstr(bristle_last_error(), "report") == bristle_last_error());
@@ -259,7 +259,7 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);
   EXPECT(bristle_material_steady_force(&material, 2.0, speeds, forces, 2) == BRISTLE_OK);
   EXPECT(fabs(forces[0] - 0.6) < 1e-9 && fabs(forces[1] - (0.6 + 2e-3 * 5.0)) < 1e-9);
-  /* The same surfaces with ageing: the coefficients hold at 2 mm/s, and the way back asks at that speed. */
+  /* The surfaces with ageing: the coefficients hold at 2 mm/s, and are read back at that speed. */
   there.kinetic_speed = 2e-3;
   there.growth_per_decade = 0.06;
   there.ageing_time = 1e-4;
@@ -275,6 +275,11 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(back.fall_per_decade > 0.02 && back.fall_per_decade < 0.03 && back.growth_per_decade == 0.0);
   there.fall_per_decade = 0.05;
   EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_REFUSED);
+  EXPECT(bristle_typical_coefficients("fingertip on glass", &there) == BRISTLE_OK);
+  EXPECT(there.kinetic == 0.8 && there.peak == 0.9 && there.presliding_length == 0.8e-3);
+  EXPECT(bristle_typical_coefficients("oak", &there) == BRISTLE_REFUSED && there.kinetic == 0.8);
+  EXPECT(strstr(bristle_last_error(), "fingertip on glass") != NULL);
+  EXPECT(strcmp(bristle_typical_name(0), "steel on steel, dry") == 0 && bristle_typical_name(1000) == NULL);
   memset(&law, 0, sizeof law);
   law.law = BRISTLE_LAW_TABLE;
   law.table = table;
@@ -313,18 +318,35 @@ int c_program_names_contacts(void) {
   EXPECT(bristle_keyed_find_or_add(keyed, keys, ids, 2) == BRISTLE_OK);
   EXPECT(ids[0] != 0 && ids[1] != 0 && ids[0] != ids[1]);
   EXPECT(bristle_keyed_end_step(keyed) == 0 && bristle_keyed_size(keyed) == 2);
-  swapped[0] = points[1]; /* the engine lists them in another order, a little farther on */
+  swapped[0] = points[1]; /* the engine lists the points in another order, a little further on */
   swapped[1] = points[0];
   swapped[0].point[1] = swapped[1].point[1] = 1e-4;
   EXPECT(bristle_matcher_match(matcher, swapped, next, 2, &found) == BRISTLE_OK);
   EXPECT(found == 2 && next[0] == keys[1] && next[1] == keys[0]);
   EXPECT(bristle_keyed_find_or_add(keyed, next, again, 1) == BRISTLE_OK);
   EXPECT(again[0] == ids[1]);
-  EXPECT(bristle_keyed_end_step(keyed) == 1); /* the other was not seen */
+  EXPECT(bristle_keyed_end_step(keyed) == 1); /* the other key was not seen in this step */
   EXPECT(bristle_keyed_find(keyed, keys, again, 2) == BRISTLE_OK);
   EXPECT(again[0] == 0 && again[1] == ids[1]);
   EXPECT(bristle_keyed_remove(keyed, keys[1]) == 1 && bristle_keyed_remove(keyed, keys[1]) == 0);
   EXPECT(bristle_keyed_refused(keyed) == 0);
+  {
+    /* A third contact finds no patch of two: zero force with the reason, and it is counted. */
+    const uint64_t third[3] = {keys[1], 77, 78};
+    bristle_id many[3];
+    bristle_motion pushed;
+    bristle_response answer;
+    EXPECT(bristle_keyed_find_or_add(keyed, third, many, 3) == BRISTLE_OK);
+    EXPECT(many[1] != BRISTLE_ID_NO_CAPACITY && many[2] == BRISTLE_ID_NO_CAPACITY);
+    EXPECT(bristle_keyed_refused(keyed) == 1);
+    memset(&pushed, 0, sizeof pushed);
+    pushed.id = many[2];
+    pushed.displacement[0] = 1e-6;
+    pushed.normal_load = 1.0;
+    EXPECT(bristle_step(batch, 1e-3, &pushed, sizeof pushed, &answer, sizeof answer, 1, NULL) == BRISTLE_OK);
+    EXPECT(answer.status == BRISTLE_STATUS_NO_CAPACITY && answer.end[0] == 0.0);
+    EXPECT(bristle_keyed_remove(keyed, 77) == 1 && bristle_keyed_remove(keyed, keys[1]) == 1);
+  }
   {
     unsigned char state[256];
     const size_t of_keys = bristle_keyed_state_size(keyed), of_points = bristle_matcher_state_size(matcher);
@@ -378,7 +400,7 @@ int c_program_twists_a_pad(void) {
   EXPECT(bristle_extended_step(pads, 1e-3, &motion, &response, 1, &report) == BRISTLE_OK);
   EXPECT(report.patches_stepped == 1 && response.status == BRISTLE_STATUS_OK);
   EXPECT(memcmp(&trial, &response, sizeof trial) == 0);
-  /* A turn that sticks, under Hertz's pressure: 2 K R^2 / 5. */
+  /* A turn in sticking, under Hertz's pressure: torque 2 K R^2 / 5 per rad. */
   EXPECT(fabs(-response.elastic[2] / (0.4 * response.stiffness[0][0] * radius * radius * spin) - 1) < 1e-6);
   EXPECT(response.stiffness[0][0] > 0);
   EXPECT(bristle_extended_state_size(pads) <= sizeof state);
@@ -421,7 +443,7 @@ int c_program_watches_a_deadline(void) {
   bristle_monitor_refresh_events(monitor);
   bristle_monitor_record_tick(monitor, 10.0, 10.0, 10.0001, -1.0);
   bristle_monitor_record_tick(monitor, 10.001, 10.0012, 10.0013,
-                              -1.0); /* 0.2 ms late, in time all the same */
+                              -1.0); /* started 0.2 ms late, but ended in time */
   EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
   EXPECT(report.count == 102 && report.misses == 2 && report.skipped == 5 && report.period == 1e-3);
   EXPECT(fabs(report.jitter_max - 0.2e-3) < 1e-9);
@@ -449,7 +471,7 @@ int c_program_sheds_and_replays(void) {
   size_t count;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK && bristle_create(NULL, &replay) == BRISTLE_OK);
   EXPECT(bristle_add(batch, &material, &patch, &motion.id) == BRISTLE_OK);
-  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK); /* the same id */
+  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK); /* equal calls give an equal id */
   EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_warm_up(replay) == BRISTLE_OK);
   bristle_init_shedder_options(&options, sizeof options);
   bristle_init_shed_report(&shed, sizeof shed);
@@ -462,7 +484,7 @@ int c_program_sheds_and_replays(void) {
   motion.displacement[0] = 12e-6;
   EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
          BRISTLE_OK);
-  /* Told that this took four times the budget, it leaves bristles out before the next step. */
+  /* After a step of four times the budget the shedder leaves bristles out before the next step. */
   EXPECT(bristle_shedder_after_step(shedder, batch, &motion, sizeof motion, 1, 4e-3, &report) == 1);
   EXPECT(bristle_find_info(batch, motion.id, &info) == BRISTLE_OK);
   EXPECT(info.bristles == n && info.detail < n / 2 && info.detail >= 64);

@@ -1,4 +1,5 @@
-// A shared object with the library in it, for test_contracts.cpp: unloading it unloads all of bristle's code.
+// A shared object that contains the library, for test_contracts.cpp: unloading it unloads all code of
+// bristle.
 #include <cstdint>
 
 #include <bristle/bristle.hpp>

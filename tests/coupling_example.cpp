@@ -4,7 +4,7 @@
 #include <bristle/bristle.hpp>
 #include <bristle/coupling.hpp>
 
-// A plate of 0.25 kg on a patch, pushed along x with `push` newtons for a second: how far it comes, m.
+// Pushes a plate of 0.25 kg on a patch along x with `push` newtons for a second. Returns its displacement, m.
 double pushed_plate(double push) {
   bristle::PatchBatch batch;
   const bristle::PatchId patch =

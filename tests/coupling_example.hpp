@@ -1,4 +1,4 @@
-// Displacement after a second of the plate of coupling_example.cpp, m.
+// Displacement, m, of the plate of coupling_example.cpp after a second.
 #pragma once
 
 double pushed_plate(double push);

@@ -1,4 +1,4 @@
-// Assertions for long loops: they speak only when something is wrong (a Catch macro costs a microsecond).
+// Assertions for long loops, which report only failures (a Catch macro costs a microsecond).
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -27,7 +27,7 @@ inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
 }
 
-/// Text of the bristle::Error that a call throws.
+/// Returns the text of the bristle::Error that a call throws.
 template <class Call>
 std::string message_of(const Call& call) {
   try {
@@ -47,7 +47,8 @@ inline bool names(const std::string& message, const std::vector<std::string>& pa
   return all;
 }
 
-/// Smaller numbers of bristles or steps in builds that run slowly; tolerances follow from the number.
+/// Returns a smaller number of bristles or steps in builds that run slowly; tolerances must follow from the
+/// number.
 inline std::uint32_t test_size(std::uint32_t full) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   return full / 10 > 0 ? full / 10 : 1;

@@ -1,4 +1,4 @@
-// Runs an experiment of the command line, and finds its numbers.
+// Runs an experiment of the command line and reads its numbers.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -51,7 +51,7 @@ inline bool is_shown(const cli::ExperimentResult& result, const std::string& phe
   return false;
 }
 
-/// The row whose value in a column is x.
+/// Finds the row with the value x in a column.
 inline std::optional<cli::SeriesRow> at(const std::vector<cli::SeriesRow>& rows, double x, double within,
                                         std::size_t column = 0) {
   for (const cli::SeriesRow& row : rows) {

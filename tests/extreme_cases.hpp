@@ -1,4 +1,4 @@
-// Shared by the tests of extremes: a check of every output, and the loop over kinds of patches.
+// A check of every output and a loop over kinds of patches, for the tests of extremes.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace bristle_test {
 
-/// Every output is a number, and those with a sign have it.
+/// Checks that every output is a number, with the right sign where it has one.
 inline void check_finite(const Response& r) {
   for (int axis = 0; axis < 2; ++axis) {
     expect(std::isfinite(r.end[axis]), "end is finite");
@@ -29,7 +29,7 @@ struct Kind {
   Precision precision;
   SnapRule rule;
   int axes;
-  /// A unit vector to move along, oblique with two axes.
+  /// x of a unit vector to move along, oblique with two axes.
   double ex() const { return axes == 2 ? 0.6 : 1.0; }
   double ey() const { return axes == 2 ? 0.8 : 0.0; }
   bool is_double() const { return precision == Precision::double_; }
@@ -45,12 +45,12 @@ inline std::vector<Kind> kinds() {
   return all;
 }
 
-/// A step of `length` (m) along the kind's direction.
+/// Takes a step of `length` (m) along the kind's direction.
 inline Response step_along(OnePatch& patch, const Kind& kind, double length, double load,
                            double dt_s = tick) {
   return patch.step(length * kind.ex(), length * kind.ey(), load, dt_s);
 }
-/// Elastic friction along it, N.
+/// Returns the elastic friction along the kind's direction, N.
 inline double friction_along(const Response& r, const Kind& kind) {
   return -(r.elastic[0] * kind.ex() + r.elastic[1] * kind.ey());
 }

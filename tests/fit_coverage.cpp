@@ -1,12 +1,11 @@
-// Counts the 95 % intervals of `bristle fit` that hold the truth: tools/fitting/VALIDATION.md. A study of
-// many repeated experiments, made by brute force, that can be stopped, gone on with, and shared between
-// machines:
+// Counts the 95 % intervals of `bristle fit` that hold the true value, for tools/fitting/VALIDATION.md. It
+// repeats experiments made by brute force; a run can be stopped, resumed, and shared between machines:
 //
 //   bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]
 //   bristle_fit_coverage table JOURNAL...
 //
-// A repeat depends on its cell and its number alone. A journal has one line for each fit that is done, and
-// `run` does what its journal lacks; a journal of another version of the fit is another file.
+// A repeat depends on its cell and its number alone. A journal has one line for each finished fit, and `run`
+// makes the fits that its journal lacks; another version of the fit needs another journal file.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +35,7 @@ using bristle::SnapRule;
 
 namespace {
 
-/// Parameters that a fit of one record should find; NaN: not checked.
+/// Parameters that a fit of one record should find; a NaN is not checked.
 using Truth = std::map<std::string, double>;
 struct Cell {
   std::string name;
@@ -44,10 +43,10 @@ struct Cell {
   std::function<std::string(std::uint64_t seed)> record;
   std::function<Truth(const cli::FitResult&)> truth;
   cli::FitReading reading = {};
-  bool joint = false;  ///< The log of a joint, in place of a record.
+  bool joint = false;  ///< Whether the record is the log of a joint.
 };
 
-/// Ten seconds, recorded at 50 Hz, noise of 10 mN, of 1800 bristles.
+/// Returns the usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -88,7 +87,7 @@ Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
 
 Cell cell_of(const std::string& name, SyntheticFriction s, SnapRule rule = SnapRule::redraw) {
   s.redraw = rule == SnapRule::redraw;
-  // No sample at the origin itself: there all kept bristles snap at once, and rounding decides.
+  // Shifts samples off the origin, where all kept bristles snap at once and rounding decides.
   if (!s.redraw) s.motion = [motion = s.motion](double t) { return motion(t + 1.3e-3); };
   return {name, rule, [s](std::uint64_t seed) { return record(s, seed).csv(); },
           [s](const cli::FitResult& r) { return brush_truth(s, r); }};
@@ -111,7 +110,7 @@ void add_plain(std::vector<Cell>& cells, SnapRule rule) {
   cells.push_back(cell_of(prefix + "loops and strokes, encoder of 1 um", encoder, rule));
 }
 
-/// Lubricant and damper with its velocity.
+/// Makes a cell with a lubricant and a damper that has a Stribeck velocity.
 Cell lubricated() {
   SyntheticFriction s = usual();
   s.every = 2;
@@ -131,7 +130,7 @@ Cell skewed() {
   return cell_of("redraw, direction, offset and drift, load of 1 to 3 N", s);
 }
 
-/// The torque of a full disc that turns about its middle.
+/// Makes a cell with the torque of a full disc that turns about its middle.
 Cell disc() {
   constexpr double radius = 0.02;
   SyntheticFriction s = usual();
@@ -145,8 +144,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with a stage or a late sensor between contact and file. Brush and sensor at 1 kHz, recorded
-/// at 100 Hz.
+/// Adds records with an elastic stage or a late sensor between contact and file. Brush and sensor run at
+/// 1 kHz, recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;
@@ -162,8 +161,8 @@ void add_stage(std::vector<Cell>& cells) {
   cells.push_back(cell_of("redraw, stage of 4 um/N, load of 1 to 3 N", soft));
 }
 
-/// Contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold from 1 um/s on, at 40
-/// Hz.
+/// Adds contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold from 1 um/s on,
+/// at 40 Hz.
 void add_time(std::vector<Cell>& cells) {
   SyntheticFriction s;
   s.noise = 0.01;
@@ -221,7 +220,7 @@ void add_slide(std::vector<Cell>& cells) {
   cells.push_back(slides("a stage that is stiffer one way", soft));
 }
 
-/// In the plane: a spiral that opens to 60 um.
+/// Makes a cell in the plane: a spiral that opens to 60 um.
 Cell plane() {
   const double kinetic = 0.35, length = 15e-6, spread = 0.4;
   const auto make = [=](std::uint64_t seed) {
@@ -251,7 +250,7 @@ Cell plane() {
           }};
 }
 
-/// A joint whose material has numbers in six of its thirteen places.
+/// Makes a cell with a joint whose material has six non-zero numbers of its thirteen.
 Cell joint() {
   Cell cell;
   cell.name = "joint, 12 s at 1 kHz";
@@ -275,7 +274,8 @@ std::vector<Cell> all_cells() {
   return cells;
 }
 
-/// A line of a journal: cell, repeat, then name, value, low, high and truth of each number that was fitted.
+/// A line of a journal: cell, repeat, then name, value, lower and upper end of the interval and true value of
+/// each fitted number.
 struct Line {
   std::string cell;
   int repeat = 0;
@@ -286,7 +286,7 @@ struct Line {
   std::vector<Number> numbers;
 };
 
-/// Whole lines only: the last one may be of a run that was killed.
+/// Reads the whole lines of a journal; the last one may be cut off because the run was killed.
 std::vector<Line> read_journal(const std::string& name) {
   std::vector<Line> lines;
   std::ifstream file(name);
@@ -310,7 +310,7 @@ std::vector<Line> read_journal(const std::string& name) {
   return lines;
 }
 
-/// Name, value, interval and truth of each number that the log of a joint tells.
+/// Fits the log of a joint. Returns name, value, interval and true value of each fitted number.
 std::string fitted_joint(unsigned seed) {
   const cli::JointFit fit = cli::fit_joint(made_up_log(12.0, seed));
   const bristle::JointMaterial gear = made_up_gear(seed);
@@ -351,7 +351,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   for (const Line& line : read_journal(journal)) done.insert({line.cell, line.repeat});
   std::ofstream out(journal, std::ios::app);
   if (!out) throw std::runtime_error(journal + ": cannot be written");
-  out << '\n';  // after what a killed run may have left
+  out << '\n';  // ends a line that a killed run may have left unfinished
   const std::vector<Cell> cells = all_cells();
   for (int repeat = part - 1; repeat < repeats; repeat += parts) {
     for (const Cell& cell : cells) {
@@ -363,7 +363,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   std::fprintf(stderr, "\n");
 }
 
-/// 95 % interval of a share (Wilson).
+/// Returns the 95 % interval of a share (Wilson).
 std::pair<double, double> share_interval(int held, int count) {
   const double n = count, p = held / n, z = 1.96, z2 = z * z;
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -371,7 +371,7 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Markdown. A share is called outside where its own interval does not meet 90 to 98 %.
+/// Prints the table as Markdown. A share is called outside if its own interval does not meet 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

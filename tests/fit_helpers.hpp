@@ -1,4 +1,5 @@
-// Shared by the tests of `bristle fit`: a fit of a record, what it refuses, whether it found the truth.
+// Helpers of the tests of `bristle fit`: they fit a record, check what it refuses, and check whether it found
+// the true values.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -35,8 +36,9 @@ inline std::string refusal(const std::string& csv, const cli::FitOptions& option
   return {};
 }
 
-/// The interval holds the truth with room: a half-width is two standard errors, and one in 16 is outside;
-/// five standard errors are 2.5 half-widths, beyond which a fixed seed would have to be very unlucky.
+/// Checks that the interval holds the true value, with a margin: a half-width is two standard errors, so one
+/// in 16 true values lies outside; five standard errors are 2.5 half-widths, which a fixed seed exceeds only
+/// by very bad luck.
 inline void check_recovered(const cli::FitEstimate& estimate, double truth, double most_width) {
   CAPTURE(estimate.value, estimate.low, estimate.high, truth);
   REQUIRE(estimate.fitted);
@@ -44,7 +46,7 @@ inline void check_recovered(const cli::FitEstimate& estimate, double truth, doub
   CHECK(estimate.value < estimate.high);
   CHECK(std::abs(estimate.value - truth) <=
         2.5 * std::max(estimate.high - estimate.value, estimate.value - estimate.low));
-  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // a wide interval would hold anything
+  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // a wide interval would hold any value
 }
 
 }  // namespace bristle_test

@@ -1,4 +1,4 @@
-// One patch of the infinite brush, for the tests that are about it.
+// One patch of the infinite brush, for the tests of that model.
 #pragma once
 
 #include <algorithm>
@@ -22,11 +22,12 @@ inline PatchOptions infinite_options(double resolution = 0.0, std::uint32_t coho
       .with_cohorts(cohorts);
 }
 
-/// Mean deflection of the paper's brush in steady sliding, mean snap lengths.
+/// Returns the mean deflection of the paper's brush in steady sliding, mean snap lengths.
 inline double kinetic(const SnapLength& law) { return law.moment(2) / (2.0 * law.mean()) / dbar; }
 
-/// Mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int r T dr / int
-/// T dr with T = S(r) exp(-kappa nu r), nu from (1 + kappa) nu int T dr = 1. Midpoint rule and bisection.
+/// Returns the mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int
+/// r T dr / int T dr with T = S(r) exp(-kappa nu r), nu from (1 + kappa) nu int T dr = 1. Midpoint rule and
+/// bisection.
 inline double steady_deflection(const SnapLength& law, double kappa) {
   constexpr int parts = 100000;
   const double width = law.longest() / parts;
@@ -48,8 +49,8 @@ inline double steady_deflection(const SnapLength& law, double kappa) {
   return along / whole / dbar;
 }
 
-/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load: with
-/// plain_material the mean deflection.
+/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load, so that with
+/// plain_material the force is the mean deflection.
 struct Brush {
   explicit Brush(const Material& material, const PatchOptions& options = infinite_options(),
                  const BatchOptions& batch = {})

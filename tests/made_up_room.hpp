@@ -1,5 +1,5 @@
-// States of the virtual room set up by hand, for tests of what is drawn. No physics: the figures are
-// plausible, not computed.
+// States of the virtual room set by hand, for tests of the drawing. No physics: the figures are plausible,
+// not computed.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace made_up {
 
-/// The block on four patches at x, pushed by the tool with this friction against it; bristles bent by
-/// `bent` mean snap lengths.
+/// Returns a state with the block on four patches at x, pushed by the tool against this friction, its
+/// bristles bent by `bent` mean snap lengths.
 inline room::Snapshot room_with_block_at(double x, double friction_n, double bent) {
   room::Snapshot r;
   const room::RoomMeasures measures;

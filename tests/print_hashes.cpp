@@ -1,4 +1,4 @@
-// Prints one hash for each kernel variant, instruction set and number of threads: what tools/hash_table
+// Prints one hash for each kernel variant, instruction set and number of threads, which tools/hash_table
 // compares between builds. Lines of variant, instruction set, threads, most threads seen in a step, hash,
 // separated by tabs. A hash covers every response of a scripted run and the state at its end.
 #include <algorithm>
@@ -32,7 +32,7 @@ void add_response(bristle::detail::Hasher& hasher, const Response& r, Outputs ou
   hasher.add(static_cast<std::uint64_t>(r.status));
 }
 
-/// Name of the kernel in use, from PatchInfo; the patches that are split over threads apart.
+/// Returns the name of the kernel in use, from PatchInfo, marked for patches that are split over threads.
 std::string variant_of(const PatchCase& c, const PatchBatch& batch, PatchId id) {
   return std::string(c.name.rfind("large", 0) == 0 ? "large: " : "") + batch.info(id).kernel;
 }

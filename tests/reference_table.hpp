@@ -1,5 +1,5 @@
-// Reads the tables of tests/data: comma-separated, a header line, fields in double quotes where they hold
-// commas. Lines that begin with # say how a table was made.
+// Reads the tables of tests/data: comma-separated, with a header line; fields that contain commas are in
+// double quotes. Lines that begin with # say how a table was made.
 #pragma once
 
 #include <cstdlib>
@@ -15,7 +15,8 @@ namespace bristle_test {
 
 using Row = std::map<std::string, std::string>;
 
-/// Fields of one line. A quoted field may hold commas; a doubled quote inside it stands for one.
+/// Returns the fields of one line. A quoted field may contain commas; a doubled quote inside it stands for
+/// one.
 inline std::vector<std::string> split_csv_line(const std::string& line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -35,7 +36,7 @@ inline std::vector<std::string> split_csv_line(const std::string& line) {
   return fields;
 }
 
-/// Folder of the tables: given by the build, else the folder "data" beside this file.
+/// Returns the folder of the tables: given by the build, else the folder "data" beside this file.
 inline std::string data_folder() {
 #ifdef BRISTLE_TEST_DATA
   return BRISTLE_TEST_DATA;
@@ -46,7 +47,7 @@ inline std::string data_folder() {
 #endif
 }
 
-/// All rows of tests/data/`file`, each a map from column name to text.
+/// Reads all rows of tests/data/`file`, each as a map from column name to text.
 inline std::vector<Row> read_table(const std::string& file) {
   const std::string path = data_folder() + "/" + file;
   std::ifstream in(path);
@@ -72,7 +73,7 @@ inline std::vector<Row> read_table(const std::string& file) {
   return rows;
 }
 
-/// The number in a column; throws when it is missing or not wholly a number.
+/// Returns the number in a column; throws if it is missing or not wholly a number.
 inline double number(const Row& row, const std::string& column) {
   const auto found = row.find(column);
   if (found == row.end()) throw std::runtime_error("no column " + column);
@@ -84,7 +85,7 @@ inline double number(const Row& row, const std::string& column) {
   return value;
 }
 
-/// The first row for which every named column has the given text; throws when there is none.
+/// Returns the first row in which every named column has the given text; throws if there is none.
 inline const Row& find_row(const std::vector<Row>& rows, const Row& wanted) {
   for (const Row& row : rows) {
     bool fits = true;

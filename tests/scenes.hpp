@@ -1,4 +1,5 @@
-// Small helpers that make materials, patches and motions. Shared by tests and benchmarks: no Catch here.
+// Small helpers that make materials, patches and motions, shared by tests and benchmarks. They do not use
+// Catch.
 #pragma once
 
 #include <cmath>
@@ -30,21 +31,21 @@ using bristle::Status;
 
 /// Mean snap length of most scenes, m.
 constexpr double dbar = 10e-6;
-constexpr double tick = 1e-3;  ///< s
+constexpr double tick = 1e-3;  ///< s, duration of a step
 
-/// The law of most scenes.
+/// Snap-length law of most scenes.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
-/// The precisions of this build.
+/// Returns the precisions of this build.
 inline std::vector<Precision> precisions() {
   if (BRISTLE_WITH_DOUBLE) return {Precision::single, Precision::double_};
   return {Precision::single};
 }
 
-/// The scalar reference: it visits every bristle, and is no vector code.
+/// Whether the batch uses the scalar reference, which visits every bristle and is no vector code.
 inline bool is_scalar(const PatchBatch& batch) { return std::string(batch.isa()) == "scalar"; }
 
-/// A material that makes arithmetic plain: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
+/// Returns a material with simple arithmetic: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
 /// elastic force is then minus the sum of the deflections in metres.
 inline Material plain_material(const SnapLength& law, SnapRule rule) {
   return Material{}
@@ -70,8 +71,8 @@ inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {},
   return options;
 }
 
-/// With plain_material: `bristles` representatives of weight 1, all in contact at a load of `bristles`
-/// newton.
+/// Returns options for plain_material: `bristles` representatives of weight 1, all in contact at a load of
+/// `bristles` newton.
 inline PatchOptions plain_options(std::uint32_t bristles, int axes = 2,
                                   Precision precision = Precision::single, Outputs outputs = Outputs::all) {
   return PatchOptions{}
@@ -82,7 +83,7 @@ inline PatchOptions plain_options(std::uint32_t bristles, int axes = 2,
       .with_outputs(outputs);
 }
 
-/// A law of the reference tables, by the name it has there, with mean `mean` (m).
+/// A law of the reference tables, by its name there, with mean `mean` (m).
 struct NamedLaw {
   const char* name;
   SnapLength law;
@@ -94,7 +95,7 @@ inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
           {"exponential", SnapLength::exponential(mean)}};
 }
 
-/// Name of a rule in the reference tables.
+/// Returns the name of a rule in the reference tables.
 inline const char* table_name(SnapRule rule) {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "fixed" : "redraw";
 }
@@ -131,7 +132,7 @@ class OnePatch {
   bristle::StepReport report;
 };
 
-/// Columns of the first bristles of a patch, m.
+/// Deflections and snap lengths of the first bristles of a patch, m.
 struct Bristles {
   std::vector<double> zx, zy, delta;
 };
@@ -145,7 +146,7 @@ inline Bristles read(const PatchBatch& batch, PatchId id, std::size_t count) {
 }
 inline Bristles read(const OnePatch& patch, std::size_t count) { return read(patch.batch, patch.id, count); }
 
-/// `count` patches that differ by their seed only.
+/// Adds `count` patches that differ only in their seeds.
 inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Material& material,
                                         const PatchOptions& options) {
   std::vector<PatchId> ids;
@@ -157,7 +158,7 @@ inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Mate
   return ids;
 }
 
-/// Gives every patch one motion.
+/// Returns an equal motion for each patch.
 inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double dx_m, double dy_m,
                                        double load_n) {
   std::vector<Motion> motions(ids.size());
@@ -170,7 +171,7 @@ inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double d
   return motions;
 }
 
-/// The name of the first field in which two responses differ by a bit; empty when they are the same.
+/// Returns the name of the first field in which two responses differ by a bit; empty if none does.
 inline std::string first_difference(const Response& a, const Response& b) {
   const auto differ = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) != 0; };
   if (a.id != b.id) return "id";

@@ -39,7 +39,7 @@ thread_local long locks = 0;
 #if BRISTLE_CAN_WATCH
 namespace {
 
-/// The next definition of a function that is defined here.
+/// Finds the C library's own version of a function that this file replaces.
 template <class Function>
 Function* real(Function*, const char* name) noexcept {
   return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
@@ -80,7 +80,8 @@ void free(void* block) {
   __libc_free(block);
 }
 
-// A lock that nobody holds makes no system call: it is seen here.
+// Defines a counting version of a lock function: a lock that nobody holds makes no system call, so only this
+// counter sees it.
 #define BRISTLE_COUNTED(name, type)               \
   int name(type* object) noexcept {               \
     static auto* const next = real(&name, #name); \
@@ -100,7 +101,7 @@ void __cxa_throw(void* object, std::type_info* type, void (*destroy)(void*)) {
   static auto* const next =
       reinterpret_cast<void (*)(void*, void*, void (*)(void*))>(dlsym(RTLD_NEXT, "__cxa_throw"));
   next(object, type, destroy);
-  std::abort();  // it does not come back
+  std::abort();  // the C library's function does not return
 }
 }
 #endif
@@ -110,7 +111,7 @@ namespace {
 
 constexpr int most_calls = 64;
 
-/// Where the child writes and the parent reads.
+/// Memory that the child writes and the parent reads.
 struct Shared {
   std::atomic<int> finished, trapped;
   Counts counts;
@@ -121,8 +122,8 @@ struct Shared {
 Shared* shared = nullptr;
 
 void on_system_call(int, siginfo_t* info, void* context) {
-  // The call's result; left alone it would be the call's number. A futex says that it woke nobody: where it
-  // fails, the C library ends the process.
+  // Sets the call's result, which would otherwise be the call's number. A futex reports that it woke nobody:
+  // if it failed, the C library would end the process.
   const long result = info->si_syscall == SYS_futex ? 0 : -EPERM;
 #if defined(__x86_64__)
   static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RAX] = result;
@@ -135,7 +136,7 @@ void on_system_call(int, siginfo_t* info, void* context) {
   if (n < most_calls) shared->calls[n].store(info->si_syscall, std::memory_order_relaxed);
 }
 
-/// From now on every system call of this thread but those allowed raises SIGSYS instead.
+/// Makes every system call of this thread raise SIGSYS instead, except those allowed.
 bool trap_system_calls(const std::vector<int>& allowed) {
   struct sigaction action = {};
   action.sa_sigaction = on_system_call;

@@ -1,8 +1,7 @@
-// Sees what a servo thread must not do: system calls, memory, locks, exceptions.
+// Detects what a servo thread must not do: system calls, memory allocation, locks, exceptions.
 //
-// For an executable of its own (servo_watch.cpp): malloc and its kin, the locks of pthread and the throwing
-// of exceptions are defined there over those of the C library, and count; system calls are trapped by
-// seccomp.
+// Needs an executable of its own (servo_watch.cpp): there malloc and its kin, the locks of pthread and the
+// throwing of exceptions are replaced by counting versions; seccomp traps system calls.
 #pragma once
 
 #include <functional>
@@ -15,32 +14,34 @@ namespace bristle_test {
 struct Counts {
   long allocations = 0;  ///< calls of malloc, free and their kin
   long locks = 0;        ///< calls of pthread's locks and conditions, on the watched thread
-  long exceptions = 0;   ///< thrown
+  long exceptions = 0;   ///< number of exceptions thrown
 };
 
 /// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).
 bool can_watch() noexcept;
 
-/// Since the program started; `locks` since the calling thread first asked.
+/// Returns the counts since the program started; `locks` counts from the calling thread's first call.
 Counts counts_so_far() noexcept;
 
 /// Events that the watch saw in a child process.
 struct Sighting {
-  bool finished = false;          ///< the child came to its end
-  bool trapped = false;           ///< the kernel let the filter in: system calls were watched
-  Counts counts;                  ///< during `steps`
-  std::vector<int> system_calls;  ///< numbers, of the watched thread during `steps`, in order, at most 64
+  bool finished = false;          ///< whether the child ran to its end
+  bool trapped = false;           ///< whether the kernel accepted the filter, so that system calls were
+                                  ///< watched
+  Counts counts;                  ///< counts during `steps`
+  std::vector<int> system_calls;  ///< numbers of the watched thread's system calls during `steps`, in order,
+                                  ///< at most 64
   long system_call_count = 0;
-  long value = 0;  ///< what `steps` returned
+  long value = 0;  ///< return value of `steps`
 };
 
-/// Forks. The child runs `prepare`, from then on watches its main thread, runs `steps` and ends. A system
-/// call whose number is in `allowed` is let through, any other does not take place: it is written down and
-/// fails (a futex wakes nobody). Fork before this process has threads.
+/// Forks. The child runs `prepare`, then watches its main thread while it runs `steps`, and ends. System
+/// calls with a number in `allowed` are let through. Any other is recorded and not made; it fails (a futex
+/// wakes nobody). Fork before this process has threads.
 Sighting watch(const std::function<void()>& prepare, const std::function<long()>& steps,
                const std::vector<int>& allowed = {});
 
-/// "futex", "write", ...; the number where the name is not known.
+/// Returns the name of a system call, such as "futex" or "write"; its number if the name is not known.
 std::string system_call_name(int number);
 
 }  // namespace bristle_test

@@ -1,5 +1,5 @@
-// The calling thread on one core with another that never rests, for as long as this lives: the system must
-// take them off by turns. Linux.
+// Binds the calling thread to one core together with a thread that never rests, for the lifetime of this
+// object, so that the system must preempt both. Linux.
 #pragma once
 
 #include <sched.h>
@@ -17,7 +17,7 @@ class SharedCore {
     CPU_ZERO(&one);
     CPU_SET(sched_getcpu(), &one);
     sched_setaffinity(0, sizeof one, &one);
-    rival_ = std::thread([this] {  // inherits the core
+    rival_ = std::thread([this] {  // the new thread inherits the core
       while (!stop_) {
       }
     });

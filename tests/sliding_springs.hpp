@@ -1,5 +1,5 @@
-// Friction of springs with blocks, as an experiment would record it: what `bristle fit --rule slide` is held
-// against. Nothing here comes from bristle.
+// Friction of springs with blocks, as an experiment would record it, to check `bristle fit --rule slide`. It
+// uses nothing of bristle.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Springs {
   explicit Springs(std::vector<double> limits) : limit_(std::move(limits)), z_(limit_.size(), 0.0) {
     for (const double l : limit_) sum_ += l;
   }
-  /// Friction over that of all sliding, if the contact moved by d.
+  /// Moves the contact by d and returns the friction over that at full sliding.
   double after(double d) const {
     double force = 0.0;
     for (std::size_t i = 0; i < z_.size(); ++i) force += std::clamp(z_[i] + d, -limit_[i], limit_[i]);
@@ -36,7 +36,7 @@ class Springs {
   double sum_ = 0.0;
 };
 
-/// Lognormal limits of equal probability.
+/// Returns lognormal limits of equal probability.
 inline std::vector<double> sliding_limits(std::size_t count, double mean, double spread) {
   const auto quantile = lognormal_quantile(mean, spread);
   std::vector<double> all;
@@ -50,9 +50,11 @@ struct SlidingSprings {
   double kinetic = 0.35, noise = 0.01, offset = 0.03, seconds = 10.0;
   double spread = 0.6;
   std::vector<double> of = sliding_limits(1000, 15e-6, spread);
-  double compliance = 0.0, softening = 0.0;  // m/N, m/N^2: the contact is at x - (c + q F) F
+  double compliance = 0.0, softening = 0.0;  // m/N, m/N^2: with the recorded place x, the contact is at x -
+                                             // (c + q F) F
   std::function<double(double)> motion = loops_and_strokes;
-  std::function<double(double)> growth = [](double) { return 1.0; };  // of the friction over time
+  std::function<double(double)> growth = [](double) { return 1.0; };  // growth of the friction over time, as
+                                                                      // a factor
 
   double mean_limit() const {
     double sum = 0.0;

@@ -1,4 +1,4 @@
-// Statistics that the tests compute their tolerances from.
+// Statistics from which the tests compute their tolerances.
 #pragma once
 
 #include <algorithm>
@@ -9,15 +9,19 @@
 
 namespace bristle_test {
 
-/// Largest deviation of an estimate from its expectation, in standard deviations. For a normal estimate the
-/// chance of lying farther is 6e-7; with the fixed seeds of the tests an outcome never changes between runs.
+/// Largest accepted deviation of an estimate from its expectation, in standard deviations. A normal estimate
+/// exceeds it with probability 6e-7; with the fixed seeds of the tests the outcome never changes between
+/// runs.
 constexpr double sigmas = 5.0;
 
 struct Sample {
   double mean = 0.0;
-  double variance = 0.0;  ///< unbiased
+  double variance = 0.0;  ///< unbiased estimate of the variance
   std::size_t size = 0;
-  double error() const { return std::sqrt(variance / static_cast<double>(size)); }  ///< of the mean
+  double error() const {
+    return std::sqrt(variance / static_cast<double>(size));
+  }  ///< standard error of the
+     ///< mean
 };
 
 inline Sample describe(const std::vector<double>& values) {
@@ -30,14 +34,14 @@ inline Sample describe(const std::vector<double>& values) {
   return s;
 }
 
-/// Kolmogorov-Smirnov bound: a distance above critical_ks(n, m) has probability 1e-5 or less between two
-/// samples of one law. For one sample against a known law pass m = infinity.
+/// Returns the Kolmogorov-Smirnov bound: a distance above critical_ks(n, m) has probability 1e-5 or less
+/// between two samples of one law. For one sample against a known law pass m = infinity.
 inline double critical_ks(double n, double m = INFINITY) {
   const double size = std::isinf(m) ? n : n * m / (n + m);
   return std::sqrt(-0.5 * std::log(0.5 * 1e-5)) / std::sqrt(size);
 }
 
-/// Largest distance between the empirical distributions of two samples.
+/// Returns the largest distance between the empirical distributions of two samples.
 inline double ks_distance(std::vector<double> a, std::vector<double> b) {
   std::sort(a.begin(), a.end());
   std::sort(b.begin(), b.end());
@@ -54,7 +58,7 @@ inline double ks_distance(std::vector<double> a, std::vector<double> b) {
   return worst;
 }
 
-/// Largest distance between the empirical distribution of a sample and a continuous law.
+/// Returns the largest distance between the empirical distribution of a sample and a continuous law.
 inline double ks_distance(std::vector<double> a, const std::function<double(double)>& cdf) {
   std::sort(a.begin(), a.end());
   double worst = 0.0;
@@ -67,14 +71,15 @@ inline double ks_distance(std::vector<double> a, const std::function<double(doub
   return worst;
 }
 
-/// Relative deviation of a variance estimated from `size` values whose excess kurtosis is `kurtosis`.
+/// Returns the relative standard error of a variance estimated from `size` values whose excess kurtosis is
+/// `kurtosis`.
 inline double error_of_variance(double size, double kurtosis = 0.0) {
   return std::sqrt((2.0 + kurtosis) / size);
 }
 
-/// Discrepancy of the first n points of the golden-ratio sequence over all intervals of the circle (so that
-/// a shift of the sequence does not matter): the most by which the share of points in an interval differs
-/// from its length. About 0.6 ln(n) / n.
+/// Returns the discrepancy of the first n points of the golden-ratio sequence over all intervals of the
+/// circle (so that a shift of the sequence does not matter): the largest difference between the share of
+/// points in an interval and its length. About 0.6 ln(n) / n.
 inline double golden_discrepancy(std::size_t n) {
   std::vector<double> u(n);
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);

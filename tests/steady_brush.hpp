@@ -18,9 +18,9 @@ struct Deflection {
   double y = 0.0;
 };
 
-/// Mean deflection in mean snap lengths, of one patch of n bristles. With a single snap length all bristles
-/// of a patch that start together stay in step for ever; steady sliding is then the average over their
-/// phase, taken over `phases` patches of one bristle that started evenly spread over a snap length.
+/// Mean deflection, in mean snap lengths, of one patch of n bristles. With a single snap length all bristles
+/// that start together stay in step for ever. Steady sliding is then the average over their phase, taken over
+/// `phases` patches of one bristle that start spread over a snap length.
 class SteadyBrush {
  public:
   static constexpr int phases = 500;
@@ -35,7 +35,7 @@ class SteadyBrush {
     move({});
   }
 
-  /// All bristles slide far along the unit vector (ex, ey), from rest.
+  /// Slides all bristles far along the unit vector (ex, ey), from rest.
   void slide_to_steady(double ex, double ey) {
     if (single_) {
       std::vector<Motion> motions = same_motion(ids_, 0.0, 0.0, load_);
@@ -47,16 +47,16 @@ class SteadyBrush {
       }
       move(motions);
     } else if (rule_ == SnapRule::keep) {
-      // The phases of neighbouring lengths part with the distance only: far, in one step.
+      // Takes one far step, because the phases of nearly equal lengths separate only over a long distance.
       step(1000.37 * ex, 1000.37 * ey);
     } else {
-      // Small steps: no jump of many snaps at once. The memory of the start is gone to 1e-6 after 9 mean
-      // lengths at cv 0.29.
+      // Takes small steps, none of which jumps many snaps. They erase the memory of the start to 1e-6 after
+      // 9 mean lengths at cv 0.29.
       for (int k = 0; k < 60; ++k) step(0.83 * ex, 0.83 * ey);
     }
   }
 
-  /// Moves by (dx, dy) mean snap lengths; the mean deflection after it.
+  /// Moves by (dx, dy) mean snap lengths. Returns the mean deflection after the step.
   Deflection step(double dx, double dy) { return move(same_motion(ids_, dx * dbar, dy * dbar, load_)); }
 
   bool single() const { return single_; }
@@ -82,12 +82,13 @@ class SteadyBrush {
   double bristles_ = 0.0;
 };
 
-/// The Monte Carlo behind the reference tables had this many bristles; their standard error tells the
+/// Number of bristles of the Monte Carlo runs behind the reference tables, whose standard errors tell the
 /// variance.
 constexpr double monte_carlo_bristles = 2e6;
 
-/// Allowed error of the mean deflection (in mean snap lengths) of n bristles, from a table row's standard
-/// error; and what float adds: 2^-24 of a length per rewrite and per comparison, over some hundred steps.
+/// Returns the allowed error of the mean deflection (in mean snap lengths) of n bristles: from a table row's
+/// standard error, plus the error of float, 2^-24 of a length per rewrite and per comparison, over some
+/// hundred steps.
 inline double sampling_tolerance(double mc_se, double n, Precision precision) {
   const double rounding = precision == Precision::single ? 1e-5 : 1e-10;
   return sigmas * mc_se * std::sqrt(monte_carlo_bristles / n) + rounding;

@@ -1,5 +1,5 @@
-// Shared by tests of time. Thread CPU time and ratios to a plain loop in the same run, the best of several
-// tries: neither what else runs on the machine nor how fast it is should decide.
+// Helpers of tests of time. They use thread CPU time and ratios to a plain loop in the same run, the best of
+// several tries, so that neither other programs nor the speed of the machine decide.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ namespace bristle_test {
     !defined(__SANITIZE_THREAD__)
 constexpr bool timed_build = true;
 #else
-constexpr bool timed_build = false;  // the same work, without asserting on time
+constexpr bool timed_build = false;  // false: does the work without asserting on time
 #endif
 
 inline void check_below(double value, double limit, const char* what) {
@@ -27,8 +27,8 @@ inline void check_below(double value, double limit, const char* what) {
   if (timed_build) CHECK(value < limit);
 }
 
-/// Runs a test once, or again and again where BRISTLE_STRESS_SECONDS asks for a long form: each of the tests
-/// that use this gets its share of that time, and must hold in every round.
+/// Runs a test once, or repeatedly if BRISTLE_STRESS_SECONDS asks for a long form: each test that uses this
+/// gets its share of that time, and must pass in every round.
 template <class Test>
 void in_rounds(Test&& test) {
   constexpr double tests = 6.0;
@@ -40,12 +40,12 @@ void in_rounds(Test&& test) {
   } while (bristle::DeadlineMonitor::wall_now() - start < seconds);
 }
 
-/// Thread CPU time of a step, s: the best of several tries.
+/// Thread CPU time of a step, s, the best of several tries.
 struct StepTimes {
   double p50 = 1e9, p90 = 1e9, p99 = 1e9;
 };
 
-/// Of two kinds of steps in turns, `tries` times `steps` of each; a step gets its number.
+/// Times two kinds of steps in turns, `tries` times `steps` of each; a step gets its number.
 template <class First, class Second>
 std::pair<StepTimes, StepTimes> times_in_turns(First&& first, Second&& second, int steps = 200,
                                                int tries = 7) {

@@ -1,4 +1,4 @@
-// Friction as an experiment would record it, of a brush with known parameters (brute_force.hpp), with the
+// Friction of a brush with known parameters (brute_force.hpp), as an experiment would record it, with the
 // disturbances of sensors. One axis; forces by the body, positive along the motion.
 #pragma once
 
@@ -15,35 +15,37 @@
 namespace bristle_test {
 
 struct SyntheticFriction {
-  // The material.
+  // Parameters of the material:
   double kinetic = 0.35;
   double length = 15e-6;   // m, mean snap length
-  double spread = 0.4;     // lognormal
-  double viscous = 0.0;    // N s/m
-  double damping = 0.0;    // s/m, per newton
-  double stribeck = 1e-3;  // m/s
+  double spread = 0.4;     // coefficient of variation, lognormal
+  double viscous = 0.0;    // N s/m, viscous friction
+  double damping = 0.0;    // s/m, damping per newton of load
+  double stribeck = 1e-3;  // m/s, Stribeck velocity
   bool redraw = true;
   std::size_t bristles = 1800;
-  // Ageing: the snap length after a rest of `age` seconds over that of a bristle that has just snapped.
-  // Empty: none. Then `length` is that of a bristle just straight, and `kinetic` holds where nothing ages.
+  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
+  // is then that just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
   std::function<double(double age)> growth;
-  double strengthening = 0.0;          // a of a N asinh(v / (2 v*))
-  double strengthening_speed = 10e-6;  // m/s
-  double asymmetry = 0.0;              // friction towards +x larger, towards -x smaller by this share
-  std::size_t annuli = 0;  // > 0: a disc of so many, of equal area, that turns; x and force are at its rim
-  // Between the contact and the sensors: `motion` is that of the contact.
-  double compliance = 0.0;  // m/N, of the stage
+  double strengthening = 0.0;          // a of the strengthening a N asinh(v / (2 v*))
+  double strengthening_speed = 10e-6;  // m/s, v* of the strengthening
+  double asymmetry = 0.0;              // share by which friction towards +x is larger and towards -x smaller
+  std::size_t annuli = 0;  // > 0: a turning disc of this many annuli of equal area; x and force are at its
+                           // rim
+  // Disturbances between the contact and the sensors; `motion` is that of the contact:
+  double compliance = 0.0;  // m/N, compliance of the stage
   double delay = 0.0;       // s, time constant of a first-order low-pass of the force
-  // The sensors.
-  double noise = 0.0;                                                // N
-  double encoder = 0.0;                                              // m
-  std::function<double(double)> drift = [](double) { return 0.0; };  // N, of s
-  int every = 1;                                                     // which samples are recorded
+  // Disturbances of the sensors:
+  double noise = 0.0;                                                // N, noise of the force
+  double encoder = 0.0;                                              // m, resolution of the encoder
+  std::function<double(double)> drift = [](double) { return 0.0; };  // N, drift of the force at time s
+  int every = 1;                                                     // every how-many-th sample is recorded
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
-  double most_load = 0.0;  // N, of a load that changes: that of all bristles. The last in is the first out.
+  double most_load = 0.0;  // N, for a load that changes: load at which all bristles touch. The last to enter
+                           // are the first to leave.
 };
 
 struct RecordedFriction {
@@ -59,7 +61,7 @@ struct RecordedFriction {
     }
     return text;
   }
-  /// As a file; `sign` = -1 gives the force on the body.
+  /// Writes the record as a CSV text; `sign` = -1 gives the force on the body.
   std::string csv(double sign = 1.0) const {
     std::string text = "t,x,load,force\n";
     char line[160];
@@ -71,18 +73,18 @@ struct RecordedFriction {
   }
 };
 
-/// Three seconds of growing loops up to 12 um, then strokes of growing length and speed, to 0.4 mm and 1.3
-/// mm/s.
+/// Returns the position at time t: three seconds of growing loops up to 12 um, then strokes of growing length
+/// and speed, to 0.4 mm and 1.3 mm/s.
 inline double loops_and_strokes(double t) {
   if (t < 3.0) return 12e-6 * t / 3.0 * std::sin(2.0 * M_PI * 1.5 * t);
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// Where a slide of `speed` stops: time of a programme of slides and rests.
+/// A piece of a programme of slides and rests: duration, and speed (0 for a rest).
 struct Piece {
   double seconds, speed;  // m/s
 };
-/// Position over time of a programme, from 0 on; the last piece goes on.
+/// Returns the position over time of a programme, from 0 on; the last piece continues for ever.
 inline std::function<double(double)> programme(std::vector<Piece> pieces) {
   return [pieces = std::move(pieces)](double t) {
     double x = 0.0;
@@ -101,12 +103,12 @@ inline double programme_length(const std::vector<Piece>& pieces) {
   return sum;
 }
 
-/// Slides at one speed with rests of 0.3 to 30 s between them.
+/// Returns a programme of slides at one speed with rests of 0.3 to 30 s between them.
 inline std::vector<Piece> slide_hold_slide() {
   constexpr double v = 100e-6;
   return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
 }
-/// Speeds of 5 um/s to 1 mm/s, to and fro, with rests of 1 to 12 s.
+/// Returns a programme with speeds of 5 um/s to 1 mm/s, to and fro, and rests of 1 to 12 s.
 inline std::vector<Piece> velocity_steps() {
   return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
           {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
@@ -116,8 +118,8 @@ inline double logarithmic_growth(double age, double beta, double tau) {
   return 1.0 + beta * std::log1p(age / tau);
 }
 
-/// Friction over load in sliding at a speed: mean of r S(r / g(r/v)) over mean of S(r / g(r/v)) (redraw; the
-/// shared reference's README), by sums; then strengthening.
+/// Returns friction over load in sliding at a speed, by sums: mean of r S(r / g(r/v)) over mean of S(r /
+/// g(r/v)) (SnapRule::redraw), plus strengthening.
 inline double kinetic_at(const SyntheticFriction& s, double speed) {
   double elastic = s.kinetic;
   if (s.growth) {
@@ -155,7 +157,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    double speed_arm = 1.0;  // mean square of the levers: of what goes with the speed
+    double speed_arm = 1.0;  // mean square of the levers, for the parts of friction that grow with speed
     if (s.annuli > 0) {
       speed_arm = 0.5;
       for (std::size_t k = 0; k < s.annuli; ++k) {
@@ -190,7 +192,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
-    if (s.delay > 0.0) {  // force' = (friction - force) / delay, the friction straight between the steps
+    if (s.delay > 0.0) {  // Low-pass of the force: force' = (friction - force) / delay, with friction
+                          // straight between the steps
       const double lag = s.delay * (force - force_before) * s.rate;
       shown =
           i == 0 ? force : force - lag + (shown - force_before + lag) * std::exp(-1.0 / (s.rate * s.delay));

@@ -1,4 +1,4 @@
-// Files that a test writes, in a folder of its own that is gone at the end.
+// A folder for files that a test writes, deleted at the end.
 #pragma once
 
 #include <filesystem>
@@ -23,9 +23,10 @@ struct TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  /// The path of a new file with this text.
+  /// Writes this text to a new file and returns its path.
   std::string write(const std::string& name, const std::string& text) const {
-    // A new file each time: to truncate one that was just written waits for the disk, milliseconds on ext4.
+    // Deletes the old file first, because truncating a file that was just written waits for the disk,
+    // milliseconds on ext4.
     std::filesystem::remove(path / name);
     std::ofstream(path / name, std::ios::binary) << text;
     return at(name);

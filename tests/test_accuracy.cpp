@@ -1,4 +1,5 @@
-// `bristle accuracy`: its error measures against closed forms, its search, and the sampling it compares.
+// Tests of `bristle accuracy`: its error measures against closed forms, its search, and the sampling it
+// compares.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -58,14 +59,14 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Shares of the law (uniform, 5 to 15 um) below the lengths of the first k bristles of a patch.
+// Returns the shares of the law (uniform, 5 to 15 um) below the lengths of the first bristles of a patch.
 std::vector<double> shares(std::uint32_t n, std::uint32_t seed) {
   std::vector<double> found = snap_lengths(false, n, seed);
   for (double& x : found) x = (x - 5e-6) / 10e-6;
   return found;
 }
 
-/// E[x mod delta] of the uniform law on 5 to 15 um by the midpoint rule, m.
+/// Returns E[x mod delta] of the uniform law on 5 to 15 um by the midpoint rule, m.
 double kept_deflection(double x) {
   constexpr int points = 40'000;
   double sum = 0.0;
@@ -73,15 +74,15 @@ double kept_deflection(double x) {
   return sum / points;
 }
 
-/// Places of a slide, m: from 20 to 1000 mean snap lengths.
+/// Returns places of a slide, m, from 20 to 1000 mean snap lengths.
 std::vector<double> late_places() {
   std::vector<double> places;
   for (int k = 0; k < 60; ++k) places.push_back(10e-6 * 20.0 * std::pow(50.0, (k + 0.37) / 60.0));
   return places;
 }
 
-/// Errors of the mean deflection of kept lengths at late_places, over the mean length; under a share of the
-/// largest load.
+/// Returns the errors of the mean deflection of kept lengths at late_places(), over the mean length, under a
+/// share of the largest load.
 std::vector<double> late_errors(bool random, std::uint32_t n, double load_share, std::uint32_t seed) {
   static const std::vector<double> places = late_places();
   static const std::vector<double> expected = [] {
@@ -116,7 +117,7 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
   return xy / std::sqrt(xx * yy);
 }
 
-/// Of all pairs of seeds 2 to `last`.
+/// Numbers over all pairs of seeds 2 to `last`.
 struct Pairs {
   double mean = 0.0, largest = 0.0, root_mean_square = 0.0;
 };
@@ -139,7 +140,7 @@ Pairs compare_seeds(bool random, std::uint32_t n, double load_share, std::uint32
   return found;
 }
 
-// Relative difference of the force at x mean snap lengths from the virgin curve, rms over seeds.
+// Returns the relative difference of the force at x mean snap lengths from the virgin curve, rms over seeds.
 double virgin_error(bool random, std::uint32_t n, int seeds) {
   const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
   const double dbar = m.snap_length.mean();
@@ -152,7 +153,7 @@ double virgin_error(bool random, std::uint32_t n, int seeds) {
     const bristle::Motion motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}};
     bristle::Response r;
     batch.step(1e-3, {&motion, 1}, {&r, 1});
-    // Uniform on 0.5 to 1.5, first pass: x - x^2/2 + 1/8.
+    // Virgin curve of the uniform law on 0.5 to 1.5 in the first pass: x - x^2/2 + 1/8.
     const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
     squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;
   }
@@ -166,7 +167,7 @@ TEST_CASE("Random sampling draws independent snap lengths of the law, the same f
   std::vector<double> delta = snap_lengths(true, n, 3);
   CHECK(delta == snap_lengths(true, n, 3));
   CHECK(delta != snap_lengths(true, n, 4));
-  // Uniform on 5 to 15 um: mean 10, variance 100/12; neighbours uncorrelated. Five standard errors.
+  // Uniform on 5 to 15 um: mean 10, variance 100/12; neighbouring lengths uncorrelated. Five standard errors.
   const double error = 5.0 / std::sqrt(static_cast<double>(n));
   const double mean = mean_of(delta), deviation = 10e-6 / std::sqrt(12.0);
   CHECK(std::abs(mean - 10e-6) < error * deviation);
@@ -203,8 +204,8 @@ TEST_CASE("Any seed's first 2^m bristles have one length in each 2^m-th of the l
 }
 
 TEST_CASE("The shares of a seed are those on record", "[accuracy][seeds]") {
-  // By another program, with whole numbers of any length: the bits of i reversed, each four of them changed
-  // by the four highest of a SplitMix64 chain along the digits of i. Seed 1: golden ratio.
+  // Expected shares by another program, with integers of any length: the bits of i reversed, each group of
+  // four changed by the four highest of a SplitMix64 chain along the digits of i. Seed 1: golden ratio.
   struct Share {
     std::uint32_t seed, i;
     double u;
@@ -229,10 +230,10 @@ TEST_CASE("The shares of a seed are those on record", "[accuracy][seeds]") {
 }
 
 TEST_CASE("Patches with kept lengths that differ in the seed are independent", "[accuracy][seeds]") {
-  // Seeds that only rotate one sequence: of these two one had the other's bristles, 13 places further on, and
-  // their errors correlated by 0.98.
+  // With seeds that only rotate one sequence, one of these two would have the other's bristles 13 places on,
+  // and their errors would correlate by 0.98.
   CHECK(std::abs(correlation(late_errors(false, 2000, 1.0, 34), late_errors(false, 2000, 1.0, 66))) < 0.5);
-  // Also where a tenth of the bristles is in contact. Independent lengths are the measure of chance.
+  // Repeats with a tenth of the bristles in contact. Independent lengths set the scale.
   for (const double load_share : {1.0, 0.1}) {
     INFO("load share " << load_share);
     const Pairs stratified = compare_seeds(false, 2000, load_share, 41);
@@ -244,7 +245,7 @@ TEST_CASE("Patches with kept lengths that differ in the seed are independent", "
 }
 
 TEST_CASE("Seeds that scramble err no more on the virgin curve than the golden ratio", "[accuracy][seeds]") {
-  // Rotations of the golden-ratio sequence, in place: x mod delta over its shares.
+  // Expects for each rotation of the golden-ratio sequence the mean of x mod delta over its shares.
   const double x = 8e-6;
   constexpr int n = 2000, seeds = 200;
   double rotated = 0.0;
@@ -259,16 +260,17 @@ TEST_CASE("Seeds that scramble err no more on the virgin curve than the golden r
 }
 
 TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 1/n", "[accuracy]") {
-  // At x = 0.8 a share G = 0.3 has snapped and deflects by x - delta < x: per bristle
-  // f = x - delta [delta < x], Var f = E[delta^2; < x] - E[delta; < x]^2 = 0.129 - 0.195^2.
+  // At x = 0.8 a share G = 0.3 of the bristles has snapped and is bent by x - delta < x: per bristle f = x -
+  // delta [delta < x], Var f = E[delta^2; < x] - E[delta; < x]^2 = 0.129 - 0.195^2.
   const double per_bristle = std::sqrt(0.129 - 0.195 * 0.195) / (0.8 - 0.32 + 0.125);
   const int seeds = 200;
   for (const std::uint32_t n : {100u, 1600u}) {
-    // A variance from `seeds` samples is off by sqrt(2 / seeds), its root by half of that: five of them.
+    // A variance from `seeds` samples has a relative error of sqrt(2 / seeds), its root half of that; allows
+    // five.
     CHECK(virgin_error(true, n, seeds) ==
           Approx(per_bristle / std::sqrt(n)).epsilon(2.5 * std::sqrt(2.0 / seeds)));
-    // Koksma: variation of f over the shares (0.3 x down from x, once: 0.8 up and the slope's 0.3) times the
-    // discrepancy, below (2 + log2 n) / n for the golden ratio.
+    // Koksma's inequality: variation of f over the shares (0.3 x down from x, once: 0.8 up and the slope's
+    // 0.3) times the discrepancy, below (2 + log2 n) / n for the golden ratio.
     CHECK(virgin_error(false, n, 20) < 1.2 / 0.605 * (2.0 + std::log2(n)) / n);
   }
 }
@@ -282,7 +284,8 @@ TEST_CASE("The slope through points of a power law is its exponent, with the err
   CHECK(exact.points == 5);
   CHECK(exact.slope == Approx(-0.5).epsilon(1e-12));
   CHECK(exact.error < 1e-7);
-  // Residuals (a, -a, 0, -a, a) about logarithms -2..2 of x leave the slope and give error a sqrt(4/3/10).
+  // Residuals (a, -a, 0, -a, a) about logarithms -2..2 of x leave the slope unchanged and give it the error a
+  // sqrt(4/3/10).
   const double a = 0.1;
   std::vector<double> px, py;
   for (const int i : {-2, -1, 0, 1, 2}) {
@@ -312,7 +315,7 @@ TEST_CASE("A force that is off by a known share has that error, end and mean eac
   }
   reference.work_end = {8.0};
   reference.work_mean = {4.0};
-  cli::ForceRecord coarse;  // of steps twice as long
+  cli::ForceRecord coarse;  // record of steps twice as long
   coarse.steps = 2;
   coarse.copies = 1;
   coarse.patch_of = {0};
@@ -345,8 +348,8 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
 }
 
-// Where bristles are redrawn, several resolutions stand beside the numbers of bristles; below the answer the
-// cheaper population is named.
+// Checks that with SnapRule::redraw several resolutions stand beside the numbers of bristles, and that below
+// the answer the cheaper population is named.
 void check_populations(const json& r, const std::string& table, bool keep) {
   std::size_t infinite = 0;
   double coarse = 0.0, fine = 0.0;
@@ -359,7 +362,7 @@ void check_populations(const json& r, const std::string& table, bool keep) {
     ++infinite;
     CHECK(s["bristles"].is_null());
     CHECK(s["ns_per_bristle"].is_null());
-    CHECK(s["error"]["rms_standard_error"] == 0.0);  // no seed, no noise
+    CHECK(s["error"]["rms_standard_error"] == 0.0);  // without a seed there is no noise
     if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
     if (s["resolution"] == 16.0) fine = s["error"]["rms"];
   }
@@ -398,7 +401,7 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK_FALSE(result.cheapest[0].found);
   CHECK_FALSE(result.cheapest[1].found);
-  add(100, 0.0, 0.02, 1e-6);  // too wrong
+  add(100, 0.0, 0.02, 1e-6);  // an error too large to choose
   add(0, 2.0, 0.011, 1e-6);
   add(1000, 0.0, 0.009, 3e-6);
   add(10'000, 0.0, 0.001, 9e-6);
@@ -407,7 +410,8 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK(result.cheapest[0].setting.bristles == 1000);
   CHECK(result.cheapest[0].scene_step_s == 3e-6);
-  CHECK(result.cheapest[1].setting.resolution == 4.0);  // it loses, and is named with its own figures
+  CHECK(result.cheapest[1].setting.resolution == 4.0);  // the other population loses, and is named with its
+                                                        // own figures
   CHECK(result.cheapest[1].error == 0.008);
 }
 
@@ -419,14 +423,14 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const std::string file = folder.write("ramp.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
-  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;  // builds that run slowly
+  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;  // 1.5 s in builds that run slowly
   options.error = 0.02;
   const cli::Scene before = cli::read_scene(file);
   const cli::AccuracyResult result = cli::study_accuracy(before, options);
   const json r = json::parse(cli::accuracy_json(before, options, result));
   CHECK(r["schema"] == "bristle-accuracy-1");
-  // Ten mean snap lengths: reference and closed form agree within the former's own error, five of them, and
-  // what quadrature and rounding leave.
+  // Over ten mean snap lengths, reference and closed form agree within five times the reference's own error,
+  // plus errors of quadrature and rounding.
   const json& reference = r["reference"]["patches"][0];
   CHECK(reference["rms_to_closed_form"].get<double>() <
         5.0 * reference["standard_error"].get<double>() + 1e-4);
@@ -442,10 +446,10 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const json& best = r["recommendation"];
   REQUIRE(best["found"] == true);
   CHECK(best["search"]["error"]["rms"].get<double>() <= 0.02);
-  // Nothing was chosen by these seeds; few runs tell an rms to some 10 %.
+  // The confirming seeds did not choose the setting; few runs give an rms to some 10 %.
   CHECK(best["confirmed"]["error"]["rms"].get<double>() <= 0.03);
   for (const json& s : r["settings"]) {
-    // Nothing on the front is beaten.
+    // No setting on the front is beaten by another.
     if (!s["pareto"].get<bool>()) continue;
     for (const json& other : r["settings"]) {
       if (!other["usable"].get<bool>()) continue;
@@ -454,7 +458,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   }
   CHECK(r["features"].size() == 7);
 
-  // The scene written is the same but for the setting, its comments included, and can be read.
+  // The scene written differs only in the setting, keeps its comments, and can be read.
   const std::string text = cli::tuned_scene(before, result, "-");
   const cli::Scene tuned = cli::parse_scene(text, "tuned");
   const bool infinite = best["setting"]["population"] == "infinite";
@@ -479,7 +483,8 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
           "[accuracy]") {
   const bristle_test::TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
-  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");  // as the default of coefficients
+  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");  // a value equal to the default of
+                                                                  // coefficients
   cli::AccuracyOptions options;
   options.quick = true;
   options.seconds = 0.5;
@@ -518,7 +523,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
 
 TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",
           "[accuracy]") {
-  cli::AccuracyResult result;  // as a study would leave it
+  cli::AccuracyResult result;  // a result such as a study would give
   result.scene_parts = 2;
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
@@ -532,7 +537,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
       fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
   const std::string file = folder.write("inline.toml", scene);
   const cli::Scene before = cli::read_scene(file);
-  // Written to another folder: the motion file is named from there.
+  // A scene written to another folder names the motion file from there.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
   CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);
@@ -540,7 +545,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
   CHECK(after.patches[0].options.precision == bristle::Precision::single);
-  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // twelve digits
+  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // numbers are written with twelve digits
 }
 
 TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {
@@ -553,6 +558,7 @@ TEST_CASE("A straight motion aside gives the same forces with one axis turned on
   const cli::ForceRecord a = cli::run_setting(two, 1, "", true).record;
   const cli::ForceRecord b = cli::run_setting(one, 1, "", true).record;
   REQUIRE(a.copies == 3);
-  // Single precision: 2^-24 of a deflection per step, 50 steps; a tie may snap a bristle of 100 a step later.
+  // Single precision: 2^-24 of a deflection per step, 50 steps; at a tie one bristle of 100 may snap a step
+  // later.
   for (const cli::PatchError& e : cli::compare(b, a, 1, false)) CHECK(e.rms < 2e-3);
 }

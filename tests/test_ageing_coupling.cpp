@@ -1,5 +1,5 @@
-// Contacts that age, from outside: the force limit, which follows how long a contact can have held, and
-// bodies coupled to them.
+// Contacts that age, seen by a caller: the force limit, which follows how long a contact can have held, and
+// bodies coupled to such contacts.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -28,8 +28,8 @@ Material ageing_material() {
       .with_ageing(Ageing::logarithmic(beta, tau));
 }
 
-/// Options of either population. Representatives take double precision where the build has it, for the energy
-/// balance.
+/// Returns options of either population. Representatives take double precision if the build has it, for the
+/// energy balance.
 PatchOptions options_of(Population population) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(load).with_population(population).with_outputs(Outputs::all);
@@ -60,7 +60,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
           Approx(limit).epsilon(1e-12));
     CHECK(patch.step(0.0, 0.0, load, dt).force_limit == Approx(limit).epsilon(1e-12));
   }
-  // A patch that is not named ages too.
+  // A patch that is not named in a step ages as well.
   const PatchId other = patch.batch.add(m, options_of(population));
   patch.batch.warm_up();
   Motion rest{other, {0.0, 0.0}, load};
@@ -69,7 +69,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
   CHECK(r.force_limit == Approx(load * m.peak_coefficient(5e3)).epsilon(1e-9));
   CHECK(patch.step(0.0, 0.0, load, 1.0).force_limit ==
         Approx(load * m.peak_coefficient(time + 5001.0)).epsilon(1e-9));
-  // Sliding on, nothing is older than the way over twice the longest length.
+  // After sliding on, no bristle is older than the path of twice the longest length.
   const double speed = 1e-4;
   const double longest = (m.residual_length + m.snap_length.longest() * m.ageing_factor(time)) / length;
   const Response slid = slide(patch, 8.0 * longest, speed);
@@ -106,7 +106,7 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
       highest = std::max(highest, share);
     }
   }
-  CHECK(highest > 0.9);  // and the bound is nearly reached
+  CHECK(highest > 0.9);  // the bound is nearly reached
 }
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",
@@ -128,7 +128,7 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
     REQUIRE(a.force_limit == b.force_limit);
     REQUIRE(a.end[0] == b.end[0]);
   }
-  // Another material takes the age over: with the same law of ageing the limit goes on.
+  // Another material takes over the ages: with an equal law of ageing the limit continues.
   const double before = patch.step(0.0, 0.0, load, 0.01).force_limit;
   patch.batch.set_material(patch.id, Material(m).with_viscous_friction(0.5));
   CHECK(patch.step(0.0, 0.0, load, 1e-9).force_limit == Approx(before).epsilon(1e-6));
@@ -160,12 +160,12 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
       before = sled.energy();
     }
-    // Friction between that at 0.1 m/s and that at a hundredth of it.
+    // Speeds from 0.1 m/s to a hundredth of that have friction between these two values.
     const Material m = ageing_material();
     const double work = 0.1 * 0.01 / load;
     CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);
     CHECK(sled.x > work / m.kinetic_coefficient(1e-3) * 0.95);
-    // A push of two thirds of the lowest kinetic friction: it holds.
+    // A push of two thirds of the lowest kinetic friction, under which the contact holds.
     const double push = 2.0 / 3.0 * m.kinetic_coefficient() * load;
     for (int i = 0; i < 2000; ++i) sled.step(push);
     const double x = sled.x;
@@ -174,7 +174,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       sled.step(push);
       farthest = std::max(farthest, std::abs(sled.x - x));
     }
-    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // undamped, the midpoint rule lets it swing
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // the midpoint rule does not damp, so it swings
     CHECK(sled.x - x < 1e-2 * length);
   }
 }
@@ -183,7 +183,7 @@ TEST_CASE("A contact that has held for long bears a push under which a younger o
           "[ageing][coupling]") {
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const Material m = ageing_material();
-  // Between the peak of a contact a tick old and that of one that held for an hour.
+  // A push between the peak of a contact that is a tick old and that of one that has held for an hour.
   const double push = 0.5 * (m.peak_coefficient(1e-2) + m.peak_coefficient(3600.0)) * load;
   for (const bool midpoint : {false, true}) {
     for (const double held : {1e-2, 3600.0}) {

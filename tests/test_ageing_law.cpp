@@ -1,6 +1,6 @@
-// Ageing and strengthening with speed as numbers: kinetic friction at a speed, and the way from coefficients
-// to a material that ages and back. Expected values: the table data/ageing_steady.csv, quadrature over the
-// bend of a bristle, bristles followed one by one.
+// Ageing and strengthening with speed as numbers: kinetic friction at a speed, and the conversion of
+// coefficients to a material that ages and back. Expected values come from the table data/ageing_steady.csv,
+// from quadrature over the deflection of a bristle, and from bristles followed one by one.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ SnapLength law_of(const std::string& name) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// A material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
   return Material{}
@@ -56,14 +56,14 @@ Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule r
       .with_ageing(ageing);
 }
 
-/// g, written down once more.
+/// Returns the growth g of a snap length, written independently of the library.
 double growth(const Ageing& a, double age_s) {
   return a.form == AgeingForm::saturating ? 1.0 + a.strength * (1.0 - std::exp(-age_s / a.time))
                                           : 1.0 + a.strength * std::log(1.0 + age_s / a.time);
 }
 
-/// Redraw: f = int r T dr / int T dr, T = S(r / g(r / v)) exp(-kappa nu r), (1 + kappa) nu int T dr = 1, by
-/// Simpson's rule over r and bisection for nu. In mean snap lengths.
+/// Returns kinetic friction with SnapRule::redraw, in mean snap lengths: f = int r T dr / int T dr, T = S(r /
+/// g(r / v)) exp(-kappa nu r), (1 + kappa) nu int T dr = 1, by Simpson's rule over r and bisection for nu.
 double quadrature(const SnapLength& law, const Ageing& ageing, double kappa, double speed) {
   constexpr int n = 12000;
   const double mean = law.mean(), end = 40.0;
@@ -88,7 +88,8 @@ double quadrature(const SnapLength& law, const Ageing& ageing, double kappa, dou
   return moment(1, low) / moment(0, low);
 }
 
-/// Mean bend beyond the residual of bristles followed one by one in steady sliding, in mean snap lengths.
+/// Returns the mean deflection beyond the residual of bristles followed one by one in steady sliding, in mean
+/// snap lengths.
 double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double kappa, double speed) {
   constexpr std::size_t bristles = 6000;
   constexpr double piece = 1.0 / 50;
@@ -108,7 +109,8 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
       bend[i] += piece;
       const auto beyond = [&](double r) { return r - length[i] * growth(ageing, r * law.mean() / speed); };
       if (beyond(bend[i]) < 0.0) continue;
-      // The place of the snap within the piece, by the secant; the rest is the new bend.
+      // Finds the place of the snap within the piece by the secant; the rest of the piece is the new
+      // deflection.
       const double from = beyond(before), to = beyond(bend[i]);
       bend[i] = piece * to / (to - from);
       if (rule == SnapRule::redraw) length[i] = draw();
@@ -151,7 +153,7 @@ TEST_CASE("Kinetic friction at a speed with shared renewal and residual follows 
         const double speed = w * dbar / tau;
         const double expected = quadrature(law_of(law), ageing, 1.0, speed);
         CAPTURE(law, ageing.strength, w);
-        // Simpson's rule cuts corners of the uniform law.
+        // The tolerance is wide because Simpson's rule cuts corners of the uniform law.
         CHECK(ageing_material(law_of(law), ageing, SnapRule::redraw, 1.0, 0.4).kinetic_coefficient(speed) ==
               Approx(0.4 + expected).margin(law == std::string("uniform_0.5_1.5") ? 1e-5 : 1e-6));
       }
@@ -166,7 +168,7 @@ TEST_CASE("Kinetic friction at a speed with shared renewal follows bristles one 
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     const Ageing ageing = Ageing::logarithmic(0.1, tau);
     CAPTURE(static_cast<int>(rule));
-    // 6000 bristles over ten renewals: 2e-3; order of snaps and renewals in a piece: some 1e-3.
+    // 6000 bristles over ten renewals: 2e-3; order of snaps and renewals within a piece: some 1e-3.
     CHECK(ageing_material(law, ageing, rule, 1.0).kinetic_coefficient(speed) ==
           Approx(follow(law, rule, ageing, 1.0, speed)).margin(6e-3));
   }
@@ -192,12 +194,13 @@ TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sl
   for (const double kappa : {0.0, 1.0}) {
     const Material slow = ageing_material(law, Ageing::logarithmic(0.02, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(slow.kinetic_coefficient(1e9) == Approx(slow.kinetic_coefficient()).epsilon(1e-9));
-    // A decade costs beta ln 10 of the part beyond the residual, less what the growth itself raises it.
+    // A decade of speed costs beta ln 10 of the part beyond the residual, less the change that its growth
+    // makes.
     const double fast = slow.kinetic_coefficient(1e-4 * dbar / tau),
                  tenth = slow.kinetic_coefficient(1e-5 * dbar / tau);
     const double beyond = slow.kinetic_coefficient() - 0.3;
     CHECK(tenth - fast == Approx(0.02 * std::log(10.0) * beyond).epsilon(0.05));
-    // Time that a bristle ages without end: longer by the whole gain, and every length by the same factor.
+    // Slow sliding, in which a bristle ages fully: every length is longer by one factor, the whole gain.
     const Material skin = ageing_material(law, Ageing::saturating(0.5, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(skin.kinetic_coefficient(0.0) ==
           Approx(0.3 + 1.5 * (skin.kinetic_coefficient() - 0.3)).epsilon(1e-9));
@@ -243,8 +246,8 @@ Coefficients coefficients_with(double fall, double kappa, double share) {
       .with_ageing_time(0.02);
 }
 
-/// First loading of freshly renewed bristles at a speed, by the renewal equation of the aged survival on a
-/// grid: its highest point, in mean snap lengths. kappa = 0, redraw.
+/// Returns the peak at first loading of freshly renewed bristles at a speed, in mean snap lengths, by the
+/// renewal equation of the aged survival function on a grid. kappa = 0, redraw.
 double brute_peak(const SnapLength& law, const Ageing& ageing, double speed) {
   constexpr int n = 1600;
   constexpr double h = 3.2 / n;
@@ -274,7 +277,7 @@ TEST_CASE("Coefficients at a speed become a material that has them at that speed
       const Material m = Material::from_coefficients(c);
       CAPTURE(kappa, share);
       CHECK(m.kinetic_coefficient(3e-3) == Approx(0.35).epsilon(1e-9));
-      // The slope of ln mu over the decade, by a difference of its own.
+      // Slope of ln mu over ln v, by a difference quotient of the test's own.
       const double up = m.kinetic_coefficient(3.03e-3), down = m.kinetic_coefficient(3e-3 / 1.01);
       CHECK(-std::log(up / down) / (2.0 * std::log10(1.01)) == Approx(0.06).epsilon(1e-4));
       const Coefficients back = m.coefficients(3e-3);
@@ -323,7 +326,7 @@ TEST_CASE("The peak at a speed is that of first loading of bristles that age on 
       const double speed = w * dbar / tau;
       const Material m = ageing_material(law_of(law), ageing);
       CAPTURE(law, w);
-      // A law of the same family stands for the aged one; the uniform law becomes a table.
+      // A law of one family stands for the aged law; the uniform law becomes a table.
       const std::string name = law;
       const double error = name == "uniform_0.5_1.5" ? 1e-4 : name == "normal_0.25" ? 2e-3 : 3e-4;
       CHECK(m.coefficients(speed).peak == Approx(brute_peak(law_of(law), ageing, speed)).epsilon(error));
@@ -346,7 +349,7 @@ TEST_CASE("Saturating ageing is given by a fall at a speed", "[ageing][material]
   const Material m = Material::from_coefficients(c);
   CHECK(m.ageing_form == AgeingForm::saturating);
   CHECK(m.coefficients(1e-5).fall_per_decade == Approx(0.1).epsilon(1e-7));
-  // Without a speed: where the fall is.
+  // Without a speed, coefficients() finds where the fall is.
   const Coefficients back = m.coefficients();
   CHECK(back.kinetic_speed == Approx(2e-5 / 2.0).epsilon(1e-12));
   CHECK(Material::from_coefficients(back).ageing_strength == Approx(m.ageing_strength).epsilon(1e-6));

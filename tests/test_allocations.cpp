@@ -22,7 +22,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Every kind of patch, small ones by the hundred and one large.
+/// Adds every kind of patch: small ones by the hundred and one large.
 std::vector<PatchId> many_patches(PatchBatch& batch) {
   std::vector<PatchId> ids;
   for (std::uint32_t k = 0; k < 300; ++k) {
@@ -47,9 +47,9 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
   {
     const long before = counts_so_far().allocations;
-    void* volatile probe = ::operator new(100);  // volatile: or the compiler leaves the pair out
+    void* volatile probe = ::operator new(100);  // volatile keeps the compiler from removing the pair
     ::operator delete(probe);
-    REQUIRE(counts_so_far().allocations - before == 2);  // the counter counts
+    REQUIRE(counts_so_far().allocations - before == 2);  // checks that the counter counts
   }
   for (int threads : {1, 2}) {
     INFO(threads << " threads");
@@ -92,7 +92,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    CHECK(shedder.report(batch).decisions > 16);  // or nothing was tested
+    CHECK(shedder.report(batch).decisions > 16);  // otherwise nothing was tested
     for (const auto& [what, number] : counted) {
       INFO(what);
       CHECK(number == 0);
@@ -136,7 +136,7 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more than the matcher takes
+  std::vector<bristle::ContactPoint> points(70);  // more than the matcher's capacity
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());

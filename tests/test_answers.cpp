@@ -37,7 +37,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// The first paragraph, as one line.
+/// Returns the first paragraph, as one line.
 std::string answer_of(const std::string& text) {
   std::string answer = text.substr(0, text.find("\n\n"));
   std::replace(answer.begin(), answer.end(), '\n', ' ');
@@ -51,8 +51,8 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-/// The longest line that has no room in 80 columns, or a line with a byte that a terminal obeys; empty:
-/// neither.
+/// Returns the first line that exceeds 80 columns or contains a byte that controls a terminal; empty if none
+/// does.
 std::string fault_of_text(const std::string& text) {
   std::string worst;
   for (const std::string& line : lines_of(text)) {
@@ -76,7 +76,7 @@ std::vector<std::string> helped_words(const Folder& folder, const std::string& p
   std::string section;
   for (const std::string& line : lines_of(help_of(folder, path).out)) {
     if (!line.empty() && line[0] != ' ') section = line;
-    // An entry has two spaces before it; what is continued has more.
+    // An entry is indented by two spaces; continued lines are indented more.
     if (line.size() < 3 || line.substr(0, 2) != "  " || line[2] == ' ') continue;
     std::string first = words_of(line)[0];
     if (section != "Subcommands:" && section != "Options:") continue;
@@ -87,11 +87,11 @@ std::vector<std::string> helped_words(const Folder& folder, const std::string& p
   return words;
 }
 
-/// "", "run", ... "experiment drift", ... of all there are.
+/// Returns the names of all commands: "", "run", ... "experiment drift", ...
 std::vector<std::string> command_paths(const Folder& folder) {
   std::vector<std::string> paths = {""};
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    // Every experiment has the same options: one of them stands for all.
+    // All experiments have equal options, so one of them stands for all.
     std::size_t experiments = 0;
     for (const std::string& word : helped_words(folder, paths[i]))
       if (word[0] != '-' && (paths[i] != "experiment" || ++experiments <= 1))
@@ -114,7 +114,7 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Restores the layout of the process.
+/// Sets the width of texts; restores the text layout of the process in the end.
 struct Columns {
   explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
   ~Columns() { cli::text_layout() = cli::TextLayout(); }
@@ -162,7 +162,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(fault_of_text(text) == "");
   for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
     CHECK_THAT(text, Contains(word));
-  // The name stands beside every part of its row, the note once.
+  // The name stands beside every part of its row, the note only once.
   std::size_t names = 0, notes = 0;
   for (const std::string& line : lines_of(text)) {
     names += line.rfind("first", 0) == 0 ? 1 : 0;
@@ -240,7 +240,7 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
 
 TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
           "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene is in double precision
+  if (!BRISTLE_WITH_DOUBLE) return;  // needs double, for one patch of the scene
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
   const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
@@ -366,7 +366,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
   const Folder folder;
   const std::string script = folder.write("completion", run_cli(folder, "completion bash").out);
   const std::vector<std::string> paths = command_paths(folder);
-  // One shell for all: for each place the words after it, then those after it that begin with "--".
+  // Runs one shell for all places: for each it prints the words that may follow, then those that begin with
+  // "--".
   std::string program = "source '" + script +
                         "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
                         "COMP_CWORD=$(($# - 1)); COMPREPLY=(); _bristle; echo \"${COMPREPLY[*]}\"; }\ncd '" +
@@ -392,8 +393,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
     CHECK(options.size() == long_options);
   }
   CHECK(replies[2 * paths.size()] == "lognormal");
-  CHECK(replies[2 * paths.size() + 1] == "completion");  // a file
-  CHECK(replies[2 * paths.size() + 2].empty());          // a number
+  CHECK(replies[2 * paths.size() + 1] == "completion");  // completes a file name
+  CHECK(replies[2 * paths.size() + 2].empty());          // completes a number, so nothing
 }
 
 TEST_CASE("Completion says what an option is for, and zsh and fish can read their scripts", "[answers]") {

@@ -1,5 +1,5 @@
-// BRISTLE_ASSERT: a broken invariant ends the program with its text where asserts are on, and costs nothing
-// where they are off.
+// BRISTLE_ASSERT: a broken invariant ends the program with its text in builds with asserts, and costs nothing
+// in others.
 #include <catch2/catch.hpp>
 
 #include <cstdint>
@@ -21,10 +21,10 @@ namespace {
 
 struct Death {
   bool aborted;
-  std::string text;  ///< what it printed on stderr
+  std::string text;  ///< text that the process printed on stderr
 };
 
-/// Runs `act` in a process of its own.
+/// Runs `act` in a child process.
 template <class Act>
 Death run_apart(Act act) {
   int ends[2];
@@ -32,7 +32,7 @@ Death run_apart(Act act) {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
-    signal(SIGABRT, SIG_DFL);  // Catch's handler would report a failed test
+    signal(SIGABRT, SIG_DFL);  // else Catch's handler would report a failed test
     dup2(ends[1], 2);
     act();
     _exit(0);

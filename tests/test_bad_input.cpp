@@ -1,4 +1,4 @@
-// Bad input, one by one (core/MODEL.md, section 14): flagged, zero force, state kept, neighbours untouched;
+// Each kind of bad input (core/MODEL.md, section 14): flagged, zero force, state kept, neighbours untouched;
 // errors at set-up.
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 Material damped() { return Material{}.with_bristle_damping(0.02).with_viscous_friction(0.5); }
 
-/// Three patches under way: the middle one is going to be given something bad.
+/// Three patches under way, of which the middle one gets bad input.
 struct Trio {
   Trio() {
     const PatchOptions options = PatchOptions{}.with_bristles(600).with_outputs(Outputs::all);
@@ -56,7 +56,7 @@ void check_no_force(const Response& r) {
   CHECK(r.snaps == 0);
 }
 
-/// Gives the middle patch a motion spoiled by `spoil`, then good ones; a twin batch never sees the bad one.
+/// Gives the middle patch a motion spoiled by `spoil`, then good ones; a twin batch never gets the bad one.
 void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoil) {
   INFO(what);
   Trio bad;
@@ -65,7 +65,7 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   std::vector<Motion> motions = bad.good();
   spoil(motions[1]);
   const std::vector<Response> got = bad.step(tick, motions);
-  // In the twin the middle patch is not named: it rests.
+  // In the twin the middle patch is not named, so it rests.
   const std::vector<Motion> others{twin.good()[0], twin.good()[2]};
   const std::vector<Response> expected = twin.step(tick, others);
 
@@ -78,13 +78,13 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   CHECK(first_difference(got[0], expected[0]) == "");
   CHECK(first_difference(got[2], expected[1]) == "");
 
-  // Neither does a trial change anything.
+  // A trial with the bad motion changes nothing either.
   const Response trial = bad.batch.find_force(tick, motions[1]);
   CHECK(trial.status == Status::bad_input);
   check_no_force(trial);
   CHECK(bad.batch.state_hash(bad.ids[1]) == before);
 
-  // Recovers at the next good input, as if nothing had been.
+  // The patch recovers at the next good input, as if nothing had happened.
   for (int k = 0; k < 3; ++k) {
     const std::vector<Response> a = bad.step(tick, bad.good());
     const std::vector<Response> b = twin.step(tick, twin.good());
@@ -125,7 +125,8 @@ TEST_CASE("A velocity that is not used may hold anything, and a load of minus ze
 
 TEST_CASE("A time step that is not above zero and finite is flagged for every motion and changes no state",
           "[bad-input]") {
-  // A denormal one counts as 0: whether it differs from 0 would depend on the caller's floating-point mode.
+  // A denormal time step counts as 0, because whether it differs from 0 would depend on the caller's
+  // floating-point mode.
   const double denormal = std::numeric_limits<double>::denorm_min();
   for (double dt : {0.0, -0.0, -1e-3, nan_value, infinite, -infinite, denormal, 2e-308}) {
     INFO("dt = " << dt << " s");
@@ -196,7 +197,7 @@ TEST_CASE("An id that was never given, was removed, or is none is flagged as unk
   CHECK(bad.batch.find_force(tick, strange).status == Status::unknown_id);
   CHECK(bad.batch.force(removed).status == Status::unknown_id);
   CHECK(bad.batch.force(PatchId{}).status == Status::unknown_id);
-  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // says nothing, does nothing
+  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // must change nothing
   bad.batch.step(tick);
   CHECK(bad.batch.stored_energy(removed) == 0.0);
   double z[3];
@@ -282,7 +283,7 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
     hashes[at++] = batch.state_hash();
     const unsigned after = _mm_getcsr();
     _mm_setcsr(original);
-    // The control bits; sticky exception flags (the low six) may be raised by any arithmetic.
+    // Compares the control bits only; sticky exception flags (the low six) may be raised by any arithmetic.
     CHECK((after & ~0x3fu) == (mode & ~0x3fu));
   }
   CHECK(hashes[0] == hashes[1]);
@@ -308,7 +309,7 @@ void check_error(const std::string& message, const std::string& parameter, const
   INFO("message: " << message);
   CHECK_THAT(message, Contains(parameter));
   CHECK_THAT(message, Contains(value));
-  // More than name and value: a range or a rule.
+  // The message has more than name and value: a range or a rule.
   CHECK(message.size() > parameter.size() + value.size() + 8);
 }
 
@@ -345,7 +346,7 @@ TEST_CASE("Set-up errors name the parameter, its value and the allowed range", "
   check_error(error_of([] { PatchBatch bad(BatchOptions{}.with_threads(-3)); }), "threads", "-3");
   const std::string message = error_of([] { PatchBatch bad(BatchOptions{}.with_isa("sse9")); });
   check_error(message, "isa", "sse9");
-  CHECK_THAT(message, Contains("scalar"));  // what there is
+  CHECK_THAT(message, Contains("scalar"));  // names the sets that exist
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     if (isa.usable) continue;
     CHECK_THAT(error_of([&] { PatchBatch bad(BatchOptions{}.with_isa(isa.name)); }), Contains(isa.name));
@@ -387,7 +388,7 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
                     "representatives; snap_rule keep takes every law");
   CHECK_NOTHROW(Material(wide).with_snap_rule(SnapRule::keep).validate_for_representatives());
-  CHECK_NOTHROW(wide.validate());  // no fault of the material itself
+  CHECK_NOTHROW(wide.validate());  // the material itself is valid
   const Material widest = Material{}.with_snap_length(SnapLength::lognormal(1e-5, bristle::widest_redraw_cv));
   CHECK_NOTHROW(batch.add(widest, bristles));
   CHECK_THROWS_WITH(Material(wide).with_stribeck_velocity(-1.0).validate_for_representatives(),
@@ -395,7 +396,8 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
 }
 
 TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
-  // Energies and mean force where the patch has them or nobody knows; others are not written.
+  // Energies and mean force are cleared if the patch computes them or nobody knows; else they are not
+  // written.
   Trio trio;
   Response used;
   used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;

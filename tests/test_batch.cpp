@@ -1,4 +1,4 @@
-// The batch: ids, adding and removing while it runs, live materials, patches that are not named, the
+// The batch: ids, adding and removing while it runs, changes of material, patches that are not named, the
 // wrappers.
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ TEST_CASE("A removed id never names a later patch", "[batch]") {
     REQUIRE(id.value != 0);
     REQUIRE(seen.insert(id.value).second);
     live.push_back(id);
-    if (k % 3 != 0) {  // slots are used again and again
+    if (k % 3 != 0) {  // slots are reused many times
       const std::size_t at = static_cast<std::size_t>(k * 7) % live.size();
       batch.remove(live[at]);
       dead.push_back(live[at]);
@@ -107,11 +107,11 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   PatchBatch simple, bulk;
   const std::vector<PatchId> a = add_patches(simple, 3, material, options);
   const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step yet
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step has been taken
   for (int k = 0; k < 15; ++k) {
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < 3; ++i) {
-      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // one of them rests
+      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // this patch is not named, so it rests
       const double dx = 1e-6 * (k + 1.0);
       simple.move(a[i], dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i));
       motions.push_back(same_motion({b[i]}, dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i))[0]);
@@ -131,7 +131,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
     }
   }
   CHECK(simple.state_hash() == bulk.state_hash());
-  // A motion set twice: the later counts, and it counts for one step only.
+  // A motion set twice: the later one counts, and for one step only.
   simple.move(a[0], 1e-3, 0.0, 0.1);
   simple.move(a[0], 1e-6, 0.0, 0.5);
   Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
@@ -139,7 +139,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   bulk.step(tick, {&motion, 1}, {&response, 1});
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
-  // It answers a step, and a state that was restored is none.
+  // force() answers a step, and a restored state has none.
   std::vector<std::byte> state(simple.state_size());
   REQUIRE(simple.save_state(state) == state.size());
   simple.restore_state(state);
@@ -158,14 +158,15 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     const Material shorter = plain_material(SnapLength::uniform(0.4 * dbar, 0.8 * dbar), SnapRule::keep);
     const double rounding = precision == Precision::single ? 1e-6 : 1e-12;
 
-    // All bristles bent by 0.6: half of the new lengths are shorter.
+    // All bristles are bent by 0.6, so half of the new lengths are shorter.
     OnePatch patch(longer, plain_options(n, 2, precision));
     patch.step(0.0, 0.0, n);
     patch.step(0.6 * dbar, 0.0, n);
     const double energy = patch.energy();
     patch.batch.set_material(patch.id, shorter);
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);  // stratified
+    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);  // half of 1000 within 10, because lengths
+                                                                   // are stratified
     const double left = static_cast<double>(n - r.snaps);
     expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
     const Bristles b = read(patch, n);
@@ -177,7 +178,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(patch.energy() < energy);
     CHECK(patch.step(0.0, 0.0, n).snaps == 0);
 
-    // Stiffness and load alone: deflections and weight stay, the forces follow.
+    // A change of stiffness and load alone: deflections and weight stay, the forces follow.
     OnePatch other(longer, plain_options(n, 2, precision));
     other.step(0.0, 0.0, n);
     other.step(0.5 * dbar, 0.2 * dbar, n);
@@ -189,7 +190,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(s.stiffness == Approx(3.0 * n));
     CHECK(other.batch.info(other.id).weight == 1.0);
 
-    // From keep to redraw and back.
+    // Changes from keep to redraw and back.
     other.batch.set_material(other.id, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
     for (int k = 0; k < 30; ++k) REQUIRE(other.step(0.7 * dbar, 0.0, n).status == Status::ok);
     CHECK(-other.step(0.0, 0.0, n).elastic[0] / (n * dbar) == Approx(0.545).epsilon(0.15));
@@ -251,7 +252,7 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.bristles == 500);
   CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
-  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles of weight 4
   CHECK(info.normal_load == 0.5);
   CHECK(info.memory_bytes >= 500u * info.bytes_per_bristle);
   CHECK(info.bytes_per_bristle >= 8);
@@ -304,7 +305,7 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
   const Bristles b = read(batch, ids[1], 1000);
   CHECK(a.delta != b.delta);
   for (const Bristles* s : {&a, &b}) {
-    // Every prefix is a stratified sample: its mean is right to a few 1/n, far better than n^-1/2.
+    // Every prefix is a stratified sample: the error of its mean is a few 1/n, far below n^-1/2.
     double sum = 0.0;
     for (std::size_t i = 0; i < 1000; ++i) {
       sum += s->delta[i] / dbar;
@@ -318,13 +319,13 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
 
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  // Patches that the other thread never touches: they must not notice.
+  // Patches that the other thread never touches, whose results must not change.
   const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
   const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
   batch.warm_up();
 
   std::mutex mutex;
-  std::vector<PatchId> shared;  // what the other thread has added and not removed
+  std::vector<PatchId> shared;  // patches that the other thread has added and not removed
   std::atomic<bool> stop{false};
   std::atomic<int> added{0}, removed{0}, changed{0};
   std::thread other([&] {
@@ -365,7 +366,8 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   const int enough = static_cast<int>(test_size(3000));
   int steps = 0;
   int wrong = 0;
-  for (; steps < enough || added <= 10; ++steps) {  // slow builds: until the other had its turns
+  for (; steps < enough || added <= 10; ++steps) {  // in slow builds goes on until the other thread has had
+                                                    // its turns
     std::vector<PatchId> ids = steady;
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -450,7 +452,7 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
 }
 
 TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
-  // More than the slots of a new batch: the queue of move is rebuilt.
+  // More patches than the slots of a new batch, so that the queue of move() is rebuilt.
   PatchBatch batch;
   const Material material = plain_material(uniform, SnapRule::redraw);
   const PatchOptions options = plain_options(20);
@@ -465,7 +467,7 @@ TEST_CASE("Motions that wait for a step are kept when patches are added after th
   for (std::size_t i = 0; i < 3; ++i) {
     const Response r = batch.force(ids[i]);
     CHECK(r.status == Status::ok);
-    CHECK(r.elastic[0] == Approx(-20.0 * 0.1 * dbar * static_cast<double>(i + 1)));  // all stick
+    CHECK(r.elastic[0] == Approx(-20.0 * 0.1 * dbar * static_cast<double>(i + 1)));  // all bristles stick
     CHECK(r.elastic[1] == Approx(20.0 * 0.05 * dbar));
   }
   CHECK(batch.force(more.back()).elastic[0] == Approx(-10.0 * 0.2 * dbar));
@@ -517,6 +519,6 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
       moved += b.elastic[axis] != 0.0;
     }
     CHECK(moved > 6);
-    CHECK(moved < 12);  // nothing moves at first
+    CHECK(moved < 12);  // the first steps do not add up to a position unit
   }
 }

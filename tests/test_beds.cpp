@@ -108,7 +108,7 @@ struct Brute {
   }
 };
 
-/// Motions of many kinds for a bed that may roll.
+/// Returns a random motion of one of many kinds, for a bed that may roll.
 BedMotion draw_motion(std::mt19937& random, BedId id, bool rolls, double length, double slip, double load) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
@@ -155,12 +155,12 @@ std::vector<Kind> all_kinds() {
 TEST_CASE("A sphere's row follows Cattaneo and Mindlin under held, rising and falling load") {
   CHECK(mindlin_error(32) < 1e-3);
   CHECK(mindlin_error(16) < 2e-3);
-  CHECK(mindlin_error(128) < 1e-4);  // second order: 32 gives 3.3e-4, four times as many less than a fifth
+  CHECK(mindlin_error(128) < 1e-4);  // second order: 32 bristles give 3.3e-4, so 128 give less than a fifth
 }
 
 TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and the program CONTACT say") {
-  // G 200, nu 0.42 in both bodies, a = 1, mu 0.4, N 9.1954 (its example `cattaneo`): at F = 0.875 mu N it
-  // prints a shift of 8.155e-3; the closed form is 8.172e-3.
+  // CONTACT's example `cattaneo`: G 200, nu 0.42 in both bodies, a = 1, mu 0.4, N 9.1954; at F = 0.875 mu N
+  // it prints a shift of 8.155e-3; the closed form is 8.172e-3.
   const double load = 9.1954, limit = 0.4 * load;
   OneBed bed(BedMaterial(0.4).with_elastic_pair(200.0, 0.42), BedShape::sphere_row(64, 1.0), with_load(load));
   double shift = 0.0;
@@ -245,7 +245,7 @@ TEST_CASE("A tyre rolls at the force and moment of the closed form, for steps of
         CHECK(std::abs(-bed.out.force[0] / (friction * load) - number(row, "Fx_over_muN")) < 1e-3);
         CHECK(std::abs(-bed.out.force[1] / (friction * load) - number(row, "Fy_over_muN")) < 1e-3);
         CHECK(std::abs(-bed.out.torque / (friction * load * 2.0 * a) - number(row, "Mz_over_muN2a")) < 1e-3);
-        // Backwards the leading edge is the other one.
+        // When rolling backwards the other end is the leading edge.
         if (!all && step > 0.05) {
           OneBed back(BedMaterial(friction).with_presliding(1e-3), BedShape::wheel_row(a),
                       with_load(load, all));
@@ -309,7 +309,7 @@ TEST_CASE(
     CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < 3e-3);
-    if (y < 0.0) {  // CONTACT's example `fastsim`, 220 x 220 cells, first order in them
+    if (y < 0.0) {  // CONTACT's example `fastsim`, 220 x 220 cells, whose error is of first order
       CHECK(bed.out.force[1] / limit == Approx(parabolic ? -0.6359 : -0.5956).epsilon(0.012));
       CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
     }
@@ -317,8 +317,9 @@ TEST_CASE(
 }
 
 TEST_CASE("Carter's rolling cylinder: the shape of the creep curve") {
-  // Closed form with the flexibility that gives the slope at small creep: F / mu N = 1 - (1 - c)^2 with
-  // c = creep over the creep of full slip. Simplified theory with Hertz's bound differs; state the figure.
+  // Closed form with the flexibility that gives the slope at small creep: F / mu N = 1 - (1 - c)^2 with c =
+  // creep over the creep of full slip. Simplified theory with Hertz's bound differs from it; checks the size
+  // of the difference.
   OneBed bed(BedMaterial(0.3).with_presliding(1e-5), BedShape::cylinder_row(1e-3, 64), with_load(100.0));
   for (int i = 0; i < 40; ++i) bed.step(0.0, 1e-9, 0.0, 1e-4);
   CHECK(-bed.out.force[1] > 0.0);
@@ -348,7 +349,7 @@ TEST_CASE("A bed without rolling steps as its bristles do one by one") {
       if (cells[i].load > 0.0)
         CHECK(shown[i].stiffness / cells[i].stiffness == Approx(shown[1].stiffness / cells[1].stiffness));
       else
-        CHECK(shown[i].stiffness == 0.0);  // out of contact
+        CHECK(shown[i].stiffness == 0.0);  // a bristle out of contact has no stiffness
       CHECK(shown[i].stiffness * shown[i].limit ==
             Approx(shown[1].stiffness * shown[1].limit * cells[i].load / cells[1].load).epsilon(1e-5));
       limit += shown[i].stiffness * shown[i].limit;
@@ -539,13 +540,13 @@ TEST_CASE("No state that steps give is refused, however wild the steps, while it
 }
 
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
-  // Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
+  // Takes Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
   const double load = 4000.0, slope = 0.2 * load;
   const int axis = GENERATE(0, 1);
   OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
                with_load(1.1 * load));
   wheel.motion.normal_load = load;
-  wheel.step(0.0, 0.0, 0.0, 1.0);  // it rolled here
+  wheel.step(0.0, 0.0, 0.0, 1.0);  // rolls the bed, so that it holds a state of rolling
   double at = 0.0;
   const auto run = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) {
@@ -555,11 +556,11 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
       at += d;
     }
   };
-  run(20000);  // past the largest swing of the load
+  run(20000);  // runs past the largest swing of the load
   const double settled = at;
   run(400000);
   CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
-  CHECK(std::abs(at - settled) < 1e-9);  // the resolution of a deflection: 6e-8 of 1 mm
+  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection: 6e-8 of 1 mm
   const double halfway = at;
   run(400000);
   CHECK(std::abs(at - halfway) < 1e-10);
@@ -600,7 +601,8 @@ TEST_CASE("A wheel that starts, stops and reverses has a force without a jump") 
     before = wheel.out.force[0];
     REQUIRE(std::abs(before) <= 0.9 * 4000.0 * (1.0 + 1e-5));
   }
-  // A step's slip of 2e-5 m bends all bristles by as much at most; what enters and leaves adds its share.
+  // A step's slip of 2e-5 m bends all bristles by at most that; bristles that enter and leave add their
+  // share.
   const double stiffness = wheel.batch.info(wheel.motion.id).stiffness;
   CHECK(largest < 1.1 * (2e-5 * stiffness + 5e-4 / 0.14 * 2.0 * 0.9 * 4000.0));
 }
@@ -612,7 +614,7 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
   CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
-  bed.step(0.0);  // sticks for a step: the static limit is back
+  bed.step(0.0);  // sticks for a whole step, which restores the static limit
   peak = 0.0;
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
@@ -621,10 +623,10 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
 TEST_CASE(
     "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
     "one") {
-  // Steady rolling, closed: a bristle at the distance t from the leading edge holds slip t up to the static
-  // limit, then the kinetic one: limits of 4 u (1 - u), u = t / 2a.
+  // Steady rolling in closed form: a bristle at the distance t from the leading edge holds slip t up to the
+  // static limit, then the kinetic one: limits of 4 u (1 - u), u = t / 2a.
   const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;  // unit: the kinetic limit at the middle
-  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {                   // times 2a, in units of deflection
+  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {                   // slip times 2a, in units of deflection
     OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
                BedShape::wheel_row(0.1, BedPressure::parabolic, 64), with_load(load, false));
     for (int i = 0; i < 400; ++i) bed.step(0.0, slip * unit / 100.0, 0.0, 0.002);
@@ -650,7 +652,8 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   for (const double load : {95.0, 90.0, 85.0}) {
     wheel.motion.normal_load = load;
     wheel.step(0.0);
-    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the tolerance allows for the sliding
+                                                               // trailing edge
   }
 }
 
@@ -916,7 +919,7 @@ TEST_CASE("Tiny motions of a bed add up, rolling as well as sliding") {
 }
 
 TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met, its half-space stated") {
-  // tractcurv. The flexibilities are those that CONTACT prints, in m^3/N.
+  // CONTACT's example `tractcurv`. The flexibilities are those that it prints, in m^3/N.
   const double a = 6.304e-3, b = 12.61e-3, load = 106.7e3, friction = 0.33, step = a / 16.0;
   int cases = 0;
   for (const Row& row : read_table("contact_program.csv")) {
@@ -930,7 +933,7 @@ TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met
     std::printf("%-21s creep %.5f: force over mu N %8.5f, bed %8.5f, difference %8.5f\n",
                 row.at("example").c_str(), creep, theirs, ours, ours - theirs);
     CAPTURE(row.at("example"), creep);
-    // 48 x 44 cells of first order there; simplified theory differs from the half-space by up to 5 %.
+    // CONTACT has 48 x 44 cells of first order; simplified theory differs from the half-space by up to 5 %.
     CHECK(std::abs(ours - theirs) < (simplified ? 0.015 : 0.05));
     ++cases;
   }
@@ -938,12 +941,12 @@ TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met
 }
 
 TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll under a force, beside CONTACT") {
-  // In mm and 1e6 Pa, so that N stay N.
+  // Units are mm and 1e6 Pa, so that forces are in N.
   const double a = 3.5e-3, load = 0.4705, friction = 0.4013, share = 0.657, limit = friction * load;
   const double flexibility = 8.0 * a / (3.0 * 4.2 * 1e6);  // Kalker's coefficient of a circle, nu 0.28: 4.2
   OneBed bed(BedMaterial(friction).with_flexibility(flexibility, flexibility, flexibility),
              BedShape::ellipse(a, a, BedPressure::parabolic).rolling(29, 16), with_load(load));
-  // Newton's steps to the displacement at which the force is as given.
+  // Takes Newton's steps to the displacement at which the force has its given value.
   const auto settle = [&](double rolled) {
     double d = 0.0;
     bed.motion.rolled[0] = rolled;
@@ -971,13 +974,13 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
       std::printf("rolled %5.2f: creep %.3e, bed %.3e\n", before, number(row, "value"), creep);
   }
   CHECK(cases == 56);
-  CHECK(creep == Approx(3.101e-3).epsilon(0.1));     // the steady state
-  CHECK(largest == Approx(3.403e-3).epsilon(0.12));  // as the shifted bristles leave
+  CHECK(creep == Approx(3.101e-3).epsilon(0.1));     // value of the steady state
+  CHECK(largest == Approx(3.403e-3).epsilon(0.12));  // largest value, as the shifted bristles leave
 }
 
 TEST_CASE("A wheel that is turned where it stands: parking torque over the steering angle, there and back") {
-  // Every bristle goes along an arc of its own: T(phi) = sum of r min(k r phi, limit), and Masing's rule
-  // back.
+  // Expects every bristle to follow an arc of its own: T(phi) = sum of r min(k r phi, limit), and Masing's
+  // rule on return.
   const double a = 0.07, b = 0.08, load = 4000.0, friction = 0.9, presliding = 2e-3;
   OneBed wheel(BedMaterial(friction).with_presliding(presliding),
                BedShape::rectangle(a, b, BedPressure::parabolic).rolling(33, 12), with_load(load));
@@ -988,7 +991,7 @@ TEST_CASE("A wheel that is turned where it stands: parking torque over the steer
       for (int j = 0; j < n; ++j) {
         const double u = (2.0 * i + 1.0) / n - 1.0, v = (2.0 * j + 1.0) / n - 1.0;
         const double r = std::hypot(a * u, b * v), pressure = 1.5 * (1.0 - u * u);
-        // Where the pressure is largest a bristle slides at `presliding`.
+        // A bristle slides at the displacement `presliding` where the pressure is largest.
         sum += r * friction * load * std::min(1.5 * r * angle / presliding, pressure) / (n * n);
       }
     return sum;
@@ -1020,8 +1023,8 @@ TEST_CASE("A wheel locked, spun, and in a pothole") {
   OneBed spun(material, BedShape::wheel_row(0.07), with_load(load));
   for (int i = 0; i < 50; ++i) spun.step(-0.01, 0.0, 0.0, 0.01);
   CHECK(spun.out.force[0] == Approx(friction * load).epsilon(1e-3));
-  // In a pothole the wheel has no load and no force. Behind it the wheel behaves as one that has just been
-  // put down.
+  // In a pothole the wheel has no load and no force. After it the wheel behaves as one that has just been put
+  // down.
   OneBed rolling(material, BedShape::wheel_row(0.07), with_load(load)),
       fresh(material, BedShape::wheel_row(0.07), with_load(load));
   double stored = 0.0;
@@ -1044,8 +1047,9 @@ TEST_CASE("A wheel locked, spun, and in a pothole") {
 
 namespace {
 
-/// A quarter of a car on one wheel. A step solves for the force on it: Newton's with the tangent, between
-/// bounds. `end` = 0.5: the midpoint rule with the mean force; 1: implicit Euler with the force at the end.
+/// A quarter of a car on one wheel. A step solves for the force on it by Newton's method with the tangent,
+/// between bounds. `end` = 0.5: the midpoint rule with the mean force; 1: implicit Euler with the force at
+/// the end.
 struct WheelOfCar : OneBed {
   static constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3;
   double inertia, end;  ///< kg m^2, 0: the brake holds the wheel
@@ -1105,7 +1109,7 @@ TEST_CASE("A wheel with inertia under a car's mass, by the midpoint solve, climb
           gained = std::max(gained, car.energy(downhill) - before);
           before = car.energy(downhill);
         }
-        // As without creep, but for its share: the force over the slip stiffness.
+        // Moves as without creep, less the creep: force over slip stiffness.
         CHECK(car.speed == Approx(2.0 - downhill / heavy * time).margin(2e-3));
         CHECK(gained < 1e-7);
       }
@@ -1123,7 +1127,7 @@ TEST_CASE("A locked wheel under a car's mass, by the midpoint solve, stops and g
         gained = std::max(gained, car.energy(slope * car.load) - before);
         before = car.energy(slope * car.load);
       }
-      // It rocks on its tyre, which nothing damps: no more than the energy that the last slip left.
+      // It rocks on its tyre, which nothing damps, with no more than the energy that the last slip left.
       CHECK(std::abs(car.speed) <
             1.05 * 0.9 * car.load * std::sqrt(0.07 / (slip_stiffness * car.mass)) + 1e-3);
       CHECK(gained < 1e-3);
@@ -1139,7 +1143,7 @@ TEST_CASE("A braked car stands on a slope of 20 % for an hour") {
       car.advance(1.0, (0.2 + 0.2 * gust) * car.load);
       if (second == 199) settled = car.at;
     }
-    // Under gusts the resolution of a deflection remains: 6e-8 of 1 mm.
+    // Under gusts the error is the resolution of a deflection: 6e-8 of 1 mm.
     CHECK(std::abs(car.at - settled) < (gusts ? 1e-10 : 1e-12));
   }
 }
@@ -1162,7 +1166,7 @@ TEST_CASE("A bed that was dragged far keeps its force in the next small step") {
         bed.step(1e-12);
         for (int k = 0; k < 2; ++k) CHECK(std::abs(bed.out.force[k] - force[k]) < 1e-5 * limit);
       }
-  // Under next to no load, where the motion is 1e23 limits.
+  // Under nearly no load, where the motion is 1e23 limits.
   OneBed light(BedMaterial(0.5).with_presliding(1e-12), BedShape::disc(1e-3, BedPressure::uniform),
                with_load(1.0, false), 1e-6);
   light.step(1e5);
@@ -1190,17 +1194,17 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(on.id == first);
   CHECK(on.force[0] < 0.0);
   CHECK(other.force[0] == 0.0);
-  CHECK(push(11, 0.0).status == Status::unknown_id);
+  CHECK(push(11, 0.0).status == Status::no_capacity);
   CHECK(keyed.refused() == 1);
   CHECK(keyed.end_step() == 0);
   CHECK(push(9, 2e-5).force[0] < 0.0);
   std::vector<std::byte> keys(keyed.state_size()), state(batch.state_size());
   REQUIRE(keyed.save_state({keys.data(), keys.size()}) == keys.size());
   batch.save_state({state.data(), state.size()});
-  CHECK(keyed.end_step() == 1);  // 7 was not seen
+  CHECK(keyed.end_step() == 1);  // key 7 was not seen
   CHECK(keyed.size() == 1);
   CHECK_FALSE(static_cast<bool>(keyed.find(7)));
-  // Its bed is another contact's, unbent.
+  // The bed of the lost contact serves the new one, unbent.
   CHECK(push(12, 0.0).id == first);
   CHECK(batch.info(first).normal_load == 2.0);
   CHECK(push(12, 0.0).force[0] == 0.0);
@@ -1242,7 +1246,7 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
   bristle_id id = 0;
-  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // it does not roll yet
+  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // refused, because `rolls` is not set
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;
   REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);

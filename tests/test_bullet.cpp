@@ -14,8 +14,8 @@ namespace {
 constexpr double gravity = 9.81;
 using Vector2 = std::array<double, 2>;
 
-/// Nothing but Coulomb's law in three degrees of freedom, in steps of 20 us: the plate of pushed_plate() on
-/// three points, each under its share of the weight and of the moment that friction has about the centre.
+/// Coulomb's law alone in three degrees of freedom, in steps of 20 us: the plate of pushed_plate() on three
+/// points, each under its share of the weight and of the moment that friction has about the centre.
 struct CoulombPlate {
   double x = 0.0, y = 0.0, turn = 0.0, vx = 0.0, vy = 0.0, spin = 0.0;
 
@@ -41,7 +41,8 @@ struct CoulombPlate {
       feet[i] = {feet_radius * std::cos(angle), feet_radius * std::sin(angle)};
       loads[i] = pushed_mass * gravity / 3.0;
     }
-    for (int pass = 0; pass < 4; ++pass) {  // the loads depend a little on friction, which depends on them
+    for (int pass = 0; pass < 4; ++pass) {  // iterates, because the loads depend a little on friction, and
+                                            // friction on the loads
       sum[0] = sum[1] = sum[2] = 0.0;
       for (int i = 0; i < 3; ++i) {
         const double u = vx - spin * feet[i][1], v = vy + spin * feet[i][0];
@@ -144,7 +145,7 @@ TEST_CASE("In Bullet a box slides v^2 / (2 mu g) on the same patches, at any spe
     for (const std::uint64_t key : after) CHECK(before.count(key) == 1);
     CHECK(before.size() == 4);
     floor.run(0.8);
-    // Bullet moves bodies by the velocity at the end of a step: half a step of the way is lost.
+    // Bullet moves bodies by the velocity at the end of a step, which loses half a step of the distance.
     const double way = speed * speed / (2.0 * 0.5 * gravity) - 0.5 * floor.dt_s * speed;
     CHECK(box.getWorldTransform().getOrigin().x() - start == Approx(0.8 * way).epsilon(0.02));
     CHECK(box.getLinearVelocity().length() < 1e-6);
@@ -207,7 +208,7 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   world.body(1).forceActivationState(DISABLE_DEACTIVATION);
   run(240);
   CHECK(std::fabs(place() - held) < 1e-9);
-  // Bullet's own coefficients are as they were.
+  // Bullet's own coefficients are unchanged.
   auto& dispatcher = *world.world().getDispatcher();
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m)
     for (int p = 0; p < dispatcher.getManifoldByIndexInternal(m)->getNumContacts(); ++p)

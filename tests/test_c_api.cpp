@@ -1,4 +1,4 @@
-// The C interface: a program in C, and the C++ interface beside it.
+// The C interface: a program in C, compared with the C++ interface.
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
@@ -29,7 +29,7 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
   REQUIRE(c_program_goes_to_coefficients_and_back() == 0);
 }
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
-#if !BRISTLE_MINIMAL  // two axes
+#if !BRISTLE_MINIMAL  // the program needs two axes
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
 #endif
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }

@@ -1,4 +1,5 @@
-// Structs of the C interface: sizes that do not agree, values that C++ has not, fields that mirror C++'s.
+// Structs of the C interface: refuses sizes that do not agree and values that C++ lacks; fields mirror those
+// of C++.
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
@@ -122,7 +123,7 @@ TEST_CASE("A C program hears why nothing was shed", "[c]") {
   CHECK(std::string(bristle_last_error()) == "motion_size: give sizeof(bristle_motion)");
   CHECK(bristle_shedder_before_step(nullptr, patch.batch, &patch.motion, sizeof patch.motion, 1) == 0);
   CHECK(std::string(bristle_last_error()) == "shedder is null");
-  bristle_step_report report{};  // never initialised
+  bristle_step_report report{};  // a report that was not initialised
   CHECK(bristle_shedder_after_step(shedder, patch.batch, &patch.motion, sizeof patch.motion, 1, 1e-3,
                                    &report) == 0);
   CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is " +
@@ -144,7 +145,7 @@ TEST_CASE("A null column is named", "[c]") {
 }
 
 TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
-  // Whoever adds a field here must add its comparison below.
+  // Whoever adds a field to the struct must add its comparison below.
   static_assert(bristle::detail::field_count<PatchInfo> == 10);
   PatchBatch batch;
   CPatch c(800);
@@ -240,7 +241,8 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
 }
 
 TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
-  // Each bed needs what no other has; all are pressed, rolled where they roll, and drawn along both axes.
+  // Each bed needs something that no other has; all are pressed, rolled if they roll, and pulled along both
+  // axes.
   const std::vector<BedCell> cells = {
       {{1e-3, 0.0}, 1.0, 2.0}, {{0.0, 2e-3}, 3.0, 1.0}, {{-1e-3, 1e-3}, 2.0, 1.0}};
   struct Case {

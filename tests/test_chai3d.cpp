@@ -30,14 +30,14 @@ Material skin() {
                                          .with_damping_per_newton(2.0));
 }
 
-/// Everything below z = 0, from x = `from` to `to`.
+/// Makes a floor: everything below z = 0, from x = `from` to `to`.
 cGenericObject::Distance floor_between(double from = -1e9, double to = 1e9) {
   return [=](const Vector3d& p, Vector3d& normal) {
     normal = Vector3d::UnitZ();
     return p[0] >= from && p[0] < to ? p[2] : 1.0;
   };
 }
-/// Everything with a smaller x.
+/// Returns the distance to a wall that fills everything at smaller x.
 double wall(const Vector3d& p, Vector3d& normal) {
   normal = Vector3d::UnitX();
   return p[0];
@@ -78,7 +78,7 @@ struct Tool {
   Vector3d position, force = Vector3d::Zero();
 };
 
-constexpr double depth = 0.004;  // m: 2 N of wall
+constexpr double depth = 0.004;  // m, penetration that gives 2 N of wall force
 
 }  // namespace
 
@@ -111,7 +111,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   CHECK(held < 0.0);
   CHECK(held > -0.2e-3);
   for (int i = 0; i < 1000; ++i) step(9.81);
-  CHECK(std::fabs(height - held) < 1e-9);  // it does not creep
+  CHECK(std::fabs(height - held) < 1e-9);  // the held block does not creep
   CHECK(left.friction()[2] == Approx(-0.5 * mass * 9.81).epsilon(1e-4));
   for (int i = 0; i < 500; ++i) {
     lift += 0.1 * tick;
@@ -119,7 +119,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   }
   for (int i = 0; i < 1000; ++i) step(9.81);
   CHECK(height - held == Approx(0.05).margin(0.5e-3));
-  // Too heavy for the grip: it slides, and the bristles pull with what the wall gives them.
+  // Too heavy for the grip: it slides, and the bristles pull with the force that the wall load gives them.
   for (int i = 0; i < 50; ++i) step(60.0);
   CHECK(velocity < -0.5);
   const bristle::Response& response = left.brush->response();
@@ -177,11 +177,12 @@ TEST_CASE("A count of an encoder makes the force step that count_step says", "[c
     tool.hold_at(start);
     const auto said = tool.brush->count_step(count, scale, stiffness * depth);
     const double first = -tool.hold_at(start + Vector3d(scale * count, 0, 0))[0];
-    CHECK(first == Approx(said.force_n).epsilon(0.1));  // of a brush of which the weakest snap at once
+    CHECK(first == Approx(said.force_n).epsilon(0.1));  // first force of a brush whose weakest bristles snap
+                                                        // at once
     CHECK(first <= said.force_n * (1.0 + 1e-9));
     CHECK(said.force_n == Approx(1.95 * kinetic * stiffness * depth / 10.0).epsilon(0.05));
     CHECK(said.share == Approx(0.195).epsilon(0.05));
-    // b > K T / 2, K being scale times as stiff to the hand.
+    // Passivity: b > K T / 2, K being the stiffness at the hand, scale times as high.
     CHECK(said.damping_n_s_per_m == Approx(0.5 * tick * said.force_n / count).epsilon(1e-9));
   }
 }
@@ -204,14 +205,14 @@ TEST_CASE("A damper takes the velocity of a scaled device from many counts where
     Tool tool(world, start, BrushProxyOptions{}.with_resolution(windowed ? scale * count : 0.0), damped);
     double last = 0.0;
     jump[windowed ? 1 : 0] = 0.0;
-    for (int i = 0; i < 1000; ++i) {  // 7 mm/s at the hand
+    for (int i = 0; i < 1000; ++i) {  // the hand moves at 7 mm/s
       const double x = scale * count * std::floor(7e-6 * i / count);
       const double now = tool.hold_at(start + Vector3d(x, 0, 0))[0];
       if (i > 200) jump[windowed ? 1 : 0] = std::max(jump[windowed ? 1 : 0], std::fabs(now - last));
       last = now;
     }
   }
-  // Without it, a count in a tick is 0.1 m/s, which 2 N times 5 s/m make 1 N.
+  // Without the filter, one encoder count in a tick is 0.1 m/s, which makes 1 N at 2 N times 5 s/m.
   CHECK(jump[0] > 0.9);
   CHECK(jump[1] < 0.3 * jump[0]);
 }
@@ -251,7 +252,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
   CHECK(-tool.friction()[0] == Approx(kinetic * stiffness * depth).epsilon(0.01));
   tool.go(above, 0.1);
   CHECK(tool.force == Vector3d::Zero());
-  // The touched object is gone: nothing may read it.
+  // The touched object is gone, so nothing may read it.
   world.objects.clear();
   ground.reset();
   tool.hold_at(above + Vector3d(0.01, 0, 0));
@@ -269,7 +270,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
 TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction", "[chai3d]") {
   cWorld world;
   cGenericObject here(floor_between(-1.0, 0.0)), there(floor_between(0.0, 1.0));
-  there.place = chai(Vector3d(0, 0.3, 0));  // frames differ, the floor is one
+  there.place = chai(Vector3d(0, 0.3, 0));  // the objects' frames differ, but they form one floor
   world.objects = {&here, &there};
   const Vector3d start(-0.01, 0, radius - depth);
   Tool tool(world, start);
@@ -281,7 +282,8 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
     most = std::max(most, -tool.friction()[0]);
   });
   CHECK(least > 0.999 * most);
-  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // with the damper's part
+  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force, which includes the
+                                                                     // damper's part
 }
 
 TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool makes no jerk", "[chai3d]") {
@@ -296,14 +298,14 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // frames differ, the floor is one
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // the objects' frames differ, but they form one floor
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;
     tool.brush->restart();
   }
   CHECK((tool.hold_at(tool.position) - held).norm() < 1e-9);
-  ground->turned = chai_rotation(turned_by(1.5));  // followed from the next tick on
+  ground->turned = chai_rotation(turned_by(1.5));  // the frame follows the turn from the next tick on
   tool.hold_at(tool.position);
   CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.15));
 }
@@ -345,7 +347,7 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
     cWorld world;
     cGenericObject ground(floor_between());
     world.objects = {&ground};
-    Vector3d on_device(0.02, 0, radius - depth);  // in the tool's frame: the hand does not move
+    Vector3d on_device(0.02, 0, radius - depth);  // in the tool's frame, so that the hand does not move
     Tool tool(world, on_device);
     tool.hold_at(on_device);
     const auto turn_frame = [&](double angle) {
@@ -355,7 +357,7 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
     for (int i = 1; i <= 500; ++i) turn_frame(1e-3 * i);
     if (restarted) {
       CHECK(tool.friction().norm() < 1e-9);
-    } else {  // against the way of the tool, which is across its arm
+    } else {  // against the motion of the tool, which is across its arm
       CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.05));
       CHECK(tool.friction().normalized().dot(turned_by(0.5) * Vector3d(0, -1, 0)) > 0.99);
     }
@@ -363,8 +365,8 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
 }
 
 TEST_CASE("By default a CHAI3D tool renders cohorts: sliding has no ripple", "[chai3d]") {
-  // Stock friction has 2.4 % rms at 0.1 m/s. Representatives of this law scatter by 0.74 n^-1/2 times 1.9 for
-  // their shared renewal: 8 % with 300, 4.6 % with 900.
+  // CHAI3D's own friction has 2.4 % rms at 0.1 m/s. Representatives of this law scatter by 0.74 n^-1/2 times
+  // 1.9 for their shared renewal: 8 % with 300, 4.6 % with 900.
   CHECK(BrushProxyOptions{}.patch.population == bristle::Population::infinite);
   double ripple[3];
   const unsigned bristles[3] = {0, 900, 300};

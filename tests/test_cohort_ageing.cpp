@@ -1,6 +1,6 @@
-// The infinite brush whose bristles grow stronger while they hold: against the reference tables, against
-// quadrature, against brute force in small steps, and what must not change an age: how a motion is cut into
-// steps, who is named in a step, trials, copies.
+// The infinite brush whose bristles grow stronger while they hold: against the reference tables, quadrature,
+// and brute force in small steps. Also that an age does not depend on how a motion is cut into steps, which
+// patches a step names, trials, and copies.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -26,7 +26,7 @@ constexpr double tau = 1.0;  ///< s
 
 // ------------------------------------------------------------------------------- a patch, in reduced units
 
-/// Lengths in mean snap lengths, times in s, forces over load. Moves along (0.6, 0.8).
+/// A patch that moves along (0.6, 0.8), with lengths in mean snap lengths, times in s, forces over load.
 struct AgedBrush {
   explicit AgedBrush(const Material& material, const PatchOptions& options = infinite_options(),
                      const BatchOptions& batch = {})
@@ -43,7 +43,7 @@ struct AgedBrush {
     most_negative = std::min(most_negative, response.dissipated);
     return force();
   }
-  /// In steps of `piece`, at this speed.
+  /// Slides in steps of `piece`, at this speed.
   double slide(double length, double speed, double piece = 0.1) {
     const int n = static_cast<int>(std::ceil(length / piece - 1e-9));
     for (int i = 0; i < n; ++i) step(length / n, length / n / speed);
@@ -65,7 +65,7 @@ Material aged(const SnapLength& law, const Ageing& ageing) {
 }
 Material aged(const SnapLength& law, double beta) { return aged(law, Ageing::logarithmic(beta, tau)); }
 
-/// g, written a second time.
+/// Returns the growth g of a snap length, written independently of the library.
 double growth(const Ageing& a, double age) {
   if (a.form == bristle::AgeingForm::saturating) return 1.0 + a.strength * (1.0 - std::exp(-age / a.time));
   return 1.0 + a.strength * std::log1p(age / a.time);
@@ -84,14 +84,14 @@ AgedBrush brush_of(const Row& row, double resolution) {
                    infinite_options(resolution, resolution > 8.0 ? 512 : 0));
 }
 
-/// Largest errors of a resolution, by law.
+/// Largest errors of a resolution, for each law.
 using Errors = std::map<std::string, double>;
 void note(Errors& errors, const Row& row, double error) {
   double& largest = errors[row.at("dist")];
   largest = std::max(largest, std::abs(error));
 }
 
-/// By small steps that never come to an end that is carried, and by one step.
+/// Returns the errors of steady sliding in small steps, and after one step of 1000 lengths.
 Errors steady_errors(double resolution) {
   Errors errors;
   for (const Row& row : read_table("ageing_steady.csv")) {
@@ -107,7 +107,7 @@ Errors steady_errors(double resolution) {
   return errors;
 }
 
-/// Returns relative errors of peaks. `brief`: those of rows with a hold of tau, which the table has to 1.4e-3
+/// Returns relative errors of peaks. `brief`: only rows with a hold of tau, which the table has to 1.4e-3
 /// only (see the test against quadrature).
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
@@ -146,7 +146,8 @@ Errors speed_jump_errors(double resolution) {
   return errors;
 }
 
-/// The speed swings about its mean: force at the mean speed on the way up and down, least and largest force.
+/// Returns the errors under a speed that swings about its mean: force at the mean speed on the way up and
+/// down, least and largest force.
 Errors lag_errors(double resolution) {
   Errors errors;
   for (const Row& row : read_table("ageing_lag.csv")) {
@@ -182,7 +183,8 @@ void require_below(const Errors& errors, double of_lognormal, double of_uniform,
 
 // ---------------------------------------------------------------------------------------------- quadrature
 
-/// f(v) = int r S dr / int S dr with S of r / g(r / v), lengths in mean snap lengths.
+/// Returns kinetic friction f(v) = int r S dr / int S dr with S at r / g(r / v), lengths in mean snap
+/// lengths.
 double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   double mass = 0.0, moment = 0.0;
   const double h = 1e-4;
@@ -194,8 +196,8 @@ double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   return moment / mass;
 }
 
-/// Peak over kinetic force after a hold, while nothing that snapped since snaps again (x up to the shortest
-/// snap length): what was bent by r is left where its length exceeds all r' / g so far.
+/// Returns peak over kinetic force after a hold, while no newborn bristle snaps (x up to the shortest snap
+/// length): a bristle bent by r stays if its length exceeds all r' / g so far.
 double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed, double hold,
                        double farthest) {
   constexpr std::size_t n = 4000;
@@ -217,7 +219,7 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
       mass += left(i);
       force += left(i) * (r[i] + x);
     }
-    newborn += 0.5 * dx * (lost + all - mass);  // of int lost dx: what they are bent by
+    newborn += 0.5 * dx * (lost + all - mass);  // adds int lost dx, the deflection of newborn bristles
     lost = all - mass;
     peak = std::max(peak, force + newborn);
   }
@@ -226,8 +228,9 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
 
 // ---------------------------------------------------------------------------------------------- brute force
 
-/// Bristle by bristle in steps so small that their order does not count. Nothing here comes from bristle.
-/// A bristle snaps at |z| = residual + delta g(age) to residual e, and renews `renewal` others on average.
+/// An independent model of ageing bristles, one by one in steps so small that their order does not matter. It
+/// uses nothing of bristle. A bristle snaps at |z| = residual + delta g(age) to residual e, and renews
+/// `renewal` others on average.
 class AgedBristles {
  public:
   AgedBristles(std::size_t count, Quantile quantile, const Ageing& ageing, double residual = 0.0,
@@ -276,7 +279,7 @@ class AgedBristles {
       b.x += h * ex;
       b.y += h * ey;
       const double bent = std::hypot(b.x, b.y);
-      if (bent <= residual_ + b.delta) continue;  // age makes none weaker
+      if (bent <= residual_ + b.delta) continue;  // ageing only lengthens, so it cannot snap
       const double strength = residual_ + b.delta * growth(ageing_, now_ - b.birth);
       if (bent <= strength) continue;
       const double along = b.x * ex + b.y * ey;
@@ -298,10 +301,10 @@ class AgedBristles {
   std::mt19937_64 generator_{11};
   std::vector<Bristle> bristles_;
   double now_ = 0.0;    ///< s
-  double drawn_ = 0.0;  ///< renewals that are due
+  double drawn_ = 0.0;  ///< renewals owed, less than one
 };
 
-/// Slides, turns, holds and creeps: displacement in mean snap lengths, duration in s.
+/// A piece of motion (slide, turn, hold or creep): displacement in mean snap lengths, duration in s.
 struct Leg {
   double dx, dy, seconds;
 };
@@ -355,7 +358,7 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
           "[cohorts][ageing][physics]") {
   constexpr double beta = 0.005;
   for (const SnapLength& law : {lognormal, uniform}) {
-    // Both to first order in beta ln(..): over the kinetic force without ageing.
+    // Expected values to first order in beta ln(..), over the kinetic force without ageing.
     const auto slide = [&](double speed) {
       AgedBrush brush(aged(law, beta), infinite_options(32.0, 512));
       return brush.step(3000.0, 3000.0 / speed);
@@ -414,7 +417,7 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
       AgedBrush brush(
           aged(lognormal, ageing).with_residual_length(residual * dbar).with_shared_renewal(renewal));
       AgedBristles truth(bristles, lognormal_quantile(1.0, 0.3), ageing, residual, renewal);
-      brush.hold(1e-3);  // they come into contact
+      brush.hold(1e-3);  // bristles come into contact
       for (const Leg& leg : journey) {
         for (int i = 0; i < 5; ++i) brush.step(0.2 * leg.dx, 0.2 * leg.dy, 0.2 * leg.seconds);
         truth.step(leg.dx, leg.dy, leg.seconds, 0.02);
@@ -429,7 +432,8 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
 }
 
 TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][ageing][physics]") {
-  // Saturated within no time, g = 2: bristles of twice the length. What snaps twice in a piece too.
+  // Ageing saturates at once, g = 2, so bristles behave as if twice as long. Holds for second snaps within a
+  // piece as well.
   const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
   const SnapLength short_laws[] = {SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0),
                                    lognormal};
@@ -458,8 +462,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
 }
 
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Steps of 0.1 s, 1 ms and (some of the legs) 1 us. What is born and snaps inside a step ages too: the
-  // exponential law.
+  // Steps of 0.1 s, 1 ms and (in some legs) 1 us. Bristles that restart and snap inside a step age too, which
+  // the exponential law tests.
   const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
                         {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -479,7 +483,7 @@ TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing
           expect_near(forces[0][i][axis], forces[1][i][axis], limit, to_string(law.law()));
     }
   }
-  // 0.1 s in steps of 1 us: creep of 0.5, at an end from rest.
+  // A path of 0.5 lengths in 0.1 s, in one step and in steps of 1 us.
   AgedBrush coarse(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   AgedBrush fine(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   for (AgedBrush* brush : {&coarse, &fine}) brush->step(3.0, 0.0, 0.1);
@@ -500,11 +504,11 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       const double f = brush.step(length, length / speed);
       INFO(to_string(law.law()) << ", " << length << " lengths");
       CHECK(f == Approx(steady_force(law, ageing, speed)).epsilon(3.5e-3));
-      // Slower by a tenth, in short steps: what is carried is not carried on at another speed.
+      // Slower by a tenth, in short steps: a carried slide is not carried on at another speed.
       CHECK(brush.slide(12.0, 0.01 * speed) ==
             Approx(steady_force(law, ageing, 0.01 * speed)).epsilon(3.5e-3));
     }
-    // Work, loss and storage agree with the way in small steps.
+    // Work, loss and storage of one step agree with those of small steps.
     AgedBrush far(aged(law, ageing)), near(aged(law, ageing));
     for (AgedBrush* b : {&far, &near}) b->slide(1.0, 10.0);
     far.step(60.0, 6.0);
@@ -515,13 +519,15 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       snaps += static_cast<double>(near.response.snaps);
       lost += near.response.dissipated;
     }
-    const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;  // corners: of small steps
+    const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;  // a law with corners limits
+                                                                                  // the accuracy of small
+                                                                                  // steps
     CHECK(far.response.mean[0] == Approx(mean).epsilon(limit));
     CHECK(far.response.dissipated == Approx(lost).epsilon(limit));
     CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(5e-3));
     CHECK(far.imbalance < 1e-12);
   }
-  // With shared renewal a long step takes pieces for as long as it remembers.
+  // With shared renewal a long step takes pieces for as long as it remembers its start.
   const Material rubbed = aged(lognormal, ageing).with_residual_length(0.1 * dbar).with_shared_renewal(1.0);
   AgedBrush far(rubbed), near(rubbed);
   far.hold(1.0);
@@ -531,7 +537,7 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   near.slide(40.0, 10.0);
   double snaps = 0.0;
   for (int i = 0; i < 100; ++i) {
-    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // at no speed for long
+    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates speeds, so that no slide is carried
     snaps += static_cast<double>(near.response.snaps);
   }
   CHECK(f == Approx(near.force()).epsilon(2e-3));
@@ -555,7 +561,7 @@ TEST_CASE("A long step back is a slide of its own, with the friction of its spee
 }
 
 TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts][ageing]") {
-  // Two alike: one is named while it rests, the other is not; a third rests in one step.
+  // Of two equal patches one is named while it rests, the other is not; a third rests in one step.
   const Material material = aged(lognormal, 0.1);
   PatchBatch batch;
   const std::vector<PatchId> ids = add_patches(batch, 3, material, infinite_options());
@@ -578,7 +584,7 @@ TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts]
   const std::vector<Response> out = move({0, 1, 2}, 0.15, 0.15);
   for (int i : {1, 2}) CHECK(out[static_cast<std::size_t>(i)].end[0] == out[0].end[0]);
   for (int i : {1, 2}) CHECK(batch.state_hash(ids[static_cast<std::size_t>(i)]) == batch.state_hash(ids[0]));
-  // And it has aged: one that did not rest is weaker.
+  // The resting patch has aged: one that did not rest is weaker.
   AgedBrush restless(material);
   for (int i = 0; i < 51; ++i) restless.step(0.1, 0.0, 0.1);
   restless.step(0.05, 0.0, 0.05);
@@ -602,7 +608,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  const PatchId idle = batch.add(material, infinite_options());  // out of contact meanwhile
+  const PatchId idle = batch.add(material, infinite_options());  // out of contact during the rest
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});
   CHECK(live(batch.add(material, infinite_options())) == hashes);
@@ -612,7 +618,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
 }
 
 TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]") {
-  // With tau = 1 us the age is 1e12 tau. A slide of 5,000 lengths then forgets it.
+  // With tau = 1 us the age is 1e12 tau. A slide of 5,000 lengths then erases it.
   const Material material = aged(lognormal, Ageing::logarithmic(0.1, 1e-6));
   AgedBrush old(material), young(material);
   for (int i = 0; i < 20; ++i) {
@@ -629,7 +635,7 @@ TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]")
 }
 
 TEST_CASE("Bristles that come into contact are young, and leave first", "[cohorts][ageing][load]") {
-  // Without shared renewal bristles know nothing of each other: half of them rested, half came afterwards.
+  // Without shared renewal bristles are independent, so half of them may rest and half enter afterwards.
   const Material material = aged(lognormal, 0.1);
   AgedBrush both(material), rested(material), fresh(material);
   for (AgedBrush* b : {&both, &rested, &fresh}) b->load = 0.5 * load_n;
@@ -643,7 +649,7 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
     for (AgedBrush* b : {&both, &rested, &fresh}) b->step(0.05, 0.05);
     expect_near(both.force(), 0.5 * (rested.force() + fresh.force()), 1e-3, "mean deflection");
     if (i != 24) continue;
-    // After 1.25 lengths many bristles of the fresh brush have snapped, few of the one that rested.
+    // After 1.25 lengths many bristles of the fresh brush have snapped, but few of the one that rested.
     CHECK(rested.force() > 1.3 * fresh.force());
     AgedBrush less(material), same(material);
     for (AgedBrush* b : {&less, &same}) {
@@ -664,7 +670,8 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
 TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[cohorts][ageing][material]") {
   const Material plain = plain_material(lognormal, SnapRule::redraw);
   const Material strong = aged(lognormal, 0.1);
-  // Off: what held only by its age slips at once; then it slides as one that never aged.
+  // Ageing switched off: bristles that held only by their age slip at once; then the patch slides as one that
+  // never aged.
   AgedBrush brush(strong);
   brush.slide(10.0, 1.0);
   brush.hold(1e4);
@@ -679,7 +686,8 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
   CHECK(brush.response.dissipated > 0.0);
   CHECK(brush.response.dissipated + brush.patch.energy() == Approx(stored).epsilon(1e-9));
   CHECK(brush.slide(16.0, 1.0) == Approx(kinetic(lognormal)).margin(5e-4));
-  // On: ages begin now. Nothing slips, and what rests grows stronger from here.
+  // Ageing switched on: ages begin at the change. Nothing slips, and the resting patch grows stronger from
+  // here.
   const double same = brush.force();
   brush.hold(1e6);
   brush.patch.batch.set_material(brush.patch.id, strong);
@@ -690,7 +698,7 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
   CHECK(brush.slide(0.02, 1.0, 0.005) < same + 0.019);
   CHECK(brush.slide(16.0, 1.0) ==
         Approx(steady_force(lognormal, Ageing::logarithmic(0.1, tau), 1.0)).margin(5e-4));
-  // Over: another strength at the ages that there are. Doubled, nothing slips.
+  // Another strength of ageing, at the present ages. With a doubled strength nothing slips.
   brush.hold(100.0);
   const double held = brush.force();
   brush.patch.batch.set_material(brush.patch.id, aged(lognormal, 0.2));
@@ -708,7 +716,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     AgedBrush brush(aged(lognormal, beta));
     brush.hold(1e-6);
     double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // the motion that lets the force grow at this rate, 1/s
+    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at this rate, 1/s
       const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
       rise = f / 0.6 - last;
       last = f / 0.6;
@@ -721,7 +729,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     const double peak = breakaway(rate);
     INFO("rate " << rate << ": " << last - peak);
     if (rate < 0.02) {
-      // Much slower than tau: beta ln 10 of the strength, whatever the peak is.
+      // Loading much slower than tau: a decade of rate adds beta ln 10 of the strength, whatever the peak is.
       CHECK((last - peak) / peak > 0.7 * beta * std::log(10.0));
       CHECK((last - peak) / peak < 1.1 * beta * std::log(10.0));
     }
@@ -733,15 +741,15 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);
   const double before = read(brush.patch, 1).delta[0];
-  CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));  // none is known to be longer than it is bent
+  CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));  // no bristle is known to be longer than its deflection
   brush.hold(99.6);
   CHECK(read(brush.patch, 1).delta[0] ==
         Approx(before * (1.0 + 0.1 * std::log(101.0)) / (1.0 + 0.1 * std::log(1.4))).epsilon(1e-9));
 }
 
 TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
-  // Layers differ in age and place. Each bristle left after the load falls must have been there before, with
-  // its deflection and its length x g.
+  // Layers of bristles differ in age and place. Each bristle left after the load falls must have been there
+  // before, with its deflection and its length x g.
   const Material material = aged(lognormal, 0.3);
   constexpr std::size_t shown = 20000;
   const auto bristles_of = [&](const AgedBrush& b) { return read(b.patch, shown); };
@@ -772,7 +780,8 @@ TEST_CASE("Cohorts that a falling load empties take no age from those that stay"
 }
 
 TEST_CASE("Steps after a rest do not feel the base from which ages count", "[cohorts][ageing]") {
-  // It follows once 2^20 of the ageing time have passed since contact: rests just shorter and just longer.
+  // The base of ages follows once 2^20 ageing times have passed since contact: tries rests just shorter and
+  // just longer.
   constexpr double time = 1e-3, speed = 1e5;
   const Material material = aged(lognormal, Ageing::logarithmic(1.0, time));
   for (const double long_step : {0.0, 4.0, 10.0, 15.0, 20.0, 30.0, 60.0}) {
@@ -781,11 +790,11 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
       AgedBrush brush(material);
       brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
       brush.slide(0.1, speed, 0.05);
-      brush.step(9.0, 9.0 / speed);  // the weakest snap
+      brush.step(9.0, 9.0 / speed);  // the weakest bristles snap
       if (long_step > 0.0) brush.step(long_step, long_step / speed);
       force[longer] = brush.slide(0.2, speed, 0.05);
     }
-    // Fifteen times as strong as fresh ones, and ln(1.001 / 0.999) apart.
+    // Bristles are fifteen times as strong as fresh ones; the two rests differ by ln(1.001 / 0.999).
     INFO("a step of " << long_step);
     CHECK(force[1] == Approx(force[0]).epsilon(2e-3));
   }

@@ -31,7 +31,7 @@ const KernelTable& table_of(const std::string& isa) {
   return *entries->table;
 }
 
-/// A patch in a batch, and its rows.
+/// A patch in a batch, with access to its rows.
 struct OpenBrush {
   OpenBrush(const bristle::SnapLength& law, double resolution, std::uint32_t capacity) {
     const auto material = compile_material(bristle_test::plain_material(law, bristle::SnapRule::redraw));
@@ -73,8 +73,8 @@ Books read_books(const CohortState& s, const double* rows) {
   return b;
 }
 
-/// Random walk and random loads: 3 of 4 steps short, load kept, shaken by 1 %, thrown, 0 and above the
-/// highest.
+/// A random walk under random loads: 3 of 4 steps are short; the load is kept, varied by 1 %, set at random,
+/// 0 and above the highest.
 struct WildPath {
   double dx = 0.0, dy = 0.0, load = load_n;
   std::mt19937_64 generator{77};
@@ -94,7 +94,7 @@ struct WildPath {
   }
 };
 
-/// Number of steps after which mass was not what the load says, to the last unit.
+/// Returns the number of steps after which the mass differed from that of the load by a unit or more.
 long count_mass_errors(const bristle::SnapLength& law, double resolution, std::uint32_t capacity, long steps,
                        unsigned seed, long& full) {
   OpenBrush brush(law, resolution, capacity);
@@ -124,7 +124,7 @@ TEST_CASE("The mass of an infinite brush is that of its load, to the last unit, 
       long full = 0;
       INFO(to_string(law.law()) << ", " << capacity << " cohorts");
       CHECK(count_mass_errors(law, 4.0, capacity, steps, capacity, full) == 0);
-      CHECK(full > steps / 100);  // merges happen
+      CHECK(full > steps / 100);  // merges happened
     }
 }
 
@@ -152,7 +152,7 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       CohortState s = r;
       alignas(64) double rows[most_cohorts * cohort_columns];
       std::copy(r.rows, r.rows + r.used_numbers(), rows);
-      // Far within every reach: no merged cohort is bent farther than the mean R of its parts.
+      // Places far within every reach: no merged cohort is bent further than the mean R of its parts.
       double at[2] = {0.0, 0.0};
       double least_reach = 1e9, farthest = 0.0;
       for (std::uint32_t k = 0; k < s.count; ++k)
@@ -168,15 +168,15 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       REQUIRE(s.count < r.count);
       REQUIRE(after.mass == before.mass);
       REQUIRE(std::abs(after.x - before.x) <= 1e-12 * before.mass * (1.0 + std::abs(before.x / before.mass)));
-      // Loss of merging, sum of m z^2 before less after: it does not depend on the origin of z.
+      // Loss of merging: sum of m z^2 before less after, which does not depend on the origin of z.
       REQUIRE(lost >= 0.0);
-      // Merging drops the debt of an open cohort.
+      // Merging an open cohort gives up its stored spread.
       const double of_places = lost - (r.spread - s.spread);
       REQUIRE(s.spread >= 0.0);
       REQUIRE(std::abs(before.spread - after.spread - of_places) <= 1e-12 * (before.spread + r.spread));
       REQUIRE(after.reach >= before.reach * (1.0 - 1e-12));
       if (within) REQUIRE(after.reach <= before.reach * (1.0 + 1e-12));
-      // No rank leaves [0, mass): what a cut at the ends takes from a pair is little.
+      // No rank leaves [0, mass), so a pair loses little by the cut at the ends.
       REQUIRE(std::abs(after.rank - before.rank) <= 0.03 * before.mass * r.mass);
       ++merged;
     }
@@ -244,8 +244,8 @@ TEST_CASE("The sum of deflections that an infinite brush carries is that of its 
 
 TEST_CASE("Bristles that came into contact last leave an infinite brush first", "[cohorts][mass][load]") {
   OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 48);
-  // 0.6 of the load is bent by 0.2, 0.3 by 0.1, 0.1 is straight: sums of deflections by hand.
-  // A share of 5e-8 of this law is weaker than 0.2.
+  // 0.6 of the load is bent by 0.2, 0.3 by 0.1, 0.1 is straight: sums of deflections by hand. A share of 5e-8
+  // of this law is shorter than 0.2.
   const auto force = [](const bristle::Response& r) { return -r.elastic[0] / (load_n * dbar); };
   brush.step(0.0, 0.0, 0.6 * load_n);
   brush.step(0.1, 0.0, 0.6 * load_n);

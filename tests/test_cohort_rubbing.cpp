@@ -1,5 +1,5 @@
-// The infinite brush with residual and shared renewal: against closed forms, against brute force in small
-// steps, and what they are there for: contacts that do not harden when they are rubbed.
+// The infinite brush with residual and shared renewal: against closed forms and brute force in small steps,
+// and its purpose, contacts that do not harden when they are rubbed.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 
-/// Lengths in mean snap lengths.
+/// Residual and renewal of a material, lengths in mean snap lengths.
 struct Rubbing {
   double residual, renewal;
 };
@@ -31,7 +31,8 @@ Material rubbed(const SnapLength& law, const Rubbing& r) {
       .with_shared_renewal(r.renewal);
 }
 
-/// f = l_r + int r T dr / int T dr, T = S(r) exp(-kappa nu r); (1 + kappa) nu int S exp(-kappa nu r) dr = 1.
+/// Steady sliding in closed form: f = l_r + int r T dr / int T dr, T = S(r) exp(-kappa nu r); (1 + kappa) nu
+/// int S exp(-kappa nu r) dr = 1.
 struct Steady {
   double deflection, snap_rate;
 };
@@ -51,7 +52,7 @@ Steady steady(const SnapLength& law, const Rubbing& rubbing) {
   return {rubbing.residual + moment(1, low) / moment(0, low), low};
 }
 
-/// To and fro by `stroke`, 60 steps each way from one end to the other, from the middle on.
+/// A cycle to and fro by `stroke`, 60 steps from one end to the other, begun in the middle.
 struct Cycle {
   double highest, work;
 };
@@ -66,7 +67,7 @@ Cycle rub(Brush& brush, double stroke) {
   return cycle;
 }
 
-/// Rows of a table about one law and setting: the rule of the infinite brush.
+/// Rows of a table for one law and setting, all with the rule of the infinite brush.
 struct TableCase {
   NamedLaw law;
   Rubbing rubbing;
@@ -97,7 +98,7 @@ void slide_far(Brush& brush, double ex = 1.0, double ey = 0.0) {
   for (int k = 0; k < 60; ++k) brush.step(0.83 * ex, 0.83 * ey);
 }
 
-/// Largest errors of a resolution against the tables, mean snap lengths: of the law in first place.
+/// Largest errors of a resolution against the tables, in mean snap lengths, by law.
 using Errors = std::map<std::string, double>;
 void note(Errors& errors, const char* law, double error) {
   errors[law] = std::max(errors[law], std::abs(error));
@@ -144,7 +145,7 @@ Errors turn_errors(double resolution) {
       const double to = number(row, "y_over_dbar");
       brush.step((y - to) * 0.6, (to - y) * 0.8);
       y = to;
-      // f_parallel: along the motion now; f_perp: along the slide before.
+      // f_parallel is the force along the present motion, f_perp along the slide before.
       note(errors, c.law.name, brush.x() * 0.8 + brush.y() * 0.6 - number(row, "f_perp"));
       note(errors, c.law.name, brush.y() * 0.8 - brush.x() * 0.6 - number(row, "f_parallel"));
     }
@@ -179,7 +180,8 @@ Errors load_errors(double resolution) { return errors_of_load(resolution, "F_dou
 
 TEST_CASE("After a reversal nothing snaps before the patch has come back by twice a large residual",
           "[cohorts][rubbing]") {
-  // All were left at 20 and bent on by less than 1.5: they are straight at 20 to 21.5 and snap from 40.5 on.
+  // All bristles were left at 20 and bent by less than 1.5 afterwards: they are straight at 20 to 21.5 and
+  // snap from 40.5 on.
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   for (const double renewal : {0.0, 1.0, 8.0}) {
     INFO("renewal " << renewal);
@@ -189,7 +191,7 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
     for (int i = 0; i < 20; ++i) brush.step(10.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     const double slid = brush.x();
-    // One step that is longer than what straight bristles take to forget, and a short one.
+    // One step longer than the path that straight bristles need to forget, and a short one.
     double way = 0.0;
     for (const double step : {30.0, 10.0}) {
       brush.step(-step);
@@ -202,7 +204,7 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
       CHECK(brush.response.dissipated > 0.0);
     }
     CHECK(brush.x() == Approx(-sliding.deflection).epsilon(2e-3));
-    // And all the way forth in one step: it loses what the work of the mean force does not store.
+    // One step forth over the whole path: it loses the work of the mean force less what it stores.
     brush.step(9000.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     CHECK(brush.imbalance < 1e-12);
@@ -226,7 +228,8 @@ TEST_CASE("A rubbed infinite brush follows the tables with second order", "[coho
   check("reversal", reversal_errors);
   check("turn", turn_errors);
   check("load", load_errors);
-  // Who came last is known of a cohort by mean and variance of rank alone: no resolution mends that.
+  // A cohort knows the order of entering by mean and variance of rank alone, an error that no resolution
+  // removes.
   for (const auto& law : errors_of_load(16.0, "F_doubled_then_halved", true)) {
     INFO("halved again, " << law.first << ": " << law.second);
     CHECK(law.second < 0.02);
@@ -259,7 +262,7 @@ TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[
       CHECK(error[1] < 3e-4);
     }
   }
-  // As printed in DESIGN.md 2.7.
+  // The value printed in DESIGN.md 2.7.
   CHECK(steady(lognormal, {0.0, 1.0}).deflection == Approx(0.45773).margin(1e-5));
 }
 
@@ -273,7 +276,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
     double squares = 0.0;
     const int steps = 40;
     for (int i = 0; i < steps; ++i) {
-      // Turns by up to half a circle, and back on its own path.
+      // Turns by up to half a circle, or back on its own path.
       const double angle = i % 8 < 4 ? 0.4 : 2.5 * flat(generator);
       const double length = i % 3 == 0 ? 0.2 : 0.5, way = i % 5 == 4 ? -1.0 : 1.0;
       const double dx = way * length * std::cos(angle), dy = way * length * std::sin(angle);
@@ -282,7 +285,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
       squares += (std::pow(brush.x() - truth.x(), 2) + std::pow(brush.y() - truth.y(), 2)) / steps;
     }
     INFO("residual " << r.residual << ", renewal " << r.renewal << ": rms " << std::sqrt(squares));
-    // Noise of so many bristles (0.3 each) on two axes, and the step of both.
+    // Noise of this many bristles (0.3 each) on two axes, plus the error of both steps.
     CHECK(std::sqrt(squares) < 0.6 / std::sqrt(static_cast<double>(bristles)) + 1.5e-3);
     CHECK(brush.imbalance < 1e-12);
     CHECK(brush.most_negative >= 0.0);
@@ -359,7 +362,7 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
       Brush all(rubbed(law, r), infinite_options());
       OnePatch end(rubbed(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
       const double expected = steady(law, r).deflection;
-      // A law with corners has its pieces at their mean ages: an error of the second order.
+      // A law with corners has its cohorts at their mean ages, with an error of second order.
       const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 3e-4;
       for (const auto& [x, y] : {std::pair{1.3, 0.4}, {0.0, 40.0}, {-60.0, 0.0}}) {
         all.step(x, y);
@@ -378,7 +381,8 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
 
 TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved, as fine pieces do",
           "[cohorts][rubbing][step]") {
-  // Less is left of the turn than eight pieces would err by: 1.5e-3 for the default, 1e-3 for exponential.
+  // The rest of the turn is less than the error of eight pieces: 1.5e-3 for the default, 1e-3 for
+  // exponential.
   const auto error_of = [](const Material& material, double length, double turn) {
     const auto options = [](double resolution, std::uint32_t cohorts) {
       return PatchOptions(infinite_options(resolution, cohorts)).with_outputs(Outputs::end);

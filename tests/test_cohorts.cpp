@@ -1,4 +1,4 @@
-// The infinite brush (Population::infinite): against the reference tables, and where it is hard.
+// The infinite brush (Population::infinite) against the reference tables, and in hard cases.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -130,7 +130,7 @@ TEST_CASE("The infinite brush follows the tables of every law", "[cohorts][physi
 }
 
 TEST_CASE("The error of the infinite brush falls with the square of the resolution", "[cohorts][physics]") {
-  // Steps of a length: pieces are as long as the resolution allows.
+  // Takes steps so long that pieces have the length that the resolution allows.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::exponential(dbar)}) {
     std::mt19937 generator(4);
@@ -166,7 +166,7 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
 
 TEST_CASE("Steady sliding in steps within a piece is exact to 1e-4 at the default resolution",
           "[cohorts][physics]") {
-  // Births at the middle of a piece h would leave h^2 / (24 dbar): 1.2e-3 of the force.
+  // Births at the middle of a piece h would leave an error of h^2 / (24 dbar): 1.2e-3 of the force.
   for (double cv : {0.3, 0.5}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
     const double expected = law.moment(2) / (2.0 * law.mean()) / dbar;
@@ -200,7 +200,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
-          for (int i = 0; i < 300; ++i) brush->step(0.05);  // then some returns: cohorts of two ages
+          for (int i = 0; i < 300; ++i) brush->step(0.05);  // forth, then back: cohorts of two ages
           for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
         }
         const double ex = std::cos(turn), ey = std::sin(turn);
@@ -299,14 +299,14 @@ TEST_CASE("A load that rises at rest changes no force, and an overload goes firs
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
   }
-  // Beyond the highest load too.
+  // Tests loads beyond the highest as well.
   for (int i = 0; i < 50; ++i) {
     brush.load += 40.0;
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-11 * std::abs(force), "force under a rising overload");
   }
-  // On the way down the overload goes first, with its share of the force; then those that came last,
-  // straight.
+  // When the load falls, the overload goes first, with its share of the force; then the straight bristles
+  // that entered last.
   const double highest = brush.load;
   brush.load = 0.5 * load_n;
   brush.step(0.0);
@@ -335,7 +335,7 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
 }
 
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
-  // 2e5 steps of 1e-7 lengths each way: the force is that of the same path in few steps.
+  // 2e5 steps of 1e-7 lengths each way give the force of the path in few steps.
   Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   for (Brush* b : {&slow, &fast})
@@ -355,7 +355,7 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("literal rule"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
-  // Wider than bristle by bristle: taken.
+  // Accepts a law wider than representatives accept.
   CHECK_NOTHROW(
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
 }
@@ -391,8 +391,8 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   const double kinetic = law.moment(2) / (2.0 * law.mean());
   struct Wavering {
     const char* name;
-    double lowest, highest;  // of the load, over max_normal_load
-    double stroke;           // mean snap lengths a step; 0 = at rest after the first steps
+    double lowest, highest;  // range of the load, over max_normal_load
+    double stroke;           // mean snap lengths per step; 0 = at rest after the first steps
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},
@@ -419,13 +419,13 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
     const double percent = 100.0 * std::sqrt(squares / steps);
     INFO(w.name << ": rms " << percent << " % of kinetic friction");
     CHECK(forces > 1.0);
-    // n bristles themselves waver by 0.2 to 0.4 % at n = 1e5.
+    // The force of n bristles itself fluctuates by 0.2 to 0.4 % at n = 1e5.
     CHECK(percent < 0.3 + 120.0 / std::sqrt(static_cast<double>(n)));
   }
 }
 
 TEST_CASE("A load that wavers along a path does the same along either axis", "[cohorts][load]") {
-  // Cohorts born at one place and cohorts that come into contact at another stay apart in any direction.
+  // Cohorts of snapped bristles and cohorts that came into contact elsewhere stay apart in any direction.
   Brush along_x(SnapLength::lognormal(dbar, 0.3)), along_y(SnapLength::lognormal(dbar, 0.3));
   for (int k = 0; k < 400; ++k) {
     const double load = load_n * (0.3 + 0.6 * std::abs(std::sin(0.37 * k)));
@@ -464,7 +464,7 @@ TEST_CASE("An overload at rest divides deflections, and their energy, by itself"
 
 namespace {
 
-/// Leaves numbers on the stack where the next call has its own.
+/// Leaves numbers on the stack where the next call has its locals.
 [[gnu::noinline]] double fill_stack(double with) {
   volatile double numbers[40000];
   for (volatile double& x : numbers) x = with;

@@ -1,8 +1,9 @@
-// Tangent axes in space: carried along, rolled, spun, turned with the whole scene.
+// Tangent axes in space: carried along, rolled, spun, and turned with the whole scene.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -30,12 +31,12 @@ Vector3d on_sphere(double polar, double azimuth) {
   return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
 }
 
-/// Solid angle of a triangle of unit vectors, signed (van Oosterom and Strackee 1983).
+/// Returns the signed solid angle of a triangle of unit vectors (van Oosterom and Strackee 1983).
 double solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return 2.0 * std::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
 }
 
-/// Angle from a to b about n.
+/// Returns the angle from a to b about n.
 double angle_about(const Vector3d& n, const Vector3d& a, const Vector3d& b) {
   return std::atan2(n.dot(a.cross(b)), a.dot(b));
 }
@@ -93,12 +94,12 @@ TEST_CASE("The axes follow the normal by the smallest rotation", "[frame]") {
     const Vector3d before = frame.normal(), along = frame.along(), aside = frame.aside();
     Vector3d to = random_unit(random);
     if (i % 5 == 1) to = (before + 1e-9 * to).normalized();
-    if (i % 5 == 2) to = (-before + 1e-5 * to).normalized();  // nearly opposite
+    if (i % 5 == 2) to = (-before + 1e-5 * to).normalized();  // makes the normals nearly opposite
     const Vector3d across = before.cross(to);
     const Matrix3d smallest =
         Eigen::AngleAxisd(std::atan2(across.norm(), before.dot(to)), across.normalized()).toRotationMatrix();
     REQUIRE(frame.carry(7.0 * to));
-    // Near opposite normals the error of the axis is the rounding over the sine of the angle.
+    // Near opposite normals the error of the axis is the rounding error over the sine of the angle.
     const double tolerance = before.dot(to) > 0.0 ? 3e-15 : 3e-15 / across.norm();
     expect_near((frame.along() - smallest * along).norm(), 0.0, tolerance, "first axis");
     expect_near((frame.aside() - smallest * aside).norm(), 0.0, tolerance, "second axis");
@@ -121,11 +122,13 @@ TEST_CASE("A normal that turns over carries the axes half round about the first 
 }
 
 TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid angle", "[frame]") {
-  // Along great arcs, in steps of any size: Gauss-Bonnet, exactly.
+  // Walks along great arcs, in steps of any size: the Gauss-Bonnet theorem holds exactly.
   const std::vector<std::vector<Vector3d>> polygons = {
-      {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},  // an octant: pi/2
+      {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},  // an octant of the sphere:
+                                                                                 // pi/2
       {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
-      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // the other way round
+      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // a polygon walked in the other
+                                                                         // orientation
   for (const auto& corners : polygons) {
     double enclosed = 0.0;
     for (std::size_t k = 1; k + 1 < corners.size(); ++k)
@@ -144,7 +147,8 @@ TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid an
       CHECK(angle_about(corners[0], start, frame.along()) == Approx(enclosed).margin(1e-13));
     }
   }
-  // A circle of latitude, by many small steps: 2 pi (1 - cos polar), the error of order the step squared.
+  // Walks a circle of latitude in many small steps: 2 pi (1 - cos polar), with an error of order step
+  // squared.
   const double polar = 0.7;
   double errors[2];
   for (int k : {0, 1}) {
@@ -178,13 +182,13 @@ TEST_CASE("Carrying a bent patch round a sphere changes neither its energy nor t
     expect_near(frame.force(p.response.end).dot(frame.normal()), 0.0, 1e-14 * size, "no normal part");
   }
   CHECK(p.batch.state_hash(p.patch) == hash);
-  // Back at the pole, turned by the holonomy of the path: not the force it started with.
+  // Back at the pole, the force is turned by the holonomy of the path, so it differs from the first.
   CHECK((frame.force(p.response.end) - before).norm() > 0.01 * size);
 }
 
 TEST_CASE("Displacements from chords are off by the step squared and no normal motion leaks in", "[frame]") {
-  // A point at a height that oscillates over a sphere of radius r, along a loxodrome: its path in the carried
-  // axes by fine integration, against steps.
+  // Moves a point along a loxodrome, at a height that oscillates over a sphere of radius r, and compares its
+  // path in the carried axes by fine integration with that by steps.
   const double r = 0.05;
   const auto place = [r](double t) {
     return Vector3d((r + 0.01 * std::sin(9.0 * t)) * on_sphere(0.6 + 0.5 * t, 1.3 * t));
@@ -205,17 +209,17 @@ TEST_CASE("Displacements from chords are off by the step squared and no normal m
   const double coarse = (walk(100, true) - exact).norm(), fine = (walk(200, true) - exact).norm();
   CHECK(coarse < 1e-5);
   CHECK(coarse / fine == Approx(4.0).epsilon(0.03));
-  // In the axes of the beginning of each step the error is of first order.
+  // With displacements in the axes at the beginning of each step the error is of first order.
   CHECK((walk(100, false) - exact).norm() / (walk(200, false) - exact).norm() == Approx(2.0).epsilon(0.1));
   CHECK((walk(200, false) - exact).norm() > 20 * fine);
 
-  // One arc of angle a: the chord is 2 r sin(a/2) long.
+  // One arc of angle a, whose chord is 2 r sin(a/2) long.
   ContactFrame frame(Vector3d::UnitZ(), Vector3d::UnitX());
   frame.carry(on_sphere(0.02, 0.0));
   const Vector2d d = frame.displacement(r * (on_sphere(0.02, 0.0) - Vector3d::UnitZ()));
   CHECK(1.0 - d[0] / (r * 0.02) == Approx(0.02 * 0.02 / 24).epsilon(1e-3));
   CHECK(std::abs(d[1]) < 1e-17);
-  // Straight up, while the normal turns: half the normals' difference on either side cancels.
+  // Moves straight up while the normal turns: the halves of the normals' difference on either side cancel.
   CHECK(std::abs(frame.displacement(frame.midway_normal())[0]) < 1e-15);
 }
 
@@ -255,7 +259,7 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
     CHECK((frame.along() - start).norm() < 1e-12);  // its contact point moved by 1.2 m; the axes did not turn
   }
   SECTION("over another ball, with positions") {
-    // Centres move on an arc; the turn of the ball is that of rolling: (1 + R/r) times the angle of the arc.
+    // The centres move on an arc; the ball turns as in rolling: (1 + R/r) times the angle of the arc.
     const double big = 0.1, small = 0.02, arc = 1e-3;
     SpacePatch p;
     ContactFrame frame(Vector3d::UnitZ());
@@ -275,7 +279,7 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
 
 TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins", "[frame]") {
   // A bristle is a spring from a point of one body to a point of the other. Two discs turn about their common
-  // contact point; the ends of the bristle stand half the deflection to either side of it.
+  // contact point; the ends of the bristle are half the deflection to either side of it.
   const Vector3d n = Vector3d(0.3, -0.5, 0.8).normalized();
   for (const Vector2d& spins : {Vector2d(1.0, 1.0), Vector2d(0.0, 1.0), Vector2d(1.0, 0.0),
                                 Vector2d(-1.0, 1.0), Vector2d(2.5, -0.4)}) {
@@ -289,7 +293,7 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
     for (int i = 0; i < steps; ++i) {
       frame.carry(n, spins[0] / steps * n, spins[1] / steps * n);
       p.step(frame, Vector3d::Zero());
-      // Tip with A, root with B, about the point between them (midpoint rule).
+      // Turns the tip with A and the root with B, about the point between them (midpoint rule).
       Vector3d middle = bristle;
       for (int k = 0; k < 3; ++k) middle = bristle + 0.25 * (spins[0] + spins[1]) / steps * n.cross(middle);
       bristle += 0.5 * (spins[0] + spins[1]) / steps * n.cross(middle);
@@ -302,8 +306,8 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
 }
 
 TEST_CASE("A rigid motion of the whole scene changes no force but its direction", "[frame]") {
-  // A body slides and spins over a curved, turning surface; the same once more while everything turns about
-  // the origin, by any amount in a step.
+  // A body slides and spins over a curved, turning surface; repeats it while everything turns about the
+  // origin, by any amount in a step.
   for (double rate : {1e-3, 0.1, 2.0}) {
     SpacePatch still, moving;
     ContactFrame still_frame(on_sphere(0.5, 0.0));
@@ -321,9 +325,9 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
 
       const Eigen::Quaterniond by(Eigen::AngleAxisd(rate, random_unit(random)));
       const Eigen::Quaterniond next = (by * scene).normalized();
-      // Orientations turn from scene * Q to next * turn * Q.
+      // Orientations change from scene * Q to next * turn * Q.
       moving_frame.carry(next * n, next * turn_a * scene.conjugate(), next * turn_b * scene.conjugate());
-      // The relative motion as it stands half-way.
+      // The relative motion in the axes half-way.
       Matrix3d to_moving, to_still;
       to_moving << moving_frame.midway_along(), moving_frame.midway_aside(), moving_frame.midway_normal();
       to_still << still_frame.midway_along(), still_frame.midway_aside(), still_frame.midway_normal();
@@ -340,8 +344,8 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
 }
 
 TEST_CASE("Contacts that turn with the world alone see no slip", "[frame]") {
-  // As an engine has it: velocities of two bodies at their contact, all of it turning with w about the
-  // origin.
+  // Motion as an engine gives it: velocities of two bodies at their contact, all of it turning with w about
+  // the origin.
   const Vector3d w(0.4, -1.0, 2.0), a(0.1, 0.2, 0.0), b(-0.3, 0.1, 0.4), c(0.02, 0.11, 0.2);
   const Vector3d slip = (w.cross(a) + w.cross(c - a)) - (w.cross(b) + w.cross(c - b));
   CHECK(slip.norm() < 1e-15);
@@ -385,4 +389,55 @@ TEST_CASE("A force at an arm gives its moment", "[frame]") {
   const Vector3d force = w.head<3>(), moment = w.tail<3>();
   CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
   CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // r x F by hand
+}
+
+TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, and are restored by a copy",
+          "[frame][keys]") {
+  std::mt19937_64 random(11);
+  bristle::PatchBatch batch;
+  bristle::KeyedPatches pool(batch, surface, plain_options(20), bristle::KeyedOptions{}.with_capacity(3));
+  bristle::ContactFrames frames(pool);
+  // What a program with a frame of its own for each key has. Key 5 ends after step 6 and begins again at 9.
+  std::map<std::uint64_t, ContactFrame> own;
+  bristle::ContactFrames saved = frames;
+  std::vector<std::byte> keys(pool.state_size()), state(batch.state_size());
+  Vector3d saved_along = Vector3d::Zero();
+  for (int step = 0; step < 20; ++step) {
+    std::vector<std::uint64_t> present = {7, 2};
+    if (step <= 6 || step >= 9) present.push_back(5);
+    for (const std::uint64_t key : present) {
+      const Vector3d normal = random_unit(random), a = 0.2 * random_unit(random),
+                     b = 0.1 * random_unit(random);
+      const bristle::KeyedContact contact = pool.find_or_add_contact(key);
+      REQUIRE(contact.place < 3);
+      CHECK(contact.id == pool.find(key));
+      CHECK(contact.is_new == (own.count(key) == 0));
+      if (own.count(key) == 0)
+        own[key] = ContactFrame(normal);
+      else
+        own[key].carry(normal, a, b);
+      const ContactFrame& frame = frames.carry(contact, normal, a, b);
+      CHECK(frame.along() == own[key].along());
+      CHECK(frame.midway_aside() == own[key].midway_aside());
+      CHECK(&frame == &frames[contact.place]);
+    }
+    pool.end_step();
+    if (step == 6) own.erase(5);
+    if (step == 12) {
+      saved = frames;
+      saved_along = own[5].along();
+      batch.save_state({state.data(), state.size()});
+      pool.save_state({keys.data(), keys.size()});
+    }
+  }
+  batch.restore_state({state.data(), state.size()});
+  pool.restore_state({keys.data(), keys.size()});
+  frames = saved;
+  CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
+  // Contacts beyond the capacity share one frame that nothing reads.
+  const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
+  CHECK(fourth.place == 3);
+  CHECK(fourth.is_new);
+  CHECK(fourth.id == bristle::PatchId::no_capacity());
+  frames.carry(fourth, Vector3d::UnitX());
 }

@@ -1,5 +1,5 @@
-// The seam between a patch and its contact model: a second model, the smallest there is, goes through the
-// batch as the brush does.
+// The interface between a patch and its contact model: a second, very small model goes through the batch as
+// the brush does.
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -27,10 +27,11 @@ using bristle_test::dbar;
 using bristle_test::plain_material;
 using bristle_test::tick;
 
-/// One elastic bristle along x that slides where it would be bent beyond the mean snap length: Coulomb
-/// friction with an elastic beginning.
+/// One elastic bristle along x that slides when bent beyond the mean snap length: Coulomb friction with an
+/// elastic beginning.
 struct Coulomb : PatchRecord {
-  double* bent = nullptr;  ///< scaled, where the patch was last moved by a kernel; here always
+  double* bent = nullptr;  ///< scaled deflection at the last position at which a kernel moved the patch; here
+                           ///< always the present one
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -42,7 +43,8 @@ Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
 
 double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
 
-/// Copies to the shared part: the bristle's deflection, its weight, and how far the patch may go.
+/// Copies to the shared part: the bristle's deflection, its weight, and how far the patch may move within its
+/// bound.
 void note(Patch& p) noexcept {
   const auto& m = p.material();
   p.part = p.zeta > 0.0 ? 1.0 : 0.0;
@@ -54,7 +56,7 @@ void note(Patch& p) noexcept {
 }
 
 double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
-  // Sticking moved the bristle without a word to the model.
+  // Updates the deflection by the motion within the bound, of which the model was not told.
   coulomb(p).bent[0] += to_lengths(difference(p.position[0], p.part_position[0]));
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
@@ -135,7 +137,8 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
   return BatchAccess::add(batch, p);
 }
 
-/// The mean coefficient of plain_material is 1 N per bristle and metre: at a load of 3 N the force is 3 bent.
+/// Returns the force after a move. plain_material has 1 N per bristle and metre, so at a load of 3 N the
+/// force is 3 times the deflection.
 double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
   bristle::Motion in;
   in.id = id;
@@ -162,7 +165,7 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
   CHECK(force_after(batch, id, 0.0, 3.0) == Approx(-3.0 * 0.4 * dbar));
   CHECK(force_after(batch, brush, 0.2 * dbar, 40.0) == Approx(-40.0 * 0.2 * dbar).epsilon(1e-5));
 
-  // A trial, under the present load and under another, changes nothing.
+  // A trial, under the present load or another, changes nothing.
   bristle::Motion trial;
   trial.id = id;
   trial.displacement[0] = 5.0 * dbar;
@@ -254,7 +257,8 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
     batch.step(tick, {&in, 1}, {&out, 1});
     twin.step(tick, {&in, 1}, {&out, 1});
   };
-  // The twin is never asked: it steps what the other was asked for, from the same state.
+  // Compares with a twin that is never asked: it takes as a step, from an equal state, each motion that the
+  // other tried.
   const auto answers_agree = [&] {
     const bristle::Response tried = batch.find_force(tick, trial);
     std::vector<std::byte> before(twin.state_size());
@@ -272,7 +276,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   trial.normal_load = 300.0;
   CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // the state changed
+  step_both(0.9 * dbar, 700.0);  // a step that changes the state
   CHECK(answers_agree());
   saved.resize(batch.state_size());
   batch.save_state(saved);

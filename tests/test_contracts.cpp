@@ -1,5 +1,5 @@
-// Freedoms of a program beside stepping: fork, unload the library that holds the batch, ask for more threads
-// than there are cores, add and remove for ever; and what it may not: step one batch from two threads.
+// What a program may do beside stepping: fork, unload the library that holds the batch, ask for more threads
+// than there are cores, add and remove for ever. And what it must not: step one batch from two threads.
 #include <catch2/catch.hpp>
 
 #include <dlfcn.h>
@@ -41,7 +41,7 @@ struct Shared {
   }
 };
 
-/// Runs `act` in a child process; returns its 0 to 100, or more if the child hangs or dies.
+/// Runs `act` in a child process. Returns its exit code, 0 to 100, or more if the child hangs or dies.
 template <class Act>
 int in_child(Act act) {
   const pid_t child = fork();
@@ -110,7 +110,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const auto add_and_remove = [&](int rounds) {
     for (int k = 0; k < rounds; ++k) {
       for (PatchId& id : ids) id = batch.add(material, options);
-      if (k % 16 == 0) batch.patch_count();  // the stepping thread takes what is there, at its own pace
+      if (k % 16 == 0) batch.patch_count();  // the stepping thread takes the waiting changes at its own pace
       for (const PatchId id : ids) batch.remove(id);
     }
   };
@@ -122,9 +122,9 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const int rounds = static_cast<int>(test_size(125000));
   add_and_remove(rounds);
   CHECK(batch.patch_count() == 0);
-  // The next change frees what was handed over last: a few commands, patches and slots.
+  // The next change frees the commands handed over last: a few commands, patches and slots.
   CHECK(bytes_in_use() < start + 500000);
-  // Every id was new: slots are used again, under another generation.
+  // Every id was new: slots are reused under another generation.
   const PatchId after = batch.add(material, options);
   CHECK(static_cast<std::uint32_t>(after.value) < 200);
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
@@ -132,7 +132,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   batch.remove(after);
 }
 
-// The module is this library once more, in a shared object (contracts_module.cpp).
+// The module contains a second copy of this library, in a shared object (contracts_module.cpp).
 TEST_CASE("The library can be unloaded and loaded again, with and without threads", "[contracts][threads]") {
   std::uint64_t first = 0;
   std::size_t bytes = 0;
@@ -157,7 +157,7 @@ TEST_CASE("The library can be unloaded and loaded again, with and without thread
 
 namespace {
 
-/// Text that a child prints on stderr before it aborts; empty if it does not abort.
+/// Returns the text that a child prints on stderr before it aborts; empty if it does not abort.
 template <class Act>
 std::string text_of_abort(Act act) {
   int ends[2];
@@ -245,8 +245,8 @@ TEST_CASE("One thread that steps and one that adds and removes are as the rule a
 
 namespace {
 
-/// Steps of one outline by 600 motions, its answers in bits, while `meanwhile(pads, stop)` runs on another
-/// thread.
+/// Steps one outline by 600 motions while `meanwhile(pads, stop)` runs on another thread. Returns its
+/// responses in bits.
 template <class Meanwhile>
 std::vector<double> step_outline_while(Meanwhile meanwhile) {
   PatchBatch batch;
@@ -267,14 +267,14 @@ std::vector<double> step_outline_while(Meanwhile meanwhile) {
   for (int k = 0; k < 600; ++k) {
     if (k % 3 > 0) {
       pads.step(tick, {&motion, 1}, {&r, 1});
-    } else {  // the same by hand: the changes are taken between the three calls
+    } else {  // the three calls of a step, between which changes are taken
       pads.write_motions({&motion, 1}, cells);
       batch.step(tick, cells, responses);
       pads.read_responses({&motion, 1}, responses, {&r, 1});
     }
     const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
     for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
-    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));  // let the other run, too
+    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));  // lets the other thread run
   }
   stop = true;
   other.join();

@@ -1,4 +1,4 @@
-// Bodies on patches: stops, rest, energy and stability of the two ways to couple them.
+// Bodies on patches: stops, rest, energy and stability of the two coupling methods.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -33,7 +33,7 @@ struct Rail : RailBody {
                      precisions().back())),
         stiffness(k * mass / (tick * tick)) {}
 
-  /// Steady sliding, thirty mean snap lengths in.
+  /// Slides steadily, thirty mean snap lengths from the start.
   void slide_in() {
     for (int i = 0; i < 400; ++i) patch.step(0.0731 * dbar, 0.0, 1.0);
   }
@@ -58,16 +58,15 @@ double stopping_ratio(Way way, double k, double way_in_dbar) {
 }  // namespace
 
 TEST_CASE("A sliding body stops where a constant friction force stops it, by either coupling", "[coupling]") {
-  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation
-  // 0.38 / sqrt(4000 * 20) = 0.0014. Where the way ends, the bristles' spring back is up to a share of 0.3
-  // dbar.
+  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation 0.38 /
+  // sqrt(4000 * 20) = 0.0014. At the end of the path the bristles spring back by up to 0.3 dbar.
   for (const double k : {0.08, 0.8, 8.0}) {
     CAPTURE(k);
     CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
     CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
-    // The clipped predictor may pull with the peak force where the kinetic one acts, for the displacement of
-    // a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. Of the last steps one is
-    // such.
+    // The clipped predictor may pull with the peak force in place of the kinetic force, during the
+    // displacement of a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. One of the
+    // last steps does so.
     CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
     CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
   }
@@ -106,7 +105,8 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
       const double start = std::sqrt(20.0 * k) * dbar / tick;
       rail.body.velocity[0] = start;
       // A free swing of the stuck mass takes 2 pi / sqrt(k) steps and loses k/2 of its squared amplitude in a
-      // step (determinant 1 / (1 + k/2)); a stiff one flips its sign by 1 - 4 / (1 + k/2). Six decay times.
+      // step (determinant 1 / (1 + k/2)); a stiff one multiplies it by 1 - 4 / (1 + k/2), which is negative.
+      // Six decay times.
       const double decay = std::max({4.0 / std::max(k, c), 0.25 * k, 50.0});
       const auto steps = static_cast<int>(std::min(6.0 * decay, 24000.0));
       for (int i = 0; i < steps; ++i) rail.step();
@@ -121,7 +121,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
   for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // damper x tick / mass
     CAPTURE(c);
     const double damper = c * body_mass / tick;
-    // A film alone: bristles that hold 1e-14 N.
+    // A lubricating film alone: bristles that hold 1e-14 N.
     const Material film = plain_material(uniform, SnapRule::keep).with_viscous_friction(damper);
     RailBody rail(false, body_mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
     rail.body.velocity[0] = 1.0;
@@ -133,7 +133,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x way
+    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x distance
   }
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
         bristle::apply_end_forces(tick, body, none, feet, responses);
       } else {
         const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
-        // Forces of 500 bristles that redraw over many snaps come in jumps of one bristle.
+        // Forces of 500 bristles that redraw over many snaps jump by one bristle at a time.
         expect(report.residual < 5e-3, "solved");
         batch.step(tick, motions, responses);
         bristle::apply_mean_forces(tick, body, none, feet, responses);
@@ -181,8 +181,8 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
       angle += 0.5 * tick * (before + body.velocity[5]);
       farthest = std::max(farthest, angle);
     }
-    // The feet's axes do not turn with the plate, as for small angles. The tolerance counts the noise of 2000
-    // bristles and the bending at the start, one mean snap length of some 300 of path.
+    // The feet's axes do not turn with the plate, an approximation for small angles. The tolerance covers the
+    // noise of 2000 bristles and the bending at the start, one mean snap length of some 300 of path.
     const double expected = inertia * spin * spin / 2.0 / (0.4 * 4.0 * load * radius);
     CHECK(farthest == Approx(expected).epsilon(0.01));
     CHECK(body.velocity.head<5>().norm() < 0.02 * spin * radius);
@@ -200,8 +200,8 @@ TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on
 }
 
 TEST_CASE("A patch of one axis does not hold a body back along the other", "[coupling]") {
-  // A stands along x, 8e6 N/m; B, along y, lets go at once and pulls with its limit, 10,000 N/m times 10 um.
-  // Row 1 of A's Jacobian, which its patch does not have, is y: the Jacobian as it is by default.
+  // A acts along x, 8e6 N/m. B, along y, slides at once and pulls with its limit, 10,000 N/m times 10 um. Row
+  // 1 of A's Jacobian, which its patch of one axis lacks, is y, the default.
   PatchBatch batch;
   const SnapLength one_length = SnapLength::single(dbar);
   const PatchId a = batch.add(plain_material(one_length, SnapRule::keep).with_bristle_stiffness(8e4),
@@ -211,8 +211,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // down
-  bristle::MovingBody<2> body;           // 1 kg
+  batch.step(tick, motions, responses);  // a step that only presses the patches down
+  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {
@@ -232,22 +232,24 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
 }
 
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
-  // Two thirds of the kinetic force; a step is 1 ms. At rest the equation's only solution is to stay.
+  // A push of two thirds of the kinetic force; a step is 1 ms. At rest the only solution of the equation is
+  // to stay.
   for (const Way way : {Way::predictor, Way::midpoint}) {
     Rail rail(way, 0.8, 0.2, 500);
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
     for (int i = 0; i < 2000; ++i) rail.step(push);
     const double settled = rail.x;
-    CHECK(settled > 0.3 * dbar);  // bent by 0.36 dbar at the least
+    CHECK(settled > 0.3 * dbar);  // bent by at least 0.36 dbar
     CHECK(settled < 3.0 * dbar);
     for (std::uint32_t i = 0; i < test_size(200000); ++i) rail.step(push);
-    // Forces are solved to 1e-10 of themselves; a rest that is off by that much does not add up.
+    // Forces are solved to a relative 1e-10; errors of that size in a rest do not accumulate.
     CHECK(std::abs(rail.x - settled) < 1e-8 * dbar);
   }
 }
 
 TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
-  // At rest relative to a belt: ground velocity enters the slip. Friction accelerates until both are equal.
+  // A body on a belt: the ground velocity enters the slip, and friction accelerates the body until both are
+  // equal.
   PatchBatch batch;
   Motion motion;
   motion.id = batch.add(Material{}.with_bristle_damping(0.05).with_stribeck_velocity(1e6),
@@ -278,8 +280,8 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
 }
 
 TEST_CASE("The plate of the example holds below the limit, and accelerates beyond it", "[coupling]") {
-  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. Held, it bends by less than the longest bristle; past the
-  // limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 over a second.
+  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. A held plate moves by less than the longest bristle; past
+  // the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
   CHECK(pushed_plate(0.5) < 15e-6);
   CHECK(pushed_plate(0.5) > 1e-6);
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));

@@ -15,7 +15,7 @@
 using namespace bristle_test;
 
 TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
-  // A float deflection of a third of a snap length would stall at steps below 2^-26 of it.
+  // A float deflection of a third of a snap length would not change in steps below 2^-26 of it.
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (int axes : {1, 2}) {
@@ -26,7 +26,7 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
         const double d = 1e-9 * dbar;
         Response r;
         for (int k = 0; k < 100000; ++k) r = patch.step(d, axes == 2 ? -d : 0.0, 600.0);
-        // Each step is rounded to 2^-44 scaled lengths (5.7e-14): 1e5 steps to 6e-9 at the most.
+        // Each step is rounded to 2^-44 scaled lengths (5.7e-14), 1e5 steps to 6e-9 at most.
         const double tolerance = 600.0 * dbar * (precision == Precision::single ? 1e-7 : 1.2e-8);
         expect_near(-r.elastic[0], 600.0 * (0.3 * dbar + 1e5 * d), tolerance, "force");
         expect_near(r.elastic[1], axes == 2 ? 600.0 * 1e5 * d : 0.0, tolerance, "force aside");
@@ -36,8 +36,8 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
 }
 
 TEST_CASE("A creep far below the resolution of positions counts in full", "[creep]") {
-  // Positions are whole numbers of 2^-44 scaled lengths, 4.3e-19 m here. Rounded each for itself 1e-18 m
-  // would be 14 % short and 1e-19 m nothing.
+  // Positions are multiples of 2^-44 scaled lengths, 4.3e-19 m here. With each step rounded alone, steps of
+  // 1e-18 m would be 14 % short and steps of 1e-19 m nothing.
   for (const double d : {1e-18, 1e-19, 3e-17}) {
     for (const int axes : {1, 2}) {
       INFO("steps of " << d << " m, axes " << axes);
@@ -46,11 +46,11 @@ TEST_CASE("A creep far below the resolution of positions counts in full", "[cree
       constexpr int steps = 100000;
       Response r;
       for (int k = 0; k < steps; ++k) r = patch.step(d, axes == 2 ? -0.3 * d : 0.0, 1.0);
-      // Half a unit for what is still left over, and the rounding of the sums.
+      // Half a unit for the remainder not yet carried, and the rounding of the sums.
       const double tolerance = 2.2e-19 + 1e-10 * steps * d;
       expect_near(-r.elastic[0], steps * d, tolerance, "force");
       expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
-      // And back: nothing was lost on the way.
+      // Then back: no displacement was lost.
       for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
       expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
     }
@@ -66,7 +66,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   REQUIRE(fresh.hash() == before);
   crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit: only the remainder changes
   CHECK(crept.hash() != before);
-  // A trial step takes it along and leaves it.
+  // A trial step includes the remainder and leaves it unchanged.
   Motion trial;
   trial.id = crept.id;
   trial.displacement[0] = 1.7e-19;
@@ -78,7 +78,9 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   REQUIRE(crept.batch.save_state({state.data(), state.size()}) == state.size());
   fresh.batch.restore_state({state.data(), state.size()});
   CHECK(fresh.hash() == hash);
-  for (OnePatch* patch : {&crept, &fresh}) patch->step(1.7e-19, 0.0, 300.0);  // moves
+  for (OnePatch* patch : {&crept, &fresh})
+    patch->step(1.7e-19, 0.0, 300.0);  // a step by which the position
+                                       // changes
   CHECK(fresh.hash() == crept.hash());
   CHECK(crept.step(0.0, 0.0, 300.0).elastic[0] == Approx(-300.0 * (0.3 * dbar + 4.3e-19)).epsilon(1e-6));
   CHECK(crept.batch.reset(crept.id));
@@ -91,7 +93,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
 TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]") {
   const auto steps = static_cast<int>(test_size(1000000));
   std::mt19937_64 random(7);
-  std::vector<bool> up(4096);  // at random, not in turn only
+  std::vector<bool> up(4096);  // random signs, not only alternating ones
   for (std::size_t k = 0; k < up.size(); ++k) up[k] = (random() & 1u) != 0;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -103,7 +105,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // In the first counts a few bristles near their snap length snap; later all hold.
+          // In the first counts a few bristles near their snap length snap; after that none does.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);
@@ -113,7 +115,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
                              patch.step(count, 0.0, 600.0).elastic[0]};
           int wrong = 0;
           bool at = true;
-          // The large counts once in ten: they cost the same as the others and show nothing more often.
+          // Takes a tenth of the steps for the large counts, which cost as much and show nothing more.
           const int these = count == 2.7e-6 ? steps : steps / 10;
           for (int k = 0; k < these; ++k) {
             const bool to = up[static_cast<std::size_t>(k) % up.size()];
@@ -131,8 +133,8 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
 }
 
 TEST_CASE("A long run never loses its way", "[creep]") {
-  // A million ticks of sliding to and fro by an amount no binary fraction holds: positions are fixed point,
-  // the net displacement of a period is exactly zero and the force comes back.
+  // A million ticks of sliding to and fro by an amount that no binary fraction holds: positions are fixed
+  // point, so the net displacement of a period is exactly zero and the force returns.
   OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(100, 1));
   patch.step(0.0, 0.0, 100.0);
   for (int k = 0; k < 20; ++k) patch.step(0.9 * dbar, 0.0, 100.0);
@@ -148,8 +150,8 @@ TEST_CASE("A long run never loses its way", "[creep]") {
 
 namespace {
 
-/// A capsule held between two pads, hanging in its own weight: midpoint rule, the displacement solved by
-/// find_force. All motion lies along one line, (0.6, 0.8) where the pads have two axes.
+/// A capsule held between two pads, hanging by its own weight: midpoint rule, with the displacement solved by
+/// find_force. All motion lies along one line, (0.6, 0.8) if the pads have two axes.
 class HeldCapsule {
  public:
   static constexpr double mass = 0.045;   // kg
@@ -174,13 +176,14 @@ class HeldCapsule {
   }
 
   double position() const { return position_; }  ///< m, downwards
-  double stiffness_at(double grip_n) const {     ///< of one pad, N/m
+  double stiffness_at(double grip_n) const {     ///< stiffness of one pad, N/m
     return rubber_.bristles_in_contact(grip_n) * rubber_.bristle_stiffness;
   }
   int most_evaluations() const { return most_evaluations_; }
 
   void step(double grip_n) {
-    // weight + friction(d) = m (v1 - v0) / T with d = T (v0 + v1) / 2: falls with d by no more than `slope`.
+    // Solves weight + friction(d) = m (v1 - v0) / T with d = T (v0 + v1) / 2. The difference falls with d by
+    // no more than `slope`.
     double slope = 2.0 * mass / (tick * tick);
     double d = tick * velocity_;
     double residual = find_residual(d, grip_n);
@@ -192,7 +195,9 @@ class HeldCapsule {
       const double after = find_residual(next, grip_n);
       const double seen = (residual - after) / (next - d);
       if (seen > 0.0) slope = seen;
-      if (std::abs(after) >= std::abs(residual) && evaluations > 8) break;  // rounding of the forces
+      if (std::abs(after) >= std::abs(residual) && evaluations > 8)
+        break;  // stops at the rounding of the
+                // forces
       d = next;
       residual = after;
       ++evaluations;
@@ -236,7 +241,8 @@ struct Grip {
   std::function<double(int)> load;  ///< load of each pad in step k, N
 };
 
-/// All reach 12 N, the least, within the first second: there the deflection is the largest.
+/// Returns the grips, all of which reach 12 N, the least load, within the first second, when the deflection
+/// is largest.
 std::vector<Grip> grips() {
   return {{"12 N", false, [](int) { return 12.0; }},
           {"60 N", false, [](int) { return 60.0; }},
@@ -247,7 +253,8 @@ std::vector<Grip> grips() {
            [](int k) { return 12.0 + std::floor(49.0 * std::fmod(0.6180339887498949 * (k + 1), 1.0)); }}};
 }
 
-/// Mean position over half a second: how deep the capsule hangs early, from second `from` on, and at the end.
+/// Mean positions over half a second: the depth at which the capsule hangs from second `from` on, and at the
+/// end.
 struct Depth {
   double early = 0.0, late = 0.0;
 };
@@ -265,7 +272,7 @@ Depth hold(HeldCapsule& capsule, const Grip& grip, int from, int steps) {
 
 TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the grip does from 12 to 60 N",
           "[creep]") {
-  constexpr double damping_per_newton = 20.0;  // s/m
+  constexpr double damping_per_newton = 20.0;  // s/m, damping per newton of load
   constexpr int steps = 1600;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -278,11 +285,10 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           // snap length; the others leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
-          const double settling = 1e-4 * hangs;  // what is lost while the first bristles bend
+          const double settling = 1e-4 * hangs;  // depth lost while the first bristles bend
           CHECK(std::abs(depth.late - hangs) < settling);
-          // A change of load rewrites the block in which contact ends: float deflections are then rounded, by
-          // 2^-24 of themselves at the most. Positions are rounded to 2^-44 of a length near the mean,
-          // always.
+          // A change of load rewrites the block in which contact ends, which rounds float deflections to
+          // 2^-24. Positions are always rounded to 2^-44 of a length near the mean.
           const double rounding = precision == Precision::single && grip.changes ? 0x1p-24 * hangs : 0.0;
           const double grain = 0x1p-44 * 2.0 * dbar;
           CHECK(std::abs(depth.late - depth.early) < steps * (rounding + grain));
@@ -308,13 +314,13 @@ TEST_CASE("A held capsule hangs still for an hour", "[.soak]") {
 
 namespace {
 
-/// Mean friction over tenths of a long slide, over the kinetic friction.
+/// Returns the mean friction over each tenth of a long slide, over the kinetic friction.
 std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std::uint32_t n,
                                std::int64_t steps) {
   OnePatch patch(plain_material(uniform, rule), plain_options(n, axes, precision, Outputs::mean));
   patch.step(0.0, 0.0, n);
-  const double path = 0.29 * dbar;  // of a step
-  // With two axes in a circle: a direction turned by 1e-3 every step, by rotation of the vector.
+  const double path = 0.29 * dbar;  // path of each step
+  // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;
   double x = 1.0, y = 0.0;
@@ -340,19 +346,21 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   return means;
 }
 
-/// Compares every tenth value with the first. Returns the largest deviation.
+/// Compares every tenth's mean with the first. Returns the largest deviation.
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);
-  // keep: a bristle's mean over a path H is right to delta / (4 H). redraw: rewards delta^2/2 of renewals,
-  // relative deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number.
-  const double path = 0.29 * static_cast<double>(steps) / 10.0;  // of a tenth, mean lengths
+  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: rewards
+  // delta^2/2 of renewals, relative deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of
+  // their number.
+  const double path = 0.29 * static_cast<double>(steps) / 10.0;  // path of a tenth, mean lengths
   const double sampling =
       rule == SnapRule::keep ? 1.5 / path : sigmas * std::sqrt(2.0) * 0.254 / std::sqrt(n * path);
   double worst = 0.0;
   for (double mean : means) worst = std::max(worst, std::abs(mean / means[0] - 1.0));
   CHECK(worst < std::max(1e-4, sampling));
-  // In a straight line it is the kinetic friction of the closed form. keep: of 300 lengths, right to 1/n.
+  // In a straight line the mean is the kinetic friction in closed form; SnapRule::keep: over 300 lengths,
+  // with an error of 1/n.
   if (axes == 1) CHECK(std::abs(means[0] - 1.0) < (rule == SnapRule::keep ? 3e-3 : sampling) + 1e-4);
   return worst;
 }

@@ -1,4 +1,4 @@
-// DeadlineMonitor against sorted arrays.
+// DeadlineMonitor, compared with sorted arrays of times.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ using bristle::TimeHistogram;
 
 namespace {
 
-/// The smallest of the times that at least this share of them does not exceed.
+/// Returns the smallest time that at least this share of the times does not exceed.
 double percentile_of(std::vector<double> times, double share) {
   std::sort(times.begin(), times.end());
   const double rank = std::ceil(share * static_cast<double>(times.size()));
@@ -69,24 +69,24 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
   for (double t = 1e-9; t < 64.0; t *= 1.003) {
     DeadlineMonitor monitor(1e-3);
     monitor.record(t, 0.0);
-    monitor.record(100.0, 0.0);  // so that the maximum does not clip
+    monitor.record(100.0, 0.0);  // a large time, so that the maximum does not limit the percentiles
     if (!(monitor.p50() >= t - 0.6e-9 && monitor.p50() <= t * (1.0 + 1.0 / 64) + 0.6e-9)) {
       FAIL_CHECK("a time of " << t << " s is reported as " << monitor.p50() << " s");
     }
   }
   DeadlineMonitor monitor(1e-3);
   monitor.record(1e-3, 0.0);
-  CHECK(monitor.p50() == 1e-3);  // one value: the maximum clips its bucket
+  CHECK(monitor.p50() == 1e-3);  // with a single value the maximum limits its bucket
 }
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
   DeadlineMonitor monitor(1e-3);
-  monitor.record(0.5e-3, 0.4e-3);  // in time
-  monitor.record(1e-3, 1e-3);      // just in time
-  monitor.record(2e-3, 1.5e-3);    // late, ours
-  monitor.record(2e-3, 0.2e-3);    // late, preempted
-  monitor.record(3e-3, 1e-3);      // late, budget not exceeded
-  monitor.record(2e-3);            // late, CPU time unknown: ours
+  monitor.record(0.5e-3, 0.4e-3);  // a tick in time
+  monitor.record(1e-3, 1e-3);      // a tick that ends exactly at its deadline
+  monitor.record(2e-3, 1.5e-3);    // a late tick, caused by this program
+  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: caused by the machine
+  monitor.record(3e-3, 1e-3);      // a late tick whose CPU time did not exceed the deadline
+  monitor.record(2e-3);            // a late tick with unknown CPU time: counts as caused by this program
   CHECK(monitor.deadline() == 1e-3);
   CHECK(monitor.count() == 6);
   CHECK(monitor.misses() == 4);
@@ -129,7 +129,8 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
   TimeHistogram histogram;
   std::vector<double> times;
   for (int i = 0; i < 20000; ++i) {
-    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds: edges are exact for these
+    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, for which bucket edges are
+                                                            // exact
     histogram.record(times.back());
   }
   std::uint64_t all = 0;
@@ -152,12 +153,12 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
-  tick(5.001, 40e-6);  // 30 us long
-  tick(5.002, 20e-6);  // 20 us short
-  tick(5.005, 0e-6);   // two ticks left out: 2 ms - 20 us long
+  tick(5.001, 40e-6);  // period 30 us too long
+  tick(5.002, 20e-6);  // period 20 us too short
+  tick(5.005, 0e-6);   // two ticks skipped: period 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
-  tick(9.001, 70e-6);  // none
+  tick(9.001, 70e-6);  // no period, after a pause
   const TimeHistogram& jitter = monitor.period_jitter();
   REQUIRE(jitter.count() == 4);
   CHECK(jitter.max() == Approx(2e-3 - 20e-6).epsilon(1e-9));
@@ -175,10 +176,10 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
 
 TEST_CASE("A tick is late when it ends too long after it was due, however short its step", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
-  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
-  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
+  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // a tick in time
+  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // a tick that started late and ended in time
   monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: caused by the machine
-  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // too long: ours
+  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // step too long: caused by this program
   CHECK(monitor.misses() == 2);
   CHECK(monitor.misses_ours() == 1);
   CHECK(monitor.misses_machine() == 1);
@@ -194,7 +195,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // of step times
+  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step time so far
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {
@@ -228,7 +229,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
 #if defined(__linux__)
 TEST_CASE("Page faults and preemptions since the last reading are told of late ticks only", "[deadline]") {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const auto touch = [page](std::size_t pages) {  // fresh memory: each page faults once
+  const auto touch = [page](std::size_t pages) {  // Touches fresh memory, each page of which faults once.
     void* block = mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     REQUIRE(block != MAP_FAILED);
     madvise(block, pages * page, MADV_NOHUGEPAGE);
@@ -238,11 +239,11 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.1e-3, 0.0);
   touch(1000);
-  monitor.record(0.1e-3, 0.0);  // in time: not read
+  monitor.record(0.1e-3, 0.0);  // in time, so the counters are not read
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
-  monitor.record(5e-3, 0.0);  // late: the hundred, not the thousand
+  monitor.record(5e-3, 0.0);  // late: counts the hundred faults since the refresh, not the thousand before
   CHECK(monitor.late_events().minor_faults >= 100);
   CHECK(monitor.late_events().minor_faults < 1000);
   CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
@@ -278,7 +279,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::atomic<int> turns{0};  // snapshots that differ from the one before
+  std::atomic<int> turns{0};  // snapshots that differ from the previous one
   std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
@@ -292,12 +293,12 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
               (seen.count() > 0 && seen.max() != 2e-3);
     }
   });
-  // Until the reader has looked often enough, or on one core for three seconds.
+  // Runs until the reader has looked often enough, or for three seconds on one core.
   const double start = DeadlineMonitor::wall_now();
   for (int k = 0; turns < 1000 && DeadlineMonitor::wall_now() - start < 3.0; ++k) {
     monitor = k % 2 ? few : many;
     if (k % 4 == 0) monitor.reset();
-    const double gap = DeadlineMonitor::wall_now();  // as between ticks
+    const double gap = DeadlineMonitor::wall_now();  // leaves a gap, as between ticks
     while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
   done = true;
@@ -309,8 +310,8 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
 }
 
 TEST_CASE("A snapshot taken while another thread records holds whole ticks only", "[deadline][threads]") {
-  // Tick k ends k us after it was due, every second one has used more CPU time than the deadline: in any
-  // whole number of ticks the numbers fit together in closed form.
+  // Tick k ends k us after it was due, and every second one has used more CPU time than the deadline, so for
+  // any whole number of ticks the numbers are related in closed form.
   const std::uint64_t ticks = bristle_test::test_size(20000);
   const double longest_s = 1e-6 * static_cast<double>(ticks);
   constexpr double us = 1e-6;
@@ -323,7 +324,8 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
     while (!done) {
       if (!monitor.snapshot(seen)) {
         ++refused;
-        std::this_thread::yield();  // the other thread may have lost its core in the middle of a tick
+        std::this_thread::yield();  // lets the other thread go on, which may have lost its core in the middle
+                                    // of a tick
         continue;
       }
       ++snapshots;
@@ -339,7 +341,7 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
       if (!whole) ++torn;
       if (n < last_count) ++backward;
       last_count = n;
-      // Getters called after a snapshot never return older numbers than it.
+      // Getters called after a snapshot never return older numbers than the snapshot.
       if (monitor.count() < n || monitor.misses_machine() > ticks || monitor.p99() > longest_s * 1.02) ++torn;
     }
   });

@@ -1,4 +1,5 @@
-// The same inputs give the same bits: on every instruction set, with any number of threads, in any company.
+// Equal inputs give equal bits: on every instruction set, with any number of threads, whatever patches share
+// the batch.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -19,14 +20,14 @@ using namespace bristle_test;
 namespace {
 
 struct Outcome {
-  std::vector<std::vector<Response>> responses;  ///< [patch][step], id cleared
-  std::vector<std::uint64_t> hashes;             ///< [patch], at the end
-  std::vector<std::byte> saved;                  ///< the state, at the end
+  std::vector<std::vector<Response>> responses;  ///< [patch][step], with the id cleared
+  std::vector<std::uint64_t> hashes;             ///< [patch], state hash at the end
+  std::vector<std::byte> saved;                  ///< saved state at the end
   std::uint32_t most_tasks = 0;
 };
 
-/// Runs the cases named by `chosen` (indices into `cases`) together; the motions of a step are given in an
-/// order that `shuffle` decides.
+/// Runs the cases named by `chosen` (indices into `cases`) in one batch; `shuffle` decides the order of the
+/// motions of a step.
 Outcome run(const std::vector<PatchCase>& cases, const std::vector<std::size_t>& chosen, int steps,
             const BatchOptions& options, unsigned shuffle = 0) {
   PatchBatch batch(options);
@@ -91,8 +92,8 @@ std::vector<std::size_t> all_of(const std::vector<PatchCase>& cases) {
 
 constexpr int script_steps = 40;
 
-/// As `run`, from a stack that begins `shift` times 16 bytes further down: the least that every system
-/// promises.
+/// Calls `run` from a stack that begins `shift` times 16 bytes further down, 16 being the alignment that
+/// every system guarantees.
 [[gnu::noinline]] Outcome run_shifted(int shift, const std::vector<PatchCase>& cases,
                                       const std::vector<std::size_t>& chosen, const BatchOptions& options) {
   volatile auto* room =
@@ -107,7 +108,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
           "[determinism][state]") {
   const std::vector<PatchCase> cases = every_variant(test_size(1500));
   const std::vector<std::size_t> all = all_of(cases);
-  // The scalar kernels visit every bristle.
+  // Expected bits come from the scalar kernels, which visit every bristle.
   const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar").with_threads(1));
   CHECK(expected.most_tasks == 1);
 
@@ -120,7 +121,8 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
   }
   if (!is_scalar(PatchBatch())) CHECK(usable.size() >= 1);
   if (usable.empty()) usable.push_back("scalar");
-  // Each difference at least once, several in a run: what differs is told by the patch and the step.
+  // A way of running the cases. Each difference occurs at least once, several in one run; patch and step tell
+  // which one failed.
   struct Manner {
     int threads;
     bool eager;
@@ -138,7 +140,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
             manner.shuffle);
     check_same(cases, all, expected, got, what.c_str());
     INFO(what);
-    CHECK((got.saved == expected.saved));  // as a bool, so that a failure does not print megabytes
+    CHECK((got.saved == expected.saved));  // compared as a bool, so that a failure does not print megabytes
 #if BRISTLE_WITH_TBB
     CHECK(got.most_tasks > 1);
 #endif
@@ -171,11 +173,12 @@ TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism
 }
 
 TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
-  std::vector<PatchCase> cases;  // an infinite brush has no blocks, the paper's loop visits all of them
+  std::vector<PatchCase> cases;  // excludes an infinite brush, which has no blocks, and the paper's loop,
+                                 // which visits all blocks
   for (PatchCase& c : every_variant(test_size(1500)))
     if (c.options.population != bristle::Population::infinite && !c.options.compared.literal)
       cases.push_back(std::move(c));
-  // Tremor, creep and wandering after sliding: most blocks hold in most steps, at the edge of snapping.
+  // Tremor, creep and wandering after sliding: in most steps most blocks do not snap, but are close to it.
   std::uint64_t visited[2] = {0, 0};
   std::vector<std::uint64_t> hashes[2];
   std::vector<Response> last[2];
@@ -212,13 +215,13 @@ TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bri
     FAIL_CHECK(cases[i % cases.size()].name << ": " << field << " differs in step " << i / cases.size());
   }
   CHECK(hashes[0] == hashes[1]);
-  if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);  // or nothing was tested
+  if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);  // otherwise nothing was tested
 }
 
 TEST_CASE("Outputs that a patch does not compute are left untouched and change no state", "[determinism]") {
   const std::vector<PatchCase> cases = every_variant(300);
   PatchBatch batch;
-  std::vector<PatchId> ids, twins;  // a twin differs in its outputs alone
+  std::vector<PatchId> ids, twins;  // a twin differs only in its outputs
   for (const PatchCase& c : cases) {
     ids.push_back(batch.add(c.material, c.options));
     twins.push_back(batch.add(c.material, PatchOptions(c.options).with_outputs(Outputs::end)));
@@ -247,7 +250,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
   }
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (cases[i].options.population == bristle::Population::infinite)
-      continue;  // keeps sums only for outputs that need them
+      continue;  // this kind stores sums only for outputs that need them
     INFO(cases[i].name);
     expect(batch.state_hash(ids[i]) == batch.state_hash(twins[i]), "the same state whatever the outputs");
   }
@@ -271,7 +274,7 @@ TEST_CASE("find_force tells the next step's response bit for bit and leaves the 
       motions[i].id = ids[i];
       Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
       other.id = ids[i];
-      batch.find_force(tick, other);  // a trial that is not taken
+      batch.find_force(tick, other);  // a trial, whose motion is not made
       found[i] = batch.find_force(tick, motions[i]);
     }
     REQUIRE(batch.state_hash() == before);
@@ -303,7 +306,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
       std::vector<Response> responses(cases.size());
       for (std::size_t i = 0; i < cases.size(); ++i) {
         motions[i] = scripted_motion(i, k, cases[i].options.axes);
-        if (k < settled && i % 2 == 0) {  // steady sliding, which representatives are carried along in
+        if (k < settled && i % 2 == 0) {  // steady sliding, in which representatives are carried along
           motions[i].displacement[0] = dbar;
           motions[i].displacement[1] = 0.0;
           motions[i].normal_load = k + 1 < settled ? 1.7 : 1.8;
@@ -325,7 +328,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   const std::uint64_t hash_end = original.state_hash();
   REQUIRE(hash_end != hash_then);
 
-  // Back in time in the same batch.
+  // Goes back in time in one batch.
   original.restore_state(state);
   CHECK(original.state_hash() == hash_then);
   std::vector<Response> again = advance(original, ids, settled, end);
@@ -334,7 +337,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   for (std::size_t i = 0; i < expected.size(); ++i) wrong += !first_difference(expected[i], again[i]).empty();
   CHECK(wrong == 0);
 
-  // In a fresh batch of another kind, and one that has been elsewhere in between.
+  // Restores into a fresh batch with other options, and into one that has made other steps.
   for (const BatchOptions& options : {BatchOptions{}.with_isa("scalar"), BatchOptions{}.with_threads(1)}) {
     PatchBatch other(options);
     const std::vector<PatchId> other_ids = fill(other);
@@ -393,7 +396,7 @@ TEST_CASE("A state that does not fit is refused and changes nothing", "[determin
   refused(one_axis, state, "another number of axes");
   CHECK(batch.state_hash() == hash);
 
-  // A buffer larger than needed is fine for both.
+  // A buffer may be larger than needed.
   std::vector<std::byte> roomy(state.size() + 100);
   CHECK(batch.save_state(roomy) == state.size());
   batch.step(tick, {&motion, 1}, {&response, 1});
@@ -413,10 +416,14 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   const Material material;
   const std::uint64_t base = hash_after(3e-6, 0.5, material, 1);
   CHECK(hash_after(3e-6, 0.5, material, 1) == base);
-  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);  // block displacement
-  CHECK(hash_after(3e-6, 0.4, material, 1) != base);       // active count
-  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);  // material
-  CHECK(hash_after(3e-6, 0.5, material, 2) != base);                                         // snap lengths
+  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);  // hash differs with another block displacement
+  CHECK(hash_after(3e-6, 0.4, material, 1) != base);       // hash differs with another active count
+  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);  // hash differs
+                                                                                             // with another
+                                                                                             // material
+  CHECK(hash_after(3e-6, 0.5, material, 2) != base);                                         // hash differs
+                                                                                             // with other
+                                                                                             // snap lengths
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
   CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
 }

@@ -1,5 +1,5 @@
-// The snap lengths that are drawn: their law is the material's, by its moments and its survival function,
-// over all 2^23 numbers that a draw can give.
+// Drawn snap lengths have the law of the material, by its moments and its survival function, over all 2^23
+// numbers that a draw can give.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -16,13 +16,14 @@ using namespace bristle;
 
 namespace {
 
-/// Length at share u of a table of lines (kernels/cells.hpp), found by arithmetic: sixteen cells an octave of
-/// the distance from the nearer end, those of the upper half behind those of the lower.
+/// Returns the length at share u of a piecewise linear table (kernels/cells.hpp), found by arithmetic:
+/// sixteen cells for each octave of the distance from the nearer end, with the cells of the upper half after
+/// those of the lower.
 double length_at(const std::vector<double>& table, double u, bool single) {
   constexpr int half = 23 * 16;
   const double w = std::min(u, 1.0 - u);
   int exponent = 0;
-  const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
+  const double mantissa = std::frexp(w, &exponent);  // mantissa in [1/2, 1)
   const int cell = (exponent + 23) * 16 + static_cast<int>((2.0 * mantissa - 1.0) * 16.0);
   const auto at = static_cast<std::size_t>(cell + (u > 0.5 ? half : 0));
   if (!single) return table.at(2 * half + 2 * at) + table.at(2 * half + 2 * at + 1) * w;
@@ -33,14 +34,14 @@ double length_at(const std::vector<double>& table, double u, bool single) {
 
 struct Sums {
   double moment[3] = {0.0, 0.0, 0.0};
-  double distance = 0.0;  ///< between distribution functions
+  double distance = 0.0;  ///< distance between the distribution functions
   double shortest = 1e9, longest = 0.0;
 };
 Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& table, bool single) {
   constexpr int draws = 1 << 23;
   Sums sums;
   for (int h = 0; h < draws; ++h) {
-    // All of the outer 4096 shares; of the others each 64th, with the weight of the 63 that it stands for.
+    // Takes all of the outer 4096 shares, and every 64th of the others, with the weight of 64.
     const bool outer = h < 4096 || h >= draws - 4096;
     constexpr int pace = 64;
     if (!outer && h % pace != pace / 2) continue;
@@ -66,12 +67,12 @@ TEST_CASE("Lengths are drawn with the mean and the mean square of the law, to 1e
   const double mean = 10e-6;
   struct Law {
     SnapLength law;
-    double mean, mean_square;  // closed forms
+    double mean, mean_square;  // mean and mean square of the law in closed form
   };
   std::vector<Law> laws;
   for (const double cv : {0.1, 0.3, 0.4, 0.7, 1.0, 1.25})
     laws.push_back({SnapLength::lognormal(mean, cv), mean, mean * mean * (1.0 + cv * cv)});
-  // Cut at -5 deviations: the cut is 3e-7 of the law and moves its moments by 2e-6 of a deviation.
+  // Cut at -5 deviations: the cut removes 3e-7 of the law and moves its moments by 2e-6 of a deviation.
   const double density = 1.4867195147342979e-06, kept = 1.0 - 2.8665157187919391e-07;
   const double cut_mean = mean + 2e-6 * density / kept;
   laws.push_back({SnapLength::normal(mean, 2e-6), cut_mean, mean * cut_mean + 4e-12});
@@ -96,7 +97,7 @@ TEST_CASE("Bristles met in a jump have lengths in proportion to how long they ar
     const auto m = detail::compile_material(Material{}.with_snap_length(SnapLength::lognormal(10e-6, cv)));
     m->make_draws();
     INFO("cv " << cv);
-    // Moments over the mean: m2 / m1 and m3 / m1.
+    // Moments of the length-biased law over the mean: m2 / m1 and m3 / m1.
     const Sums sums = sum_draws(*m, m->biased_table, true);
     const double growth = 1.0 + cv * cv;
     CHECK(sums.moment[1] == Approx(10e-6 * growth).epsilon(1e-6));

@@ -27,25 +27,25 @@ std::vector<LawCase> laws() {
           {"table", SnapLength::table(quantiles)}};
 }
 
-/// Tolerance for rounding in the balance of one step, J: `relative` of the energies involved, and what fixed
-/// point takes. A displacement is rounded to 2^-44 of a length near the mean (times the force), the sum of
-/// deflections of each block to as much (times the path), its sum of delta^2 to 2^-50 of the longest square
-/// that it may hold.
+/// Tolerance for rounding in the balance of one step, J: `relative` of the energies involved, plus the errors
+/// of fixed point. A displacement is rounded to 2^-44 of a length near the mean (times the force), the sum of
+/// deflections of each block also to 2^-44 (times the path), its sum of delta^2 to 2^-50 of the longest
+/// square that it may hold.
 ///
-/// Double: 1e-12. Float: 1e-6 = 16 x 2^-24; a bristle's deflection, step mean and loss are each right to a
-/// few 2^-24, and errors of a block may add up.
+/// Returns the relative tolerance. Double: 1e-12. Float: 1e-6 = 16 x 2^-24, because a bristle's deflection,
+/// step mean and loss each have errors of a few 2^-24, and errors of a block may add up.
 constexpr double balance_bound(Precision precision) { return precision == Precision::double_ ? 1e-12 : 1e-6; }
 
 struct Balance {
-  double work = 0.0;      ///< done by the mean force, elastic part
-  double stored = 0.0;    ///< change
-  double lost = 0.0;      ///< snaps and contacts
-  double involved = 0.0;  ///< sum of the sizes of all these
+  double work = 0.0;      ///< J, done by the mean force's elastic part
+  double stored = 0.0;    ///< J, change of stored energy
+  double lost = 0.0;      ///< J, lost in snaps and contacts
+  double involved = 0.0;  ///< J, sum of the sizes of these terms
   double tolerance = 0.0;
   double residual() const { return work - stored - lost; }
 };
 
-/// Balance of the step that gave r, of a patch of n bristles.
+/// Returns the balance of the step that gave r, for a patch of n bristles.
 Balance balance_of(const Response& r, double before, double after, double dx, double dy, Precision precision,
                    std::uint32_t n, double stiffness_of_one, double longest) {
   Balance b;
@@ -58,15 +58,17 @@ Balance balance_of(const Response& r, double before, double after, double dx, do
   const double blocks = std::ceil(n / 256.0);
   const double path = std::hypot(dx, dy);
   const double grain = 0x1p-44 * 2.0 * dbar;
-  const double one = std::max(stiffness_of_one, r.stiffness / n);  // under overload every one counts for more
-  // The damper's share of the mean force, subtracted above, takes digits with it.
+  const double one = std::max(stiffness_of_one, r.stiffness / n);  // under overload each bristle counts for
+                                                                   // more
+  // Subtracting the damper's share of the mean force above loses digits.
   const double digits = 0x1p-52 * (std::abs(r.damper[0] * dx) + std::abs(r.damper[1] * dy));
   b.tolerance = balance_bound(precision) * b.involved + (std::abs(fx) + std::abs(fy)) * grain +
                 blocks * one * (grain * path + 0x1p-50 * (path + 2.0 * longest) * longest) + digits;
   return b;
 }
 
-/// A walk through all sorts of steps: tiny, presliding, a few snaps, jumps; the load wobbles, jumps, is lost.
+/// A random walk of all kinds of steps: tiny, presliding, a few snaps, jumps; the load varies slightly,
+/// jumps, is lost.
 class RandomWalk {
  public:
   RandomWalk(int axes, double max_load, unsigned seed) : axes_(axes), max_load_(max_load), random_(seed) {}
@@ -115,17 +117,18 @@ class RandomWalk {
 
 TEST_CASE("The energy balance with the mean force holds in every step of every kind of patch", "[energy]") {
   const int steps = static_cast<int>(test_size(400));
-  for (const PatchCase& c : every_variant(530)) {  // two blocks and a tail
+  for (const PatchCase& c : every_variant(530)) {  // 530 bristles: two blocks and a tail
     if (c.options.outputs != Outputs::all || c.options.compared.literal || c.options.bristles > 1000)
       continue;
     INFO(c.name);
     const bool infinite = c.options.population == bristle::Population::infinite;
     const bool ages = c.material.ageing_strength > 0.0, slides = c.material.snap_rule == SnapRule::slide;
-    // A renewal loses energy where nothing snaps, and a bristle that slides has snapped before it loses any.
+    // Whether only snaps lose energy. A renewal loses energy without a snap, and a sliding bristle counts as
+    // a snap before it loses any.
     const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
     const Precision precision = infinite ? Precision::double_ : c.options.precision;
-    // What is known to 1e-12 of a snap's place is less of its age, its slide, or what was drawn for n
-    // bristles.
+    // The place of a snap is known to 1e-12, but an age, a slide, or a number drawn for n bristles less
+    // exactly.
     const double digits = precision == Precision::single                ? 1.0
                           : ages || slides || c.options.fluctuation > 0 ? 10.0
                                                                         : 1.0;
@@ -135,7 +138,7 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
     RandomWalk walk(c.options.axes, most, 5);
     std::mt19937_64 random(7);
     int failures = 0;
-    double taken = 0.0, slack = 0.0;  // work done on the patch so far, and rounding
+    double taken = 0.0, slack = 0.0;  // work done on the patch so far, and the allowance for rounding
     for (int k = 0; k < steps && failures < 3; ++k) {
       double dx, dy, load;
       walk.next(dx, dy, load);
@@ -146,7 +149,7 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
                              c.material.snap_length.longest());
       b.tolerance *= digits;
-      // The first small step after a slide that was carried along finds the stored energy anew, to 0.2 %.
+      // The first small step after a carried slide recomputes the stored energy, to 0.2 %.
       const double least = infinite ? -2e-3 * (before + after) : 0.0;
       if (!(std::abs(b.residual()) <= b.tolerance)) {
         ++failures;
@@ -163,7 +166,7 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       }
       expect(r.contact_loss >= -b.tolerance, "contact loss is a loss");
       expect(r.damper_work >= 0.0, "dampers take energy");
-      // Passive: never has more come out than went in, and what is stored is there.
+      // Passive: no more energy comes out than went in, and stored energy is part of what went in.
       taken += b.work;
       slack += b.tolerance;
       expect(taken >= after - slack, "the work taken so far covers the energy stored");
@@ -210,15 +213,16 @@ TEST_CASE("Against the mean force the end force takes more where a bristle stick
   OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep),
                  plain_options(1, 1, Precision::single));
   patch.step(0.0, 0.0, 1.0);
-  Response r = patch.step(0.9 * dbar, 0.0, 1.0);  // a spring of 1 N/m: (0.9 dbar)^2, and half of it is stored
+  Response r = patch.step(0.9 * dbar, 0.0, 1.0);  // a spring of 1 N/m: work (0.9 dbar)^2 by the end force, of
+                                                  // which half is stored
   CHECK(-r.elastic[0] == Approx(0.9 * dbar).epsilon(1e-6));
   CHECK(-r.mean[0] == Approx(0.45 * dbar).epsilon(1e-6));
-  // Snaps at dbar and ends bent by 0.1: 0.02 dbar^2 by the end force; 0.095 up to the snap and 0.005 by the
-  // mean.
+  // It snaps at dbar and ends bent by 0.1: work 0.02 dbar^2 by the end force; by the mean force 0.095 up to
+  // the snap and 0.005 after it.
   r = patch.step(0.2 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] * 0.2 == Approx(0.02 * dbar).epsilon(1e-5));
   CHECK(-r.mean[0] * 0.2 == Approx(0.1 * dbar).epsilon(1e-5));
-  CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));  // 0.4 less than before
+  CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));  // 0.4 dbar^2 less than before
 }
 
 TEST_CASE("The balance holds for one bristle, where nothing averages out", "[energy]") {

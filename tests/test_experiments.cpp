@@ -1,4 +1,5 @@
-// The experiments of the command line: their numbers against the tables, and their verdicts against the page.
+// The experiments of the command line: their numbers against the tables, and their verdicts against the
+// documentation.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -24,26 +25,26 @@ using cli::SeriesRow;
 
 namespace {
 
-/// No fewer than the 900 of the tables, whose sampling tolerances count on.
+/// Returns a number of bristles of at least 900, that of the tables, which their sampling tolerances assume.
 double bristle_count(std::uint32_t full) { return std::max(test_size(full), 900u); }
 
 const char* model_of(const std::string& variant) {
   return variant == "fixed" ? "brush_keep" : "brush_redraw";
 }
 
-// Kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
+// Returns the kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
 double kinetic_deflection(const std::string& dist, const std::string& variant) {
   const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
   return number(row, "f_kinetic");
 }
 
-// Five standard deviations of the mean deflection of n independent bristles, in mean snap lengths.
+// Returns five standard deviations of the mean deflection of n independent bristles, in mean snap lengths.
 double sampling(const std::string& dist, const std::string& variant, double n) {
   const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
   return sigmas * std::sqrt(number(row, "var_z_steady_per_bristle") / n);
 }
 
-// Canudas de Wit et al. 1995, cycled at 1 Hz as the table was.
+// Parameters of Canudas de Wit et al. 1995, cycled at 1 Hz as in the table.
 const Sets canudas_drift = {
     "load=2.5",        "stiffness=1e5",          "damping=316.22776601683796", "mass=1",
     "presliding=2e-5", "cv=0.28867513459481287", "bristles_per_newton=360",    "frequency=1"};
@@ -63,8 +64,8 @@ TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brus
     const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
     const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
     const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
-    // Change by halving the step (the error of the fine run is a third of it), and the table's own tolerance
-    // of integration, 1e-5 of the 10 um it moves.
+    // Allows the change by halving the step (the fine run has a third of it as error), and the table's own
+    // tolerance of integration, 1e-5 of the 10 um it moves.
     const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
     CHECK(std::abs(drift - ode) <= step_error + 1e-10);
     CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um
@@ -76,12 +77,14 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
   const double n = test_size(20000);
   int cases = 0;
   for (const Row& first : read_table("drift_brush.csv")) {
-    // Positive forces only: there a cycle closes at once. With both signs redraw needs some cycles.
+    // Rows with positive forces only, for which a cycle closes at once. With both signs redraw needs some
+    // cycles.
     if (first.at("cycle") != "1" || number(first, "Fmin_over_Fpeak") < 0.0) continue;
     const std::string model = model_of(first.at("variant"));
     INFO(first.at("dist") << ", " << model << ", to " << first.at("Fmax_over_Fpeak") << " of the peak");
     const double per_length =
-        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // kinetic force 1 N
+        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // scale at which the kinetic force
+                                                                          // is 1 N
     const double peak = number(find_row(read_table("summary.csv"),
                                         {{"dist", first.at("dist")}, {"variant", first.at("variant")}}),
                                "f_peak") *
@@ -95,14 +98,14 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
                                         {model});
     double furthest = 0.0;
     for (const SeriesRow& row : rows_of(result, "fig2", model)) furthest = std::max(furthest, row.values[3]);
-    // The population's sampling error in force over the slope of the virgin curve there (its softening 1 - x
-    // - ...: by the difference quotient of the table's curve), and the block's inertia and damper at 1 Hz: m
-    // w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
+    // Sampling error of the population in force, over the slope of the virgin curve there (its softening 1 -
+    // x - ..., by the difference quotient of the table's curve). Adds the block's inertia and damper at 1 Hz:
+    // m w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
     const double x = number(first, "x_at_Fmax_over_dbar");
     const double slope = x < 0.5 ? 0.5 : std::max(0.1, 1.0 - x);
     const double tolerance = sampling(first.at("dist"), first.at("variant"), n) / slope + 1e-3;
     CHECK(std::abs(furthest / 2e-5 - x) < tolerance);
-    // Nothing, or two bristles that snap late because the block still swings.
+    // Allows a drift by two bristles that snap late because the block still swings.
     CHECK(std::abs(finding(result, "drift_per_cycle", model)) <= 2.0 * 20.0 / n / slope);  // um
     ++cases;
   }
@@ -128,8 +131,8 @@ TEST_CASE("Break-away falls with the force rate for LuGre and rises for the brus
     for (std::size_t i = 0; i < table.size(); ++i) {
       INFO(model << " at " << rows[i].values[0] << " N/s");
       const double friction = rows[i].values[3];
-      // Step error by halving. The brush: Koksma's bound, discrepancy of the table's population of 900 and of
-      // ours (1/2n) times the variation of z at the peak (1.5 lengths of 2 N each).
+      // Error of the step by halving. For the brush, Koksma's bound: discrepancy of the table's population of
+      // 900 and of ours (1/2n) times the variation of z at the peak (1.5 lengths of 2 N each).
       const double step_error = std::abs(friction - coarse_rows[i].values[3]);
       const double tolerance = 2.0 * step_error + (brush ? 1.5 / 900.0 + 1.5 / n : 1e-5);
       const double expected =
@@ -146,8 +149,7 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
     const char* model;
     Sets sets;
   };
-  // The table's redraw brush has the stiffness of the other one: kinetic force 13/12 N. Two thousand
-  // bristles.
+  // In the table redraw has the stiffness of keep, so its kinetic force is 13/12 N. Two thousand bristles.
   const double n = bristle_count(2000);
   const std::vector<Case> cases = {
       {"LuGre Canudas95", "1", "lugre", {}},
@@ -170,9 +172,9 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
       if (start > 0.0) low = std::min(low, r.values[1]);
       fastest = std::max(fastest, r.values[3]);
     }
-    // Rows are 2 ms apart, the spring gains 0.2 N/s. A brush breaks away where its force is highest:
-    // stratified to 1.5/900 N as above with keep, sampled with redraw; the swing that follows magnifies it by
-    // 1 + 1 (energy).
+    // Rows are 2 ms apart, and the spring gains 0.2 N/s. A brush breaks away at its highest force: stratified
+    // to 1.5/900 N as above with SnapRule::keep, sampled with SnapRule::redraw; the swing that follows
+    // magnifies the error by 1 + 1 (energy).
     const bool brush = std::string(c.model) != "lugre";
     const double population = !brush ? 1e-5
                               : std::string(c.model) == "brush_keep"
@@ -203,7 +205,7 @@ TEST_CASE("Friction lags with LuGre as the table says, and not with the brush", 
       CHECK(std::abs(rows[i].values[side] - expected) < step_error + 1e-7);
     }
   }
-  // The brush: zero within what finitely many bristles fluctuate in time, less the cycles averaged over.
+  // The brush's drift is zero, within the fluctuation of finitely many bristles over the averaged cycles.
   const double n = test_size(3600), cycles = 20;
   const ExperimentResult brush = run("friction-lag", {set("bristles", n), "omegas=25", set("cycles", cycles)},
                                      {"brush_keep", "brush_redraw"});
@@ -222,7 +224,7 @@ TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from i
                          [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
   };
   CHECK(counted("1e-3,5e-3") == 0);
-  CHECK(counted("1e-3,1e-2") == 0);  // a single one
+  CHECK(counted("1e-3,1e-2") == 0);  // only one of the two speeds is away from rest
   CHECK(counted("1e-2,2e-2") == 1);
 }
 
@@ -234,8 +236,8 @@ TEST_CASE("Steady friction over speed follows the tables of both damper decays",
         "stribeck_velocity=0.01"}},
       {"canudas95_scaled", {}}};
   const double n = test_size(3600), way = 50.0;
-  // Five standard deviations in time over a way of so many mean snap lengths, every second one counted as
-  // fresh.
+  // Five standard deviations of a mean over time, over a path of this many mean snap lengths, of which every
+  // second counts as independent.
   const double relative = sigmas * 0.0216 * std::sqrt(900.0 / n) / std::sqrt(0.5 * way);
   std::map<std::string, std::string> speeds;
   for (const Row& row : read_table("steady_force_velocity.csv")) {
@@ -306,7 +308,7 @@ TEST_CASE("The infinite brush is pulled along the virgin curve of the table, wha
       const auto found = at(rows, x * 2e-5, 1e-12);
       if (!found) continue;
       INFO(dist << ", x = " << x);
-      // Mean snap lengths, at the default resolution of 8: a piece's share 1/8 squared, over 8.
+      // Error in mean snap lengths at the default resolution of 8: a piece's share 1/8 squared, over 8.
       expect_near(found->values[1] * kinetic_deflection(dist, "redraw"), number(row, "f_reference"), 2e-3,
                   "mean deflection");
       ++points;
@@ -326,12 +328,13 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         if (row.at("dist") != dist || row.at("variant") != variant) continue;
         const bool up = row.at("jump") == "zeta x2";
         const double x = number(row, "x_over_dbar_after_jump");
-        // After a fall of the load the first hundredth of a length is compared.
+        // After a fall of the load compares the first hundredth of a length.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
         const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;
         INFO(dist << ", " << variant << ", " << row.at("jump") << ", x = " << x);
-        // Kinetic friction 1 N before. Fluctuation of the bristles before and of as many new ones.
+        // Before the change kinetic friction is 1 N. Fluctuation of the bristles before and of an equal
+        // number of new ones.
         const double tolerance = 2.0 * sampling(dist, variant, n) / kinetic_deflection(dist, variant);
         expect_near(found->values[1], number(row, "F_over_Fk1_ref"), tolerance, "friction");
         ++points;
@@ -360,7 +363,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
         INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
         const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
         expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
-        // The old direction lies to the right of a turn to the left.
+        // After a turn to the left the old direction lies to the right.
         expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
         ++points;
       }
@@ -371,8 +374,8 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
 
 TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say, and not the rubbed one",
           "[experiment]") {
-  // 200 cycles of 1.5 presliding lengths to either side, lognormal 0.3: highest F/N 0.46, then 1.11, that
-  // is 2.4 times; event by event 2.4 to 2.8 over seeds and laws.
+  // 200 cycles of 1.5 presliding lengths to either side, lognormal 0.3: highest F/N rises from 0.46 to 1.11,
+  // that is by 2.4; event by event by 2.4 to 2.8 over seeds and laws.
   const Sets sets{
       "strokes=0.2,0.5,1,1.5,2,5",         "cycles=200", "tremor_time=10", "turns=30", "force_cycles=20",
       set("bristles", bristle_count(3600))};
@@ -393,7 +396,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     INFO(model);
     CHECK(hardening(model, 1.5) > 2.3);
     CHECK(hardening(model, 1.5) < 2.8);
-    CHECK(finding(result, "loop_work", model) < 0.05);  // a twentieth and less
+    CHECK(finding(result, "loop_work", model) < 0.05);  // the loop's work has fallen to a twentieth or less
   }
   for (const double stroke : {0.2, 0.5, 1.0, 1.5, 2.0, 5.0}) CHECK(hardening("brush_rubbed", stroke) <= 1.25);
   CHECK(finding(result, "hardening", "brush_rubbed") <= 1.25);
@@ -406,10 +409,10 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     CHECK(std::abs(finding(result, "ratchet_taps", model)) < 1e-4);
     CHECK(std::abs(finding(result, "echo", model)) < 3.0);
   }
-  // reference/README.md: with keep the virgin peak repeats at the origin, twice the kinetic force just before
-  // it.
+  // reference/README.md: with keep the virgin peak repeats at the origin, and just before it friction is
+  // twice the kinetic force.
   CHECK(finding(result, "echo", "brush_keep") > 50.0);
-  // All slide with the kinetic friction that the settings ask for.
+  // All models slide with the kinetic friction that the settings ask for.
   for (const std::string& model : models) {
     INFO(model);
     double sum = 0.0, count = 0.0;
@@ -425,7 +428,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
 
 namespace {
 
-// Cells of the table of tools/EXPERIMENTS.md, by experiment and phenomenon.
+// Returns the cells of the table of tools/EXPERIMENTS.md, by experiment and phenomenon.
 std::map<std::string, std::vector<std::string>> page_cells() {
   std::ifstream page(BRISTLE_EXPERIMENTS_PAGE);
   std::map<std::string, std::vector<std::string>> cells;
@@ -442,7 +445,7 @@ std::map<std::string, std::vector<std::string>> page_cells() {
   return cells;
 }
 
-// `left_out`: models that take too long for a test.
+// Compares the page with an experiment's findings. `left_out`: models that take too long for a test.
 void check_page(const std::string& name, const std::vector<std::string>& left_out = {}) {
   const cli::Experiment& experiment = cli::find_experiment(name);
   const std::vector<std::string> models = cli::models_of(&experiment);
@@ -475,7 +478,8 @@ void check_page(const std::string& name, const std::vector<std::string>& left_ou
 
 }  // namespace
 
-// One case each, so that none takes long. Builds without optimisation do the quick ones.
+// Each experiment is a test case of its own, so that none takes long. Builds without optimisation run the
+// quick ones.
 TEST_CASE("The page of experiments says what the program finds: drift and presliding", "[experiment]") {
   check_page("drift");
   check_page("presliding");

@@ -1,6 +1,6 @@
 // The experiments that show ageing: slide-hold-slide, steps in speed, the critical stiffness of stick-slip.
-// Rate and state against closed forms and a fine solution of its equations; the brush that ages against the
-// tables and the closed forms of small ageing.
+// Rate-and-state friction is compared with closed forms and a fine solution of its equations; the brush that
+// ages with the tables and closed forms for small ageing.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -22,12 +22,12 @@ using cli::SeriesRow;
 
 namespace {
 
-// Rate and state in the experiments: mu0 0.4 at v0 = 1 mm/s, load 2.5 N, kinetic force 1 N.
+// Rate-and-state parameters of the experiments: mu0 0.4 at v0 = 1 mm/s, load 2.5 N, kinetic force 1 N.
 constexpr double mu0 = 0.4, v0 = 1e-3, load = 2.5;
 
 double steady_coefficient(double a, double b, double v) { return mu0 + (a - b) * std::log(v / v0); }
 
-// z and ln theta of a slider on a spring, by Runge-Kutta; asinh as printed by Rice and Ben-Zion.
+// z and ln theta of a slider on a spring, by Runge-Kutta; asinh form as printed by Rice and Ben-Zion.
 struct Slider {
   double a, b, length, stiffness, z, theta;
 
@@ -67,7 +67,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     slider.move(0.0, duration, 40000);
     const double relaxed = slider.force();
     double peak = 0.0;
-    // As the experiment looks: 100 steps in each of 4 presliding lengths of 20 um.
+    // Samples as the experiment does: 100 steps in each of 4 presliding lengths of 20 um.
     for (int k = 0; k < 400; ++k) {
       slider.move(v, 2e-7 / v, 50);
       peak = std::max(peak, slider.force());
@@ -76,7 +76,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
       if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
     }
-    // Tolerance of a piece 1e-7 of a N, some hundred pieces.
+    // A piece has a tolerance of 1e-7 N, and there are some hundred pieces.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
     const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);
@@ -88,14 +88,14 @@ TEST_CASE(
     "Slide-hold-slide: on a stiff contact the peak of rate and state is b ln(1 + v t / Dc) above its "
     "sliding",
     "[experiment]") {
-  const double v = 1e-4, b = 0.04;  // the defaults: a 0.02, Dc 20 um
+  const double v = 1e-4, b = 0.04;  // other parameters are the defaults: a 0.02, Dc 20 um
   const ExperimentResult result =
       run("slide-hold-slide", {"stiffness=1e9", "steps_per_length=2000"}, {"rate_state"});
   const double steady = steady_coefficient(0.02, b, v) * load;
   for (const SeriesRow& row : rows_of(result, "peak", "rate_state")) {
     const double expected = steady + b * load * std::log(1.0 + row.values[0] * v / 2e-5);
-    // Within the first step, 1/2000 of Dc at a theta that is up to 5000 times the steady one: at its end the
-    // state has worn off by exp(-x/Dc).
+    // Within the first step, 1/2000 of Dc, theta is up to 5000 times its steady value; at the step's end the
+    // state has decayed by exp(-x/Dc).
     CHECK(row.values[3] == Approx(expected).margin(b * load * 1e-3));
   }
   CHECK(finding(result, "healing", "rate_state") == Approx(100.0 * b / mu0).epsilon(0.03));
@@ -116,18 +116,19 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
       INFO((up ? "up" : "down") << " from " << row.values[0] << ", x = " << row.values[1]);
       const double after = (up ? factor : 1.0) * row.values[0];
       const double x = row.values[1] * 2e-5 / length;
-      // theta moves from Dc/v1 to Dc/v2 as exp(-x/Dc).
+      // theta changes from Dc/v1 to Dc/v2 as exp(-x/Dc).
       const double coefficient =
           steady_coefficient(a, b, after) + b * std::log1p((ratio - 1.0) * std::exp(-x));
-      // The way before is ten lengths: what is left of the step before, and the mean of its last quarter.
+      // The path before the step is ten lengths: allows the rest of the previous step, averaged over the last
+      // quarter.
       CHECK(row.values[2] == Approx(coefficient * load).margin(b * load * factor * 2.0 * std::exp(-7.5)));
     }
   }
   CHECK(finding(result, "speed_fall", "rate_state") == Approx(100.0 * (b - a) / mu0).epsilon(0.003));
-  // The first look is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
+  // The first sample is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
   const double late = b * (std::log1p(2.0 * std::exp(-0.02)) / std::log(3.0) - 1.0);
   CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
-  // ln(1 + 2 exp(-x)) = ln 3 / e up to the first look: x = -ln((3^(1/e) - 1) / 2).
+  // ln(1 + 2 exp(-x)) = ln 3 / e, counted from the first sample: x = -ln((3^(1/e) - 1) / 2).
   const double first = std::log1p(2.0 * std::exp(-0.02));
   const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
   CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));
@@ -137,7 +138,7 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
 }
 
 TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
-  // Near the Stribeck velocity, where its friction falls at both speeds.
+  // Near the Stribeck velocity, where LuGre's friction falls with speed at both speeds.
   const ExperimentResult result =
       run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
           {"gms", "lugre"});
@@ -158,19 +159,20 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
             {set("direct_effect", c.a), set("state_effect", c.b), set("state_length", c.length),
              "speeds=1e-5", "settling=40", "trial_way=120", "steps_per_length=30"},
             {"rate_state"});
-    // Springs in series; the slider's inertia adds m v^2 / (N a Dc) of itself, 1e-7 (Rice and Ruina 1983).
+    // Critical stiffness of springs in series; the slider's inertia adds m v^2 / (N a Dc) of itself, 1e-7
+    // (Rice and Ruina 1983).
     const double slip = (c.b - c.a) * load / c.length;
     const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
     const double found = rows_of(result, "bisection", "rate_state").front().values[1];
     const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    CHECK(theory == Approx(expected).epsilon(0.015));  // 15 looks in the shorter Dc
-    CHECK(found == Approx(expected).epsilon(0.03));    // bisected to 2 %
+    CHECK(theory == Approx(expected).epsilon(0.015));  // the experiment takes 15 samples in the shorter Dc
+    CHECK(found == Approx(expected).epsilon(0.03));    // found by bisection to 2 %
     CHECK(is_shown(result, "linear_theory", "rate_state"));
   }
 }
 
 TEST_CASE("Critical stiffness: inertia makes a heavy slider unstable on stiffer springs", "[experiment]") {
-  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983): a slider of 25 kg at 0.2 mm/s doubles it.
+  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983), so a slider of 25 kg at 0.2 mm/s doubles it.
   const ExperimentResult result =
       run("critical-stiffness",
           {"mass=25", "speeds=2e-4", "stiffness=1e7", "settling=40", "steps_per_length=40"}, {"rate_state"});
@@ -194,8 +196,8 @@ namespace {
 
 constexpr double length = 2e-5;  // m, presliding length of the experiments
 
-// The brush that ages as the tables have it: no residual, no renewal, no damper, a tau of 10 ms. Their speeds
-// are in lengths per tau, their forces in mean snap lengths: kinetic friction at high speed is m2 / 2.
+// The brush that ages as in the tables: no residual, no renewal, no damper, a tau of 10 ms. Their speeds are
+// in lengths per tau, their forces in mean snap lengths: kinetic friction at high speed is m2 / 2.
 const Sets plain_law = {"residual=0", "renewal=0", "aged_damper=0", "viscous=0", "ageing_time=0.01"};
 double speed_of(double w) { return w * length / 0.01; }
 double fast_deflection(const std::string& dist) {
@@ -205,16 +207,16 @@ double fast_deflection(const std::string& dist) {
 // Error at a resolution of 8, mean snap lengths.
 constexpr double resolution_error = 2e-3;
 
-// Mean deflection over the presliding length in steady sliding at v, by quadrature: survival to a way r
-// beyond the residual is S(r / g(r / v)), less those renewed on the way. Uniform lengths, half to one and a
-// half.
+// Mean deflection over the presliding length in steady sliding at v, by quadrature: a bristle survives a path
+// r beyond the residual with probability S(r / g(r / v)), times that of not being renewed on the way. Uniform
+// lengths, half to one and a half.
 struct RubbedLaw {
   double residual, renewal, beta, tau;
 
   double survival(double r) const { return std::clamp(1.5 - r / (1.0 - residual), 0.0, 1.0); }
   double factor(double age) const { return 1.0 + beta * std::log1p(age / tau); }
 
-  // Renewals make nu: (1 + kappa) nu int T = 1, T = S exp(-kappa nu r).
+  // Finds nu from (1 + kappa) nu int T = 1, T = S exp(-kappa nu r).
   template <class Integrand>
   double integral(const Integrand& f) const {
     const int n = 4000;
@@ -240,8 +242,8 @@ struct RubbedLaw {
     return residual + integral([&](double r) { return r * left(r, v, nu); }) /
                           integral([&](double r) { return left(r, v, nu); });
   }
-  // All snap lengths grow by a small share at once, as they do in a hold: what the peak rises by, over the
-  // share. Snaps are late by the share of their length: missing are their own falls and those of the
+  // Returns the rise of the peak, over the share, when all snap lengths grow by a small share at once, as in
+  // a hold. Snaps are late by that share of their length: their falls of force are missing, and those of the
   // bristles they would have renewed.
   double rise() const {
     const double fast = 1e30;
@@ -295,7 +297,7 @@ TEST_CASE("The brush that ages slides at every speed as the table says", "[exper
 
 TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the table", "[experiment]") {
   const std::vector<Row> table = read_table("ageing_hold.csv");
-  std::map<std::string, Sets> runs;  // law, beta and speed: as sets of holds
+  std::map<std::string, Sets> runs;  // settings by law, beta and speed, each as sets of holds
   int points = 0;
   for (const Row& first : table) {
     const std::string key = first.at("dist") + first.at("beta") + first.at("v_tau_over_dbar");
@@ -390,7 +392,7 @@ TEST_CASE(
     const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
     const Sets sets = plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal),
                                        set("ageing", beta), "resolution=32"};
-    // Speeds so slow that ages are far beyond tau: dF/d ln v = -beta of the friction that is not residual.
+    // Speeds so slow that ages far exceed tau: dF/d ln v = -beta of the friction that is not residual.
     const ExperimentResult slid =
         run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
     const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
@@ -400,24 +402,24 @@ TEST_CASE(
     for (const SeriesRow& row : rows) {
       CHECK(row.values[1] == Approx(law.deflection(row.values[0]) / fast).margin(1e-3));
     }
-    // Holds far longer than what a bristle ages in sliding.
+    // Holds far longer than a bristle ages in sliding.
     const ExperimentResult held =
         run("slide-hold-slide", sets + Sets{"speed=1e-4", "holds=1e3,1e5,1e7", "steps_per_length=400"},
             {"brush_aged"});
     const double healing = 0.01 * finding(held, "healing", "brush_aged");
     const double expected = beta * none.rise() / fast;
     if (!rubbed) CHECK(expected == Approx(2.0 * beta).epsilon(1e-3));
-    // The longer lengths have become, the farther the body moves while it pulls on, and the less is left of
-    // those that snapped first: over g of the hold, here of the middle one.
+    // The longer the lengths have become, the further the body moves until the peak, and the less is left of
+    // the bristles that snapped first. So healing is divided by g of the hold, here of the middle one.
     CHECK(healing * law.factor(1e5) == Approx(expected).epsilon(0.05));
   }
 }
 
 namespace {
 
-// Three dampings: small, where fast swings are damped last; middle; and so large that it takes a share of the
-// fall with speed. The closed form is that of redraw without renewal (core/MODEL.md, "Stick-slip"). It uses
-// neither the response that the experiment measures nor its bisection.
+// Checks three dampings: small, for which fast swings are damped last; middle; and so large that it takes a
+// share of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
+// "Stick-slip"). It uses neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",
                       "residual=0",  "renewal=0",     "aged_damper=0", set("ageing", ageing)};
@@ -478,8 +480,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
   for (const SeriesRow& row : rows_of(with, "step", "brush_aged")) {
     const double v = row.values[0];
     INFO("from " << v << " m/s");
-    // Over kinetic friction and per e-fold; the first look is a thousandth of a length after the step, where
-    // a thousandth of the fall of 5 % is done.
+    // Over kinetic friction and per e-fold. The first sample is a thousandth of a length after the step, when
+    // a thousandth of the fall of 5 % has happened.
     const double expected =
         a / mu0 * (std::asinh(1.5 * v / speed) - std::asinh(0.5 * v / speed)) / std::log(3.0);
     CHECK(row.values[2] == Approx(expected).margin(2e-4));
@@ -491,8 +493,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
 
 TEST_CASE("Break-away of the brush that ages falls with the force rate as its snap lengths do",
           "[experiment]") {
-  // A first pull is the virgin curve, stretched by g of the time it takes: all bristles are as old as the
-  // pull. The lighter the block the less inertia adds.
+  // A first pull follows the virgin curve, stretched by g of the time it takes: all bristles are as old as
+  // the pull. The lighter the block, the less inertia adds.
   const double tau = 0.01, beta = 0.05;
   const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", "redraw"}});
   const double young = number(row, "f_peak") / number(row, "f_kinetic");

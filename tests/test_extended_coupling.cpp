@@ -32,7 +32,7 @@ const char* name_of(Population population) {
   return population == Population::infinite ? "infinite" : "representatives";
 }
 
-/// Representatives in the widest precision that the build has, for the energy.
+/// Returns options with the widest precision that the build has for representatives, for the energy balance.
 PatchOptions options_of(Population population, double max_load, std::uint32_t bristles = 2400) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(max_load).with_population(population).with_outputs(Outputs::all);
@@ -41,8 +41,8 @@ PatchOptions options_of(Population population, double max_load, std::uint32_t br
   return options;
 }
 
-/// Redraw over half to one and a half `length`, no damper: kinetic friction 13/24 stiffness length per
-/// newton.
+/// Returns a material with SnapRule::redraw over half to one and a half `length`, no damper: kinetic friction
+/// 13/24 stiffness length per newton.
 Material rubber(double kinetic, double length, double damping = 0.0) {
   return plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), SnapRule::redraw)
       .with_bristle_stiffness(kinetic * 24.0 / 13.0 / length)
@@ -97,8 +97,8 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< of the first patch
-  double lost = 0.0;                 ///< J
+  Vector3d pose = Vector3d::Zero();  ///< pose of the first patch
+  double lost = 0.0;                 ///< J, energy lost
 };
 
 /// A flat disc that slides and turns in the plane.
@@ -111,8 +111,8 @@ struct Disc : Body<3> {
   }
 };
 
-/// Force and torque of a uniform disc with bristles that are short beside it, over mu N and mu N R: the mean
-/// direction of the slip, as a plain sum in polar coordinates.
+/// Computes force and torque of a uniform disc with short bristles, over mu N and mu N R: the mean direction
+/// of slip, as a plain sum in polar coordinates.
 void limit_surface(double v, double spin_r, double& force, double& torque) {
   constexpr int rings = 30, around = 64;
   force = torque = 0.0;
@@ -146,8 +146,8 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   const double limit = 0.4 * Disc::load;
   const auto swing = [&](int steps) {
     for (int i = 0; i < steps; ++i) {
-      // Force and torque are at most 0.4 of their limits, so the rim bears 0.4 + 0.4 * 4/3 * 0.89 of kinetic
-      // friction.
+      // Force and torque are at most 0.4 of their limits, so the rim carries 0.4 + 0.4 * 4/3 * 0.89 of
+      // kinetic friction.
       const double share = 0.2 * (1.0 + std::sin(2.0 * pi * i / 10.0));
       disc.step(way, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
     }
@@ -166,7 +166,7 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
 
 TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins to rest",
           "[extended][coupling][energy]") {
-  // Up to 0.12 rad in a step: the cells' chords, and the torque half-way through the turn, count.
+  // Turns up to 0.12 rad in a step, so the cells' chords and the torque half-way through the turn matter.
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const double damping = GENERATE(0.0, 2.0);
   CAPTURE(name_of(population), damping);
@@ -178,7 +178,7 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
-    // A residual r of the solve allows an error of energy of r times the largest force times the path.
+    // A residual r of the solve allows an error in energy of r times the largest force times the path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
     expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
@@ -192,13 +192,14 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
 
 TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0.653, whatever the start",
           "[extended][coupling]") {
-  // Farkas, Bartels, Unger and Wolf, PRL 90, 248302 (2003). The path before is integrated beside it.
+  // Expected final ratio from Farkas, Bartels, Unger and Wolf, PRL 90, 248302 (2003). The path to it is
+  // integrated in parallel.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   const double ratio = GENERATE(0.45, 1.5);
   CAPTURE(name_of(way), ratio);
   constexpr double mu = 0.4, length = 1e-9, start = 0.5, loss = 0.02;
   Disc disc(rubber(mu, length), options_of(Population::infinite, Disc::load), 5);
-  double v = ratio * start, rim = start;  // of a coin whose bristles have no length
+  double v = ratio * start, rim = start;  // state of a coin whose bristles have no length
   disc.body.velocity << v, 0.0, rim / Disc::radius;
   const double fastest = std::max(v, rim);
   while (std::max(v, rim) > 4e-3 * fastest) {
@@ -214,8 +215,8 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
     expect_near(disc.body.velocity[0], v, 0.03 * std::max(v, rim), "speed");
     expect_near(disc.body.velocity[2] * Disc::radius, rim, 0.03 * std::max(v, rim), "speed of the rim");
   }
-  // Two and a half decades are not for ever: the ideal coin is that far from its goal. An error of the limit
-  // surface counts ten times: the ratio changes by the small difference of F omega R / v and 2 T / R.
+  // After two and a half decades even the ideal coin is away from its limit by this. An error of the limit
+  // surface counts ten times, because the ratio changes by the small difference of F omega R / v and 2 T / R.
   const double reached = disc.body.velocity[0] / (disc.body.velocity[2] * Disc::radius);
   CHECK(v / rim == Approx(0.653).epsilon(0.03));
   CHECK(reached == Approx(v / rim).epsilon(0.08));
@@ -225,8 +226,8 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
 
 TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms and their own against spin",
           "[extended][coupling]") {
-  // A plate on a wall, pads of radius R and stiffness K that stick: under a force through its centre of mass
-  // and a torque about the normal it moves as a body on springs K, and K R^2 / 2 each against spin.
+  // A plate on a wall, with sticking pads of radius R and stiffness K: under a force through its centre of
+  // mass and a torque about the normal it moves as a body on springs K, and K R^2 / 2 each against spin.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   const std::size_t pads = GENERATE(1u, 3u, 4u);
   CAPTURE(name_of(way), pads);
@@ -249,7 +250,7 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
               bristle::rigid_contact_with_spin(i, arm, along, aside));
   }
   plate.batch.warm_up();
-  // Pads at a height of 10 mm would tip the plate: the wall holds against that.
+  // Pads at a height of 10 mm would tip the plate, so the wall holds it against tipping.
   plate.body.mass += 1e9 * plate.contacts[0].jacobian.row(2).norm() *
                      (Eigen::Matrix<double, 6, 6>() << Eigen::Matrix<double, 3, 6>::Zero(),
                       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity() - normal * normal.transpose())
@@ -285,17 +286,17 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
 
 TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor comes to rest",
           "[extended][coupling][stability]") {
-  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // K T^2 / m
-  const double c = GENERATE(0.0, 1.0);                   // C T / m
+  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m
+  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m
   CAPTURE(k, c);
   constexpr double length = 10e-6;
-  // Stiffness per newton of load; a newton of load on a disc of 0.1 kg.
+  // Stiffness per newton of load, for a disc of 0.1 kg under a load of one newton.
   const double stiffness = k * Disc::mass / (tick * tick);
   const Material material = plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), SnapRule::redraw)
                                 .with_bristle_stiffness(stiffness)
                                 .with_bristle_damping(c * Disc::mass / tick)
                                 .with_stribeck_velocity(1e12);
-  // Stops within some ten lengths; by at most half a radian in a step.
+  // Stops within some ten lengths, and turns by at most half a radian in a step.
   const double speed = std::min(std::sqrt(20.0 * k) * length / tick, 0.5 * Disc::radius / tick);
   Disc solved(material, options_of(Population::infinite, Disc::load), 2);
   solved.body.velocity << 0.6 * speed, -0.3 * speed, speed / Disc::radius;
@@ -314,8 +315,8 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
 
   Disc predicted(material, options_of(Population::infinite, Disc::load), 2);
   predicted.body.velocity = Eigen::Vector3d(0.6 * speed, -0.3 * speed, speed / Disc::radius);
-  // A swing loses k/2 of its squared amplitude in a step, and a stiff one flips by 1 - 4 / (1 + k/2). The
-  // middle of a disc turns on half the stiffness.
+  // A swing loses k/2 of its squared amplitude in a step, and a stiff one is multiplied by 1 - 4 / (1 + k/2).
+  // The spin of a disc has half the stiffness.
   const double decay = std::max({8.0 / std::max(k, c), 0.25 * k, 50.0});
   const auto steps = static_cast<int>(std::min(6.0 * decay, 20000.0));
   for (int i = 0; i < steps; ++i) predicted.step(Way::predictor);
@@ -364,7 +365,7 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
 }
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
-  // Axes ride on the table: in them the ground velocity of its surface is that of its turning.
+  // The axes ride on the table; in them the ground velocity of its surface is that of its rotation.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;

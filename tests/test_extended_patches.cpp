@@ -1,5 +1,5 @@
 // Patches with an extent: cells against moments in closed form, torque and force against the tables of
-// tests/data, energy, and that a point is the patch of before.
+// tests/data, energy; and a point gives the results of a plain patch.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 const SnapLength smooth = SnapLength::lognormal(dbar, 0.3);
 
-/// Sum over the cells of weight x^i y^j.
+/// Returns the sum over the cells of weight x^i y^j.
 double moment(const Outline& outline, int i, int j) {
   double sum = 0.0;
   for (const PatchCell& cell : outline.cells)
@@ -46,24 +46,24 @@ double moment(const Outline& outline, int i, int j) {
   return sum;
 }
 
-/// Mean of cos^i sin^j over a circle.
+/// Returns the mean of cos^i sin^j over a circle.
 double circle_mean(int i, int j) {
   if (i % 2 != 0 || j % 2 != 0) return 0.0;
   return std::tgamma((i + 1) / 2.0) * std::tgamma((j + 1) / 2.0) / (pi * std::tgamma((i + j) / 2.0 + 1.0));
 }
-/// Mean of r^k over a disc of radius 1.
+/// Returns the mean of r^k over a disc of radius 1.
 double radial_mean(Pressure pressure, int k) {
   if (pressure == Pressure::uniform) return 2.0 / (k + 2);
   return 1.5 * std::tgamma(k / 2.0 + 1.0) * std::tgamma(1.5) / std::tgamma(k / 2.0 + 2.5);
 }
-/// Mean of x^k over -1 to 1.
+/// Returns the mean of x^k over -1 to 1.
 double line_mean(Pressure pressure, int k) {
   if (k % 2 != 0) return 0.0;
   if (pressure == Pressure::uniform) return 1.0 / (k + 1);
   return std::tgamma((k + 1) / 2.0) * 2.0 / (std::sqrt(pi) * std::tgamma(k / 2.0 + 2.0)) / 2.0 * 1.0;
 }
 
-/// One extended patch in a batch of its own; every step is checked for energy.
+/// One extended patch in a batch of its own, which checks the energy of every step.
 struct Pad {
   Pad(const Material& material, const PatchOptions& options, const Outline& outline, double its_load,
       const BatchOptions& batch_options = {})
@@ -105,7 +105,7 @@ PatchOptions contact_of(Population population, std::uint32_t bristles) {
   return options;
 }
 
-/// Errors of slide with spin against a row of the limit surface, over the largest value of the column.
+/// Errors of sliding with spin against a row of the limit surface, over the largest value of the column.
 struct LimitError {
   double force = 0.0, side = 0.0, torque = 0.0, imbalance = 0.0;
 };
@@ -113,8 +113,8 @@ LimitError limit_error(const Row& row, int rings, double snap_over_radius, const
   const Pressure pressure = pressure_named(row.at("pressure"));
   const double radius = dbar / snap_over_radius, ratio = number(row, "v_over_omegaR");
   Pad pad(plain_material(smooth, SnapRule::redraw), options, Outline::disc(radius, pressure, rings), load_n);
-  // The rim goes one mean snap length a step at most; the whole is three quarters of a turn of the slower
-  // kind, so that all but a few cells have snapped often.
+  // The rim moves by at most one mean snap length in a step. The whole turn is three quarters of a turn of
+  // the slower kind, so that all but a few cells have snapped often.
   const double spin = snap_over_radius / (1.0 + ratio);
   const int steps = static_cast<int>(std::ceil((ratio > 1.0 ? 40.0 : 100.0 + 100.0 * ratio)));
   const double coulomb = load_n * kinetic(smooth) * dbar;
@@ -181,7 +181,8 @@ TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", 
   }
   for (int rings : {1, 4, 13, 64})
     CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
-  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a line
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a rectangle of no width
+                                                                                   // has its cells on a line
 }
 
 TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
@@ -229,8 +230,8 @@ TEST_CASE("Bristles that stick resist a turn with K R^2/2, under Hertz's pressur
   for (Population population : {Population::infinite, Population::representatives}) {
     for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
       INFO((pressure == Pressure::hertz ? "Hertz, " : "uniform, ") << static_cast<int>(population));
-      // One representative per newton: 1000 of them, shared among the cells by whole numbers, so that the
-      // load must bring the right share of them into contact.
+      // One representative per newton: 1000 of them are shared among the cells by whole numbers, so the load
+      // must bring the right share of them into contact.
       Pad pad(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
               contact_of(population, 100000), Outline::disc(radius, pressure, 2), load_n);
       const double stiffness = load_n;  // N/m
@@ -303,7 +304,8 @@ TEST_CASE("A disc that slides and spins has the force and torque of the limit su
     const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::infinite, 0));
     expect_near(error.force, 0.0, 0.005, "error of the force");
     expect_near(error.torque, 0.0, 0.005, "error of the torque");
-    // Bristles lag behind the turning direction of their path: a force aside of the order of delta / R.
+    // Bristles lag behind the turning direction of their path, which gives a force across the motion of the
+    // order of delta / R.
     expect_near(error.side, 0.0, 0.015, "force across the motion");
     expect_near(error.imbalance, 0.0, 1e-12, "energy");
   }
@@ -336,12 +338,12 @@ TEST_CASE("The error on the limit surface falls with the area of a cell", "[exte
   };
   const double few = worst(2), more = worst(4), many = worst(8);
   CHECK(few < 0.15);
-  CHECK(more < 0.25 * few);  // four times the cells
-  CHECK(many < 0.07 * few);  // sixteen times
+  CHECK(more < 0.25 * few);  // with four times the cells
+  CHECK(many < 0.07 * few);  // with sixteen times the cells
 }
 
 TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
-  // Twelve rings of three cells: around the centre nothing changes.
+  // Twelve rings of three cells: nothing varies round the centre.
   struct Case {
     const char* dist;
     Pressure pressure;
@@ -378,7 +380,7 @@ TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extend
 }
 
 TEST_CASE("The static peak of the force goes where the patch spins", "[extended][physics]") {
-  // Spin slow beside the slide is enough to spread the snaps: cells break away one after the other.
+  // A spin that is slow beside the slide is enough to spread the snaps: cells break away one after the other.
   const auto peak = [](double rim_share) {
     const double radius = 100.0 * dbar;
     Pad pad(plain_material(uniform, SnapRule::redraw), infinite_options(16.0),
@@ -391,7 +393,7 @@ TEST_CASE("The static peak of the force goes where the patch spins", "[extended]
     return highest / (load_n * kinetic(uniform) * dbar);
   };
   const double still = peak(0.0), slow = peak(0.3), fast = peak(2.0);
-  CHECK(still > 1.15);  // peak of the virgin curve: 1.154
+  CHECK(still > 1.15);  // the virgin curve has a peak of 1.154
   CHECK(slow < still);
   CHECK(fast < 0.9);  // below kinetic friction of a patch that only slides
 }
@@ -412,7 +414,7 @@ TEST_CASE("Energy of an extended patch balances at every step of a random walk",
       pad.step(size * dbar * gauss(random), size * dbar * gauss(random), size * 0.1 * gauss(random));
       expect(pad.response.dissipated >= 0.0, "snaps dissipate");
     }
-    // Single columns of representatives are doubles where this build has them.
+    // Columns of single representatives are doubles if the build has them.
     expect_near(pad.imbalance, 0.0,
                 population == Population::infinite ? 1e-11 : (BRISTLE_WITH_DOUBLE ? 1e-11 : 1e-5), "energy");
   }
@@ -425,8 +427,8 @@ TEST_CASE(
   const double radius = 1e-3;
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::ellipse(radius, 0.3 * radius, Pressure::uniform, 2), load_n);
-  // Up by one step of 0.2 of a snap length at the rim, back by three, with the centre moving too: a rule that
-  // took the chord for the arc, or the old position for the one half-way, would wander off.
+  // One step forth by 0.2 of a snap length at the rim, three steps back, with the centre moving too. A rule
+  // that took the chord for the arc, or the old position for the one half-way, would drift.
   const double spin = 0.2 * dbar / radius, way = 0.1 * dbar;
   for (int i = 0; i < 20000; ++i) {
     pad.step(way, 0.0, spin);
@@ -440,7 +442,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
-  // Bristles are long, so that large turns stick: 1.2 rad at a radius of half a snap length.
+  // Bristles are so long that large turns stick: 1.2 rad at a radius of half a snap length.
   const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
   const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
   const auto turned = [&](int pieces) {
@@ -451,7 +453,7 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
   const ExtendedResponse once = turned(1), often = turned(60);
   for (int a = 0; a < 2; ++a) CHECK(often.elastic[a] == Approx(once.elastic[a]).margin(1e-9 * load_n * dbar));
   CHECK(often.elastic[2] == Approx(once.elastic[2]).margin(1e-9 * load_n * dbar * dbar));
-  // And in closed form: every root went from r to d + R(1.2) r, and pulls back with K w times its way.
+  // In closed form: every root went from r to d + R(1.2) r, and pulls back with K w times its displacement.
   double torque = 0.0, x = 0.0;
   const double c = std::cos(1.2), s = std::sin(1.2);
   for (const PatchCell& cell : outline.cells) {
@@ -467,8 +469,8 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
 }
 
 TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[extended]") {
-  // Viscous friction counts by patch, bristles' damping by newton: c = 0.3 + load * 0.02, and c R^2/2 against
-  // spin.
+  // Viscous friction belongs to the patch, bristles' damping to each newton: c = 0.3 + load * 0.02, and c
+  // R^2/2 against spin.
   const double radius = 2e-3, spin_velocity = 4.0, velocity = 0.01;
   const Material material = plain_material(smooth, SnapRule::redraw)
                                 .with_bristle_damping(0.02)
@@ -500,7 +502,7 @@ TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[ext
 }
 
 TEST_CASE("Limits of force and torque are those of a first loading and a first turn", "[extended]") {
-  // Every cell at the peak of the virgin curve at once, at its own distance: 2/3 R for a uniform disc.
+  // With every cell at the peak of the virgin curve at once, at its own distance: 2/3 R for a uniform disc.
   const double radius = 1e-3;
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::disc(radius, Pressure::uniform, 3), load_n);
@@ -516,12 +518,12 @@ TEST_CASE("Limits of force and torque are those of a first loading and a first t
 
 TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
           "[extended]") {
-  // Cells off the centre, so that force and spin couple.
+  // Cells off the centre, so that force and spin are coupled.
   Outline outline;
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
     Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
-    pad.load = 0.0;  // turns while out of contact, so no force arises
+    pad.load = 0.0;  // turns while out of contact, so that no force arises
     pad.step(0.0, 0.0, angle);
     pad.load = load_n;
     pad.step(0.0, 0.0, 0.0);
@@ -688,7 +690,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   ExtendedMotion motion = good;
   motion.normal_load = -1.0;
   CHECK(refused(motion) == Status::bad_input);
-  motion.normal_load = 1.01e15;  // the share of no cell is too high
+  motion.normal_load = 1.01e15;  // above the limit, although the share of each cell is not
   CHECK(refused(motion) == Status::bad_input);
   CHECK(refused(good, 0.0) == Status::bad_input);
   motion = good;
@@ -697,7 +699,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK_FALSE(pads.set_scale(pad, NAN));
   CHECK_FALSE(pads.set_scale(PatchId{}, 1.0));
 
-  // The largest number as the load of an outline that grows with its load.
+  // Tries the largest number as the load of an outline that grows with its load.
   Outline growing = Outline::disc(1e-3, Pressure::uniform, 2);
   growing.full_size_load = 1e-3;
   ExtendedMotion huge = good;
@@ -707,7 +709,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK(response.status == Status::bad_input);
   CHECK(response.end[2] == 0.0);
 
-  // An outline that is asked for its end force alone looks at its velocity all the same.
+  // An outline that computes only its end force checks its velocity all the same.
   ExtendedMotion plain = good;
   plain.id = pads.add(plain_material(smooth, SnapRule::redraw),
                       infinite_options(8.0).with_outputs(bristle::Outputs::end),
@@ -717,7 +719,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   plain.velocity[0] = NAN;
   CHECK(pads.step(tick, {&plain, 1}, {&response, 1}).status == Status::bad_input);
 
-  // Named twice: the first counts, and the outline turns once.
+  // Named twice: the first motion counts, and the outline turns once.
   const ExtendedMotion twice[] = {good, good};
   ExtendedResponse two[2];
   const auto report = pads.step(tick, twice, two);
@@ -760,7 +762,7 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
   CHECK(pads.info(pad).along[0] == Approx(std::cos(2.0)).margin(1e-13));
   std::vector<PatchCell> cells(count);
   REQUIRE(pads.read_cells(pad, 0.5, load_n, cells) == count);
-  // Back by 2.5 rad: the outline as it was given.
+  // Turns back by 2.5 rad, to the orientation as given.
   const Outline given = Outline::disc(1e-3, Pressure::hertz, 2);
   for (std::size_t i = 0; i < count; ++i) {
     const double c = std::cos(2.5), s = std::sin(2.5);
@@ -781,7 +783,7 @@ TEST_CASE("A creep far below the resolution of a position counts in full for an 
   motion.normal_load = load_n;
   ExtendedResponse response;
   for (int k = 0; k < 20000; ++k) pads.step(tick, {&motion, 1}, {&response, 1});
-  // One bristle a newton, of 1 N/m; the sum of each cell is rounded by a third of a per cent.
+  // One bristle per newton, of 1 N/m; the sum of each cell is rounded by a third of a per cent.
   CHECK(response.elastic[0] == Approx(-load_n * 20000 * 1e-15 * dbar).epsilon(0.01));
 }
 
@@ -823,7 +825,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   };
   slide(pads, keyed.find_or_add(11));
   keyed.end_step();
-  keyed.end_step();  // 11 is gone
+  keyed.end_step();  // key 11 is lost
   CHECK_FALSE(static_cast<bool>(keyed.find(11)));
   const ExtendedResponse again = slide(pads, keyed.find_or_add(12));
   PatchOptions of_key = options;
@@ -843,7 +845,7 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
   Pad eager(plain_material(smooth, SnapRule::redraw), options, outline, load_n, stepped_eagerly());
   REQUIRE(lazy.id.value == eager.id.value);
   for (int i = 0; i < 24; ++i) {
-    // All around in eight turns, a glide after each: then nothing is looked at, and nothing damps.
+    // Eight turns make a full circle, with a glide after each, in which nothing is visited and nothing damps.
     const double spin = i % 3 == 0 ? 0.25 * pi : 0.0;
     INFO("step " << i);
     const ExtendedResponse one = lazy.step(0.1 * dbar, 0.05 * dbar, spin);
@@ -857,8 +859,8 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
 }
 
 TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {
-  // One outline is stepped as a whole, the other cell by cell through the batch: glides, holds, tremor in any
-  // direction, loads, a turn back.
+  // Of two equal outlines one is stepped as a whole, the other cell by cell through the batch: glides, holds,
+  // tremor in any direction, loads, a turn back.
   for (const double renewal : {0.0, 1.0}) {
     Material material = plain_material(smooth, SnapRule::redraw);
     material.shared_renewal = renewal;
@@ -904,7 +906,8 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
 
 namespace {
 
-/// Outlines that are stepped lightly where they can be: nothing damps, and the end force is all.
+/// Returns options for outlines whose steps are light when possible: nothing damps, and only the end force is
+/// asked for.
 PatchOptions light_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
 
 ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
@@ -916,7 +919,7 @@ ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
   return motion;
 }
 
-/// With plain_material an outline in contact has its load, in newtons, as stiffness in N/m.
+/// Sticks an outline. With plain_material, in contact, its stiffness in N/m is its load in newtons.
 ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx = 0.01 * dbar) {
   const ExtendedMotion motion = motion_of(id, dx, 0.0, load);
   ExtendedResponse response;
@@ -924,7 +927,7 @@ ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx
   return response;
 }
 
-/// Bytes that were allocated and not freed; 0 where the C library does not say.
+/// Returns bytes allocated and not freed, or 0 if the C library does not tell.
 double bytes_in_use() {
 #if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
   const auto info = mallinfo2();
@@ -938,7 +941,7 @@ double bytes_in_use() {
 
 TEST_CASE("An outline has the stiffness of its material, load and contact from the first step that has them",
           "[extended]") {
-  // Twice the stiffness, half the load, no contact: whatever was answered in the step before.
+  // Twice the stiffness, half the load, or no contact must show at once, whatever the previous step answered.
   const Material soft = plain_material(smooth, SnapRule::redraw);
   const Material stiff = Material(soft).with_bristle_stiffness(2.0);
   PatchBatch batch;
@@ -966,7 +969,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(restored.stiffness[0][0] == Approx(load_n));
   CHECK(restored.force_limit == Approx(limit));
 
-  // A motion that is refused, with a velocity: all cells are asked.
+  // A refused motion, with a velocity, so that all cells are asked.
   ExtendedMotion nowhere = motion_of(pad, INFINITY, 0.0, load_n);
   nowhere.has_velocity = 1;
   ExtendedResponse refused;
@@ -993,7 +996,7 @@ TEST_CASE("An outline that grows with its load has no size after a reset", "[ext
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
   stick(pads, pad, 8.0 * load_n);
-  CHECK(pads.info(pad).scale == Approx(2.0));  // the cube root
+  CHECK(pads.info(pad).scale == Approx(2.0));  // grows with the cube root
   REQUIRE(pads.reset(pad));
   CHECK(pads.info(pad).scale == 0.0);
   CHECK(pads.info(pad).along[0] == 1.0);
@@ -1005,7 +1008,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       PatchBatch batch;
       ExtendedPatches pads(batch);
       std::array<PatchId, 3> ids{};
-      Outline row;  // beside the centre: its cells turn with it
+      Outline row;  // cells beside the centre, which turn about it
       row.cells.clear();
       for (std::size_t k = 0; k < cells; ++k) {
         PatchCell cell;
@@ -1014,7 +1017,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
         row.cells.push_back(cell);
       }
       for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
-      // The second step knows stiffness and limits; in the third one outline goes nowhere that is.
+      // From the second step on stiffness and limits are known; in the third one outline gets an invalid
+      // motion.
       const std::size_t bad = first_is_bad ? 0 : 1;
       std::array<ExtendedResponse, 3> out;
       for (int k = 0; k < 3; ++k) {
@@ -1027,7 +1031,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       for (std::size_t i = 0; i < 3; ++i) {
         INFO("outline " << i << " of " << cells << " cells, bad is " << bad);
         CHECK(out[i].status == (i == bad ? Status::bad_input : Status::ok));
-        // Stuck: load x way, over two or three steps; turned as often as it was stepped.
+        // In sticking the force is load x displacement, over two or three steps; the turn counts as many
+        // steps.
         const double steps = i == bad ? 2.0 : 3.0;
         CHECK(out[i].end[0] == Approx(i == bad ? 0.0 : -load_n * steps * 0.01 * dbar).epsilon(0.05));
         CHECK(out[i].stiffness[0][0] == Approx(i == bad ? 0.0 : load_n));
@@ -1037,7 +1042,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
 }
 
 TEST_CASE("A state of other outlines is refused by that name, and changes nothing", "[extended][state]") {
-  // As many outlines and cells in each batch, but in another order.
+  // The two batches have equal outlines and cells in different orders.
   PatchBatch first_batch, second_batch;
   ExtendedPatches first(first_batch), second(second_batch);
   const Outline disc = Outline::disc(1e-3, Pressure::uniform, 2);
@@ -1106,7 +1111,7 @@ TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[ex
 }
 
 TEST_CASE("The cells of an outline fluctuate together as the bristles asked for", "[extended][fluctuation]") {
-  // Cells slide alike, each with noise of its own: variances add up to that of `n` bristles.
+  // Cells slide in parallel, each with noise of its own: variances add up to that of `n` bristles.
   constexpr double n = 400.0;
   Pad pad(plain_material(smooth, SnapRule::redraw),
           infinite_options(8.0).with_outputs(Outputs::end).with_fluctuation(400),
@@ -1114,9 +1119,9 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
   std::vector<double> deflection;
   for (int k = 0; k < 6000; ++k)
     deflection.push_back(-pad.step(4.0 * dbar, 0.0, 0.0).end[0] / (load_n * dbar));
-  // Density of a deflection in steady sliding: S(z) / E[delta].
+  // Mean of a power of the deflection in steady sliding, with the density S(z) / E[delta].
   const auto mean_of = [](int k) { return smooth.moment(k) / std::pow(dbar, k); };
   const double of_one = mean_of(3) / (3.0 * mean_of(1)) - std::pow(0.5 * mean_of(2) / mean_of(1), 2);
-  // Steps of four lengths have forgotten each other: 6000 variances are known to 1.8 %.
+  // Steps of four lengths are independent: 6000 of them give variances to 1.8 %.
   CHECK(n * describe(deflection).variance == Approx(of_one).epsilon(0.1));
 }

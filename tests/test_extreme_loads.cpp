@@ -1,4 +1,4 @@
-// Extreme loads and numbers of bristles: nothing, next to nothing, a million newton, jumps at every step.
+// Extreme loads and numbers of bristles: zero, nearly zero, a million newton, jumps at every step.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -24,14 +24,14 @@ TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[
         expect_near(friction_along(r, kind), max_load * 0.4 * dbar, 1e-6 * max_load * dbar, "force");
         expect_near(r.stiffness, max_load, 1e-12 * max_load, "stiffness");
         check_finite(r);
-        // Far below the maximum: a sliver of the first bristle.
+        // Far below the maximum: a tiny fraction of the first bristle.
         r = patch.step(0.0, 0.0, 1e-12 * max_load);
         // Sums of deflections are fixed point: 2^-44 of a length near the mean, of one representative.
         expect_near(friction_along(r, kind), 1e-12 * max_load * 0.4 * dbar,
                     0x1p-44 * 2.0 * 2.0 * dbar * max_load / n, "force under 1e-12 of the load");
         expect_near(r.stiffness, 1e-12 * max_load, 1e-24 * max_load, "stiffness");
         check_finite(r);
-        // Far above: one status flag, no surprise.
+        // Far above the maximum: only the overload flag is set.
         r = patch.step(0.0, 0.0, 1e9 * max_load);
         check_finite(r);
         expect(r.status == Status::overload, "overload is reported");
@@ -57,7 +57,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
   for (const Kind& kind : kinds()) {
     for (double zeta : {1e-12, 0.5, 1.0, 1.75, 899.37, 900.0, 1e6}) {
       INFO(kind.name() << ", zeta " << zeta);
-      // plain_material: one bristle per newton. As many representatives as the library chooses.
+      // plain_material has one bristle per newton; the library chooses the number of representatives.
       OnePatch patch(plain_material(uniform, kind.rule),
                      PatchOptions{}
                          .with_max_normal_load(zeta)
@@ -73,7 +73,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
       expect_near(friction_along(r, kind), zeta * 0.4 * dbar, 1e-6 * zeta * dbar, "force in stick");
       expect_near(r.stiffness, zeta, 1e-12 * zeta, "stiffness");
       expect(r.snaps == 0, "nothing snaps below the shortest length");
-      // Under a part of it: that part.
+      // Under a part of the load: a proportional force.
       r = patch.step(0.0, 0.0, 0.37 * zeta);
       expect_near(friction_along(r, kind), 0.37 * zeta * 0.4 * dbar, 1e-6 * zeta * dbar,
                   "force under a third");
@@ -94,10 +94,10 @@ TEST_CASE("A million bristles, one by one, have the virgin curve's peak", "[extr
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     patch.step(0.0, 0.0, n);
     const Response r = step_along(patch, kind, dbar, n);
-    // Stratified lengths: error of order 1/n, below the rounding of single precision. Up to 1.0 both rules
-    // have x - x^2/2 + 1/8.
+    // Stratified lengths have an error of order 1/n, below the rounding of single precision. Up to 1.0 both
+    // rules give x - x^2/2 + 1/8.
     expect_near(friction_along(r, kind) / (n * dbar), 0.625, 30.0 / n + 1e-6, "peak");
-    // Half the bristles are shorter than the way, none snaps twice.
+    // Half the bristles are shorter than the path, and none snaps twice.
     expect_near(static_cast<double>(r.snaps), 0.5 * n, 30.0, "snaps");
   }
 }
@@ -112,8 +112,8 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
     const Material material = plain_material(uniform, kind.rule);
     const PatchOptions options = plain_options(n, kind.axes, kind.precision);
     OnePatch patch(material, options);
-    OnePatch steady(material, options);  // the same bristles, the first hundred of them always
-    // Float: each change of load rounds deflections once more.
+    OnePatch steady(material, options);  // shares the first hundred bristles with the other patch
+    // In float each change of load rounds deflections once more.
     const double tolerance = kind.is_double() ? 1e-11 : 1e-5;
     for (int k = 0; k < 200; ++k) {
       const bool up = k % 2 == 1;
@@ -132,7 +132,7 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
       expect(r.snaps == s.snaps, "snaps");
       expect(r.stiffness == (up ? high : low), "stiffness follows the load at once");
     }
-    // Sliding under the high load draws new lengths. Those who leave and come again have their first ones.
+    // Sliding under the high load draws new lengths. Bristles that leave and return have their first lengths.
     OnePatch fresh(material, options);
     const Bristles first = read(fresh, n);
     for (int k = 0; k < 10; ++k) step_along(patch, kind, 1.7 * dbar, high);
@@ -168,7 +168,8 @@ TEST_CASE("Contact lost forgets everything and returns its energy, a thousand ti
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     double first = 0.0;
     for (int k = 0; k < 1000; ++k) {
-      // Up to 0.95 no bristle snaps a second time: the lengths are those at entry, whatever was drawn since.
+      // Up to 0.95 no bristle snaps a second time, so the lengths are the first ones, whatever was drawn
+      // before.
       expect_near(friction_along(step_along(patch, kind, 0.45 * dbar, n), kind), n * 0.45 * dbar,
                   1e-6 * n * dbar, "stick from straight");
       const Response r = step_along(patch, kind, 0.5 * dbar, n);
@@ -192,7 +193,8 @@ TEST_CASE("Overload to 1e15 N and back, again and again, keeps force and energy 
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     for (int k = 0; k < 20; ++k) step_along(patch, kind, 0.41 * dbar, n);
     for (int round = 0; round < 40; ++round) {
-      // Rising: no force comes of it. Each round shrinks the deflections by n / 1e15, in the end to nothing.
+      // Under a rising load at rest no force arises. Each round shrinks the deflections by n / 1e15, finally
+      // to zero.
       double before = friction_along(patch.step(0.0, 0.0, n), kind);
       for (double load = n; load < 1e15; load *= 1000.0) {
         const double energy = patch.energy();

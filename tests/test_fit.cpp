@@ -1,6 +1,5 @@
-// `bristle fit`: known parameters come back from disturbed data, with intervals that hold; what data lack is
-// named; hopeless data are refused. The data are made by brute_force.hpp, which shares nothing with the
-// library.
+// `bristle fit`: it finds known parameters from disturbed data, with valid intervals; it names what the data
+// lack and refuses useless data. The data come from brute_force.hpp, which shares nothing with the library.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -34,7 +33,7 @@ using bristle::SnapRule;
 
 namespace {
 
-/// Loops and strokes at 100 Hz.
+/// Returns loops and strokes, recorded at 100 Hz.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -43,7 +42,7 @@ SyntheticFriction usual() {
   return s;
 }
 
-/// A file of `rows` rows of a function t -> x, force; load 2 N.
+/// Writes a file of `rows` rows of a function t -> x, force; load 2 N.
 std::string made(int rows, const std::function<double(double)>& x,
                  const std::function<double(double)>& force) {
   std::string text = "t,x,load,force\n";
@@ -54,7 +53,7 @@ std::string made(int rows, const std::function<double(double)>& x,
   return text;
 }
 
-/// Elastic force of a lognormal or other brush along a path, for a kinetic coefficient of 1.
+/// Returns the elastic force of a brush along a path, for a kinetic coefficient of 1.
 std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, const cli::BrushShape& shape,
                                    double length, cli::Past past = {}) {
   return cli::PathForce(path).find(shape, length, past, cli::Detail::finish);
@@ -63,8 +62,9 @@ std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, cons
 }  // namespace
 
 TEST_CASE("The force along a path follows the reference tables of first loading and reversal", "[fit]") {
-  // redraw: pieces of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of order one.
-  // keep: a population of 2048, stratified in length and phase: discrepancy about (ln 2048)^2/2048 / 4.
+  // SnapRule::redraw: pieces of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of
+  // order one. SnapRule::keep: a population of 2048, stratified in length and phase: discrepancy about (ln
+  // 2048)^2/2048 / 4.
   const struct {
     const char* name;
     SnapLaw law;
@@ -116,7 +116,7 @@ TEST_CASE("The force along a path follows a large brush through small loops and 
   for (const double x : record_of_brush.x) path.push_back({x, 2.0, true});
   const std::vector<double> force =
       expected_force(path, {SnapLaw::lognormal, SnapRule::redraw, s.spread}, s.length);
-  // 20,000 bristles fluctuate by 0.74 / sqrt(20000) = 0.52 % of the kinetic force: five of these.
+  // 20,000 bristles fluctuate by 0.74 / sqrt(20000) = 0.52 % of the kinetic force, of which five are allowed.
   for (std::size_t i = 0; i < force.size(); ++i) {
     REQUIRE(std::abs(s.kinetic * force[i] - record_of_brush.force[i]) < 5 * 0.0052 * s.kinetic * 2.0);
   }
@@ -124,8 +124,8 @@ TEST_CASE("The force along a path follows a large brush through small loops and 
 
 TEST_CASE("The force along a path follows rubbed bristles through loops and strokes", "[fit]") {
   // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/100 lengths and the
-  // pieces of the infinite brush (1/16) are second order: 0.1 %. Five deviations of the first, and the
-  // second.
+  // pieces of the infinite brush (1/16) give errors of second order, 0.1 %. Allows five deviations plus these
+  // errors.
   const double length = 1e-5;
   const struct {
     double cv, residual, renewal;
@@ -175,7 +175,7 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
   };
   SyntheticFriction noise = usual(), drifting = usual(), slow = usual(), encoder = usual(), all = usual();
   drifting.drift = all.drift = drift;
-  slow.every = all.every = 2;  // 50 Hz
+  slow.every = all.every = 2;  // keeps every second sample, for 50 Hz
   encoder.encoder = all.encoder = 1e-6;
   const struct {
     const char* name;
@@ -188,7 +188,7 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
     check_recovered(fitted[cli::fit_length], s.length, 0.10 * s.length);
     check_recovered(fitted[cli::fit_spread], s.spread, 0.25 * s.spread);
-    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // there is none
+    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // the record has no damping
     CHECK(fitted.result.explained > 0.99);
     if (s.encoder > 0.0) CHECK(fitted.data.quantum == Approx(s.encoder));
   }
@@ -221,17 +221,17 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
         Approx(fitted[cli::fit_residual].value * fitted[cli::fit_length].value));
   CHECK(fitted.result.material.shared_renewal == fitted[cli::fit_renewal].value);
 
-  // The paper's brush, held, is told apart; and what is held stays.
+  // The paper's brush, with residual and renewal held at 0, fits worse; held parameters stay fixed.
   cli::FitOptions paper;
   paper.residual = paper.renewal = 0.0;
   const Fitted plain = fit(csv, paper);
   CHECK(plain[cli::fit_residual].value == 0.0);
   CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
-  // (A stage that bends explains some of what rubbing does.)
+  // A compliant stage explains part of the effect of rubbing.
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  std::size_t part = 0;  // what is held stays in a fifth of the rows too
+  std::size_t part = 0;  // they also stay fixed in a fit to a fifth of the rows
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;
@@ -241,8 +241,8 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
 }
 
 TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
-  // Swings of 30 to 90 um at 50 Hz. The search without a damper ends where it cannot be added: the length was
-  // once 10.3 um (9.7 to 11.0) for 15, without renewal.
+  // Swings of 30 to 90 um at 50 Hz. A search that adds the damper only at the end would stop at a length of
+  // 10.3 um (9.7 to 11.0) in place of 15, without renewal.
   const double kinetic = 0.35, length = 15e-6, renewal = 2.0, cv = 0.5, load = 2.0;
   const double damping = 1000.0, stribeck = 0.1e-3, finest = length / 50.0;
   RubbedBristles bristles(1800, lognormal_quantile(length, cv), 0.0, renewal, 3);
@@ -267,8 +267,8 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
 }
 
 TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly known", "[fit]") {
-  // Of the records of fit_coverage.cpp one whose renewal is known to hardly more than its size: its interval
-  // begins at none.
+  // A record of fit_coverage.cpp in which renewal is known to hardly more than its size, so its interval
+  // begins at 0.
   const RubbedStrokes s;
   const Fitted fitted = fit(s.csv(1020));
   check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
@@ -309,7 +309,7 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     return cli::Judgement{};
   };
   const cli::Judgement maxwell = of("Maxwell-slip");
-  CHECK(maxwell.judged.all < 1.2 * 0.005);  // the noise, and 22 numbers from 351 samples
+  CHECK(maxwell.judged.all < 1.2 * 0.005);  // the noise, for 22 parameters from 351 samples
   for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
     INFO(other);
     CHECK(of(other).judged.all > maxwell.judged.all);
@@ -347,10 +347,10 @@ TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
 
 TEST_CASE("Kept bristles meet again where they were straight together, unless a slide has forgotten it",
           "[fit]") {
-  // Forth by 60 lengths and back. Each bristle has snapped at whole multiples of its length, so on the way
-  // back the last of its lengths before the origin is a whole one: bent from 0 to all of it, whatever its
-  // length. At half a length before the origin bristles longer than that are bent by their length less half
-  // of one.
+  // Forth by 60 lengths and back. Each bristle has snapped at whole multiples of its length, so the last snap
+  // before the origin on the way back is a whole length from it: there it goes from 0 to fully bent, whatever
+  // its length. At half a length before the origin, longer bristles are bent by their length less half of
+  // one.
   const double length = 1e-5, spread = 0.3, before = 0.3;
   const std::vector<cli::PathPoint> path = {
       {0.0, 1.0, false}, {60.0 * length, 1.0, true}, {before * length, 1.0, true}};
@@ -361,8 +361,8 @@ TEST_CASE("Kept bristles meet again where they were straight together, unless a 
       expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::forgotten});
   CHECK(whole[0] == Approx(1.0).margin(0.02));
   CHECK(forgotten[0] == Approx(1.0).margin(0.02));
-  // Mean of (delta - before) over the kinetic deflection of a half; the few shorter than `before`, below 1e-4
-  // of a lognormal law of spread 0.3, are left out.
+  // Mean of (delta - before) over the kinetic deflection of a half. Leaves out the few lengths shorter than
+  // `before`, less than 1e-4 of a lognormal law of spread 0.3.
   CHECK(whole[1] == Approx(-2.0 * (1.0 - before)).margin(0.02));
   CHECK(forgotten[1] == Approx(-1.0).margin(0.02));
 }
@@ -373,7 +373,7 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
   for (const double spread : {0.2, 0.5}) {
     SyntheticFriction s = usual();
     s.redraw = false;
-    // No sample lies at the origin: where all bristles snap at once rounding decides whether they have.
+    // Keeps samples off the origin: all bristles snap there at once, and rounding decides whether they have.
     s.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t + 0.01); };
     s.spread = spread;
     const Fitted fitted = fit(record(s, 21).csv(), options);
@@ -384,7 +384,8 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
 }
 
 TEST_CASE("Kept lengths are found through an encoder, with intervals that hold", "[fit]") {
-  // At 50 Hz with counts of 1 um. The spread was once 0.85 (0.73 to 1.00) for 0.4 in each of these.
+  // At 50 Hz with counts of 1 um, which must not be taken for spread (0.85 with 0.73 to 1.00, in place of
+  // 0.4).
   SyntheticFriction s;
   s.redraw = false;
   s.motion = [](double t) { return loops_and_strokes(t + 1.3e-3); };
@@ -409,12 +410,13 @@ TEST_CASE("Student's quantile is that of the tables, from one degree of freedom 
     CAPTURE(degrees);
     CHECK(cli::student_quantile(degrees) == Approx(quantile).epsilon(0.01));
   }
-  // No fewer than one: half a degree would ask for a factor of hundreds.
+  // Degrees of freedom below one count as one: half a degree would give a factor of hundreds.
   CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
 }
 
 TEST_CASE("The held-out error is that of fits to four fifths of a record, judged on the fifth", "[fit]") {
-  // A line through 250 points and an offset: 25 blocks of ten, every fifth held out. Here each fit is done.
+  // A line and an offset through 250 points: 25 blocks of ten, every fifth held out. The expected value fits
+  // each fold.
   constexpr int n = 250;
   std::mt19937_64 generator(9);
   std::normal_distribution<double> normal;
@@ -437,14 +439,15 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
     for (int i = 0; i < n; ++i)
       if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
   }
-  // From any point: derivatives of a line are the same everywhere.
+  // The point does not matter, because the derivatives of a line are constant.
   const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
   CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
-  // Eight repeats of three parameters: fewer than 18 of 24 has a probability below 1e-3 at 95 %, and of 1 %
-  // at the 88 % that the worst parameter reached in long series (tools/fitting/VALIDATION.md).
+  // Eight repeats of three parameters: fewer than 18 of 24 intervals that hold the true value have a
+  // probability below 1e-3 at 95 %, and of 1 % at the 88 % that the worst parameter reached in long series
+  // (tools/fitting/VALIDATION.md).
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;
@@ -497,7 +500,7 @@ TEST_CASE("What the data do not determine is named and stays at its default", "[
     CHECK_FALSE(fitted[cli::fit_length].fitted);
     CHECK_FALSE(fitted.result.peak.fitted);
     const double truth =
-        s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);  // K = zeta sigma0, over N
+        s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);  // stiffness K = zeta sigma0, over N
     check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
   }
 }
@@ -561,8 +564,8 @@ TEST_CASE("A slide of which three samples go back is fitted like one that goes o
 }
 
 TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
-  // A body that was sliding when the record began. Its virgin peak, 0.50, was never there; reversals rise to
-  // 0.38.
+  // A body that was sliding when the record began, so its virgin peak, 0.50, was never recorded; reversals
+  // rise to 0.38.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.duration = 8.0;
@@ -577,7 +580,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
   CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("no first loading in the record"));
-  // A brush from its first loading on.
+  // A record that begins with a brush's first loading.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);
@@ -602,8 +605,8 @@ TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
 }
 
 TEST_CASE("A speed that is one but for its turns and its noise shows no lubricant", "[fit]") {
-  // To and fro at 1 mm/s, a tenth of the time spent in turning, which must not be read as a lubricant (65.8 N
-  // s/m).
+  // To and fro at 1 mm/s, with a tenth of the time spent in turning, which must not be read as a lubricant
+  // (65.8 N s/m).
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.motion = [](double t) {
@@ -637,7 +640,7 @@ TEST_CASE("A few samples at another speed show the lubricant where they make a p
 }
 
 TEST_CASE("A speed each way shows no lubricant where the sensor may have an offset", "[fit]") {
-  // 1.0 mm/s towards +x and 1.4 mm/s back, friction 5 % higher back.
+  // 1.0 mm/s towards +x and 1.4 mm/s back, with friction 5 % higher on the way back.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.motion = [](double t) {
@@ -654,8 +657,8 @@ TEST_CASE("A speed each way shows no lubricant where the sensor may have an offs
 
 TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[fit]") {
   // Strokes of up to 0.1 mm/s, in which friction falls by 50 N s/m, and one of 1 mm/s with 30 mN too much.
-  // Over all of it a lubricant of 37 N s/m pays for itself; what it predicts of any part that it was not
-  // fitted to is worse than nothing.
+  // Over the whole record a lubricant of 37 N s/m improves the fit, but it predicts every held-out part worse
+  // than without.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.every = 4;
@@ -685,11 +688,11 @@ TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
   const double room = std::stod(scene.substr(scene.find(key) + key.size()));
   CHECK(room >= 2.99);
   CHECK(room <= 3.1);
-  CHECK(scene.find("load = 2") == std::string::npos);  // it comes from the file
+  CHECK(scene.find("load = 2") == std::string::npos);  // the load comes from the file
 }
 
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
-  // Such data once left a kinetic coefficient of 0.40 and a presliding length of ten strokes.
+  // Data that must not give a kinetic coefficient of 0.40 and a presliding length of ten strokes.
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal(0.0, 0.002);
   const std::string csv = made(
@@ -699,7 +702,8 @@ TEST_CASE("A force that goes with the speed alone is refused as no friction of a
 }
 
 TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
-  // A spring that pushes, an offset and much noise: no brush. The mean snap length once ran to 6.6e12 m.
+  // A spring that pushes, an offset and much noise: not a brush. The mean snap length must not grow without
+  // bound.
   cli::FitOptions options;
   options.residual = options.renewal = 0.0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -718,7 +722,7 @@ TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
 
 TEST_CASE("A long record is searched in a part of its samples and fitted to all", "[fit]") {
   SyntheticFriction s = usual();
-  s.rate = 1000.0;  // 10,000 rows
+  s.rate = 1000.0;  // ten seconds at 1 kHz give 10,000 rows
   const RecordedFriction data = record(s, 8);
   const Fitted fitted = fit(data.csv());
   CHECK(fitted.result.curve.size() == 10000);
@@ -731,14 +735,14 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   REQUIRE(thin.force.size() == 500);
   CHECK(kept[7] == 140);
   CHECK(thin.force[7] == fitted.data.force[140]);
-  // The turning points are still there: so is the travel, but for the corners of parabolas.
+  // Thinning keeps the turning points, hence the travel, except at the corners of parabolas.
   double travel = 0.0;
   for (std::size_t i = 1; i < thin.path.size(); ++i) travel += std::abs(thin.path[i].x - thin.path[i - 1].x);
   CHECK(travel == Approx(fitted.data.travelled).epsilon(0.01));
 }
 
 TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
-  // 42,579 rows once took 7 minutes. At most 30 s on two cores are allowed; on one they are some 2.5.
+  // A time limit for 42,579 rows: 30 s are allowed on two cores; on one they take some 2.5.
   SyntheticFriction s = usual();
   s.bristles = 400;
   s.rate = 500.0;

@@ -1,4 +1,5 @@
-// `bristle fit` of a full disc that turns about its middle: its torque is no force at one radius.
+// `bristle fit` of a full disc that turns about its middle, whose torque is not that of a force at one
+// radius.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,7 +23,7 @@ cli::FitOptions of_disc() {
   return options;
 }
 
-/// Ten seconds at 50 Hz of 60 annuli of 30 bristles each.
+/// Returns ten seconds at 50 Hz of 60 annuli of 30 bristles each.
 SyntheticFriction turning() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -48,7 +49,7 @@ TEST_CASE("A fit finds the material of a disc from its torque", "[fit]") {
   CHECK_FALSE(fitted[cli::fit_residual].fitted);
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("disc"));
-  // As a ring at the rim the same record has 2/3 of the friction.
+  // Read as a ring at the rim, the record gives 2/3 of the friction.
   cli::FitOptions ring = of_disc();
   ring.reading.disc = false;
   CHECK(fit(csv, ring)[cli::fit_kinetic].value == Approx(s.kinetic * 2.0 / 3.0).epsilon(0.02));
@@ -72,13 +73,13 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     path.push_back({60e-6 * std::sin(0.031 * i) * i / 300.0, 2.0, true, 0.01 * i});
   cli::PathForce disc(path, 1, true), point(path);
   const struct {
-    double spread, error;  // narrow laws have corners
+    double spread, error;  // narrow laws have corners, so a larger error is allowed
   } cases[] = {{0.15, 4e-3}, {0.4, 1e-3}};
   for (const auto& [spread, error] : cases) {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
-    const int rings = 150;  // at the middles of so many parts of the radius
+    const int rings = 150;  // the disc as rings at the middles of 150 equal parts of the radius
     std::vector<double> sum(path.size(), 0.0);
     for (int k = 0; k < rings; ++k) {
       const double lever = (k + 0.5) / rings;
@@ -95,7 +96,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
 }
 
 TEST_CASE("A disc that ages and strengthens: torque by closed form in steady sliding", "[fit]") {
-  // The elastic force at the reference speed is that of the rim: rings that are slower are older.
+  // The elastic force at the reference speed is that of the rim: inner rings are slower, and so older.
   std::vector<cli::PathPoint> path;
   for (int i = 0; i <= 60; ++i) path.push_back({5e-6 * i, 1.0, true, 0.05 * i});
   cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, 0.4};

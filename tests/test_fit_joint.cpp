@@ -1,4 +1,4 @@
-// `bristle fit --joint`: numbers from logs of made-up joints.
+// `bristle fit --joint`: finds parameters from logs of invented joints.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ const JointEstimate& number_of(const JointFit& fit, const std::string& name) {
 
 TEST_CASE("A fit of a joint recovers its numbers by direction", "[fit][joints]") {
   const JointFit fit = cli::fit_joint(made_up_log(12.0));
-  // Noise of 10 mN m, means of ten samples: 3.2.
+  // Noise of 10 mN m; means of ten samples have 3.2 mN m.
   CHECK(fit.fitted_rms < 0.005);
   const auto check = [&](const char* name, double expected, double tolerance) {
     const JointEstimate& e = number_of(fit, name);
@@ -69,7 +69,7 @@ TEST_CASE("A fit of a joint to a part of its log does not look at the rest", "[f
   const JointLog log = made_up_log(3.0);
   for (const cli::JointPart part : {cli::JointPart{true}, cli::JointPart{false, 1.5}}) {
     JointLog other = log;
-    // The outside torque at which no block is fitted to: odd parts of 24, or the second half.
+    // Sets an outside torque only in blocks that are not fitted to: odd ones of 24, or the second half.
     for (std::size_t k = 0; k < log.t.size(); ++k)
       if (part.alternate ? static_cast<int>(log.t[k] * 8.0) % 2 == 1 &&
                                std::fmod(log.t[k] * 8.0, 1.0) > 0.2 && std::fmod(log.t[k] * 8.0, 1.0) < 0.8
@@ -93,7 +93,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.motor[2] == Approx(1.0));
   CHECK(log.outside[2] == Approx(-3.0 * std::sin(log.angle[2])));
   CHECK(log.speed[2] == Approx((log.angle[3] - log.angle[1]) / 0.002));
-  // Names and units from the command line, as other programs write them.
+  // Names and units given on the command line, as other programs write them.
   cli::FitReading reading;
   reading.columns = {{"angle", "q"}, {"motor", "3"}};
   reading.units = {{"t", "ms"}, {"angle", "deg"}, {"motor", "mN m"}};
@@ -111,7 +111,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     }
     return std::string("(none)");
   };
-  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms
+  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

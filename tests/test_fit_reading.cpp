@@ -1,5 +1,5 @@
-// `bristle fit`: data as people have them (names, units, separators, several files, what is missing) are the
-// record that they mean, and what was understood is said.
+// `bristle fit`: data in the forms that people have (names, units, separators, several files, gaps) are read
+// as intended, and the fit states how it read them.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,7 +22,7 @@ namespace {
 struct Sample {
   double t, x, load, force;
 };
-/// Sixty samples, 10 ms apart.
+/// Returns sixty samples, 10 ms apart.
 std::vector<Sample> samples() {
   std::vector<Sample> all;
   for (int i = 0; i < 60; ++i)
@@ -52,7 +52,7 @@ std::string refused(const std::string& text, const cli::FitReading& reading = {}
   return {};
 }
 
-/// To and fro with friction of 0.7 N and what `more` adds (time, to N); `rate` a second.
+/// Writes strokes with friction of 0.7 N plus `more` (of time, to N), at `rate` samples a second.
 std::string strokes(double rate, double seconds, const std::function<double(double)>& x,
                     const std::function<double(double)>& force) {
   std::string text = "t,x,load,force\n";
@@ -241,7 +241,7 @@ TEST_CASE("The inertia of a mass that moves with the sensor is taken off the for
     const cli::FitData data =
         cli::prepare_fit_data(cli::parse_fit_columns(text, "a.csv"), cli::ForceSign::automatic, {}, mass);
     CHECK(data.sign == (sign > 0.0 ? cli::ForceSign::by_body : cli::ForceSign::on_body));
-    // Second differences of 1 ms: within (w dt)^2 / 12 of the inertia; the ends have one-sided ones.
+    // Second differences over 1 ms give the inertia to (w dt)^2 / 12; the ends have one-sided ones.
     double worst = 0.0;
     for (std::size_t i = 1; i + 1 < data.samples(); ++i)
       worst = std::max(worst, std::abs(data.force[i] - friction(data.columns.t[i])));
@@ -260,7 +260,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   const RecordedFriction first = record(s, 3);
   s.motion = [](double t) { return 5e-3 + loops_and_strokes(t + 3.0); };
   const RecordedFriction second = record(s, 4);
-  // The third begins in the middle of a slide.
+  // The third file begins in the middle of a slide.
   s.motion = [](double t) { return 1e-3 * std::fmin(t, 3.0) - 0.5e-3 * std::fmax(t - 3.0, 0.0); };
   RecordedFriction third = record(s, 5);
   for (std::vector<double>* column : {&third.t, &third.x, &third.load, &third.force})
@@ -276,7 +276,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK_THAT(joined(all.understood), Contains("3 files as one record (2 clocks start anew and are joined)"));
   Fitted fitted;
   fitted.data = cli::prepare_fit_data(all, cli::ForceSign::automatic, {});
-  // The way from file to file is no motion.
+  // The distance from the end of one file to the start of the next is not motion.
   CHECK(fitted.data.range < 2.5e-3);
   CHECK(fitted.data.travelled < 0.012);
   cli::FitOptions options;
@@ -287,7 +287,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK(fitted.result.past.of_part(0) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(1) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(2) == cli::StartState::forward);
-  // The second file begins with a straight brush and next to no force, whatever the force at the end of the
+  // The second file begins with a straight brush and nearly no force, whatever the force at the end of the
   // first.
   CHECK(std::abs(fitted.result.curve[500]) < 0.1);
   CHECK(std::abs(fitted.result.curve[499]) > 0.5);
@@ -321,7 +321,7 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   const cli::MotionFile motion = cli::parse_motion_file(cli::fit_motion(data), "fitted_motion.csv");
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
-  // The table says what was understood.
+  // The table states how the data were read.
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

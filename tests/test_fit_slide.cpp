@@ -1,5 +1,5 @@
-// `bristle fit` of bristles that slide at their limit, held against a row of springs with blocks. The choice
-// of the rule, a stage that is stiffer one way, drift and intervals over blocks of time.
+// `bristle fit` of bristles that slide at their limit, compared with a row of springs with blocks. Choice of
+// the rule, a stage that is stiffer in one direction, drift, and intervals over blocks of time.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -50,8 +50,8 @@ TEST_CASE("The force along a path follows springs whose blocks slide", "[fit]") 
       x = path[i].x;
       worst = std::max(worst, std::abs(force[i] - 2.0 * springs.after(0.0)));
     }
-    CHECK(worst <
-          1e-3 * 2.0);  // 64 strata: 2e-4 of a turn at a spread of 1; lengths cut off at 1 / 40000: 4e-4
+    CHECK(worst < 1e-3 * 2.0);  // error of 64 strata: 2e-4 of a turn at a spread of 1; of lengths cut off at
+                                // 1 / 40000: 4e-4
   }
 }
 
@@ -93,7 +93,7 @@ TEST_CASE("A fit finds a stage that is stiffer one way than the other", "[fit]")
   check_recovered(fitted[cli::fit_kinetic], 0.35, 0.004);
   check_recovered(fitted[cli::fit_length], 15e-6, 1.2e-6);
   CHECK(fitted.result.residual_rms < 1.1 * 0.01);
-  // A part that was not fitted to is predicted without its force.
+  // Held-out parts are predicted without their forces.
   const cli::FitColumns columns = cli::parse_fit_columns(soft.csv(6), "data.csv");
   const cli::Judgements all = cli::judge_rivals(columns, any_rule(), 7.5);
   CHECK(all.models.back().model == "brush, as fitted");
@@ -114,7 +114,7 @@ TEST_CASE("Friction that runs in is no drift of the sensor", "[fit]") {
 }
 
 TEST_CASE("Intervals hold what separate parts of a record say", "[fit]") {
-  // Friction of 0.95, 1.05 and 1 in turn: each third alone would have an interval of 0.5 %.
+  // Friction of 0.95, 1.05 and 1 in succession: each third alone would have an interval of 0.5 %.
   SlidingSprings wanders;
   wanders.seconds = 30.0;
   wanders.motion = [](double t) { return 60e-6 * std::sin(2.0 * M_PI * t); };
@@ -147,7 +147,7 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
   CHECK(lognormal.result.residual_rms > 1.3 * two.noise);
   check_recovered(any[cli::fit_kinetic], two.kinetic, 0.004);
   CHECK(any[cli::fit_length].value == Approx(two.mean_limit()).epsilon(0.05));
-  // Two heaps: a length between them is rare.
+  // Lengths form two groups, so a length between them is rare.
   const bristle::SnapLength& law = any.result.material.snap_length;
   CHECK(law.survival(6e-6) - law.survival(10e-6) < 0.05);
   CHECK(law.survival(10e-6) == Approx(2.0 / 7.0).margin(0.05));

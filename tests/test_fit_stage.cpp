@@ -1,5 +1,6 @@
-// `bristle fit`: what lies between the friction and the file, told apart from friction and from each other,
-// or said not to be told. The data are made by brute_force.hpp; stage and sensor by closed forms.
+// `bristle fit`: finds stage and sensor between the friction and the file, separates them from friction and
+// from each other, or says that it cannot. The data come from brute_force.hpp, stage and sensor from closed
+// forms.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -13,7 +14,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Loops, and strokes of growing speed, at 200 Hz; brush and sensor at 1 kHz.
+/// Returns loops and strokes of growing speed, recorded at 200 Hz; brush and sensor at 1 kHz.
 SyntheticFriction fine() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -89,7 +90,7 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
   CHECK_THAT(fitted[cli::fit_compliance].why,
              Contains("one number in sticking") && Contains("loads that differ"));
   CHECK_THAT(fitted[cli::fit_delay].why, Contains("not seen"));
-  // Terms that linear theory does not promise are not searched: hardly more forces than with all held.
+  // Terms that linear theory does not support are not searched: hardly more evaluations than with all held.
   cli::FitOptions held;
   held.delay = held.compliance = held.residual = held.renewal = 0.0;
   const Fitted known = fit(record(s, 11).csv(), held);
@@ -99,20 +100,20 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
 }
 
 TEST_CASE("A stiff spring in series under one load is left to the brush, and the report says so", "[fit]") {
-  // Loops that never slide: the slope of force over displacement is all there is, of stage and bristles.
+  // Loops that never slide show only the slope of force over displacement, of stage and bristles together.
   SyntheticFriction s = fine();
   s.compliance = 4e-6;
   s.motion = [](double t) { return 2e-6 * std::sin(2.0 * M_PI * t); };
   const Fitted fitted = fit(record(s, 1).csv());
   CHECK_FALSE(fitted[cli::fit_compliance].fitted);
   CHECK_THAT(fitted[cli::fit_compliance].why, Contains("one number in sticking"));
-  // Twenty times longer bristles of the same stiffness do as well.
+  // Bristles twenty times longer with an equal stiffness fit as well.
   CHECK_FALSE(fitted[cli::fit_kinetic].fitted);
   CHECK_THAT(fitted[cli::fit_kinetic].why, Contains("no sliding"));
   const double bristles = s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length) * 2.0;  // N/m
   const double both = 1.0 / (1.0 / bristles + s.compliance) / 2.0;
   check_recovered(fitted.result.stiffness, both, 0.04 * both);
-  // The stage's compliance, known and held, gives back the bristles' own.
+  // With the stage's known compliance held, the bristles' own stiffness is found.
   cli::FitOptions held;
   held.compliance = s.compliance;
   const Fitted own = fit(record(s, 1).csv(), held);

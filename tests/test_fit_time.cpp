@@ -1,5 +1,5 @@
-// `bristle fit` of what changes with time, speed and direction, and in the plane: known parameters come back,
-// what the data do not tell apart is said. The data are made by brute_ageing.hpp and brute_force.hpp.
+// `bristle fit` of effects of time, speed and direction, and in the plane: finds known parameters, and says
+// what the data cannot separate. The data come from brute_ageing.hpp and brute_force.hpp.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -34,7 +34,7 @@ SyntheticFriction noisy(const std::vector<Piece>& pieces) {
   return s;
 }
 
-/// A record in the plane: a spiral that opens to 60 um and 1.5 turns a second.
+/// Writes a record in the plane: a spiral that opens to 60 um at 1.5 turns a second.
 std::string spiral(double kinetic, double length, double spread, double offset_x, double offset_y) {
   BruteForcePatch brush(1800, lognormal_quantile(length, spread), true, 5);
   const double bend = 0.5 * length * (1.0 + spread * spread), load = 2.0;
@@ -58,8 +58,8 @@ std::string spiral(double kinetic, double length, double spread, double offset_x
 }  // namespace
 
 TEST_CASE("The force along a path follows bristles that age, through slides, rests and reversals", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force: five deviations; pieces of 1/16 lengths are
-  // second order.
+  // 20,000 bristles fluctuate by 0.5 % of the kinetic force, of which five are allowed; pieces of 1/16
+  // lengths have an error of second order.
   const double length = 1e-5, spread = 0.3, strength = 0.05, time = 0.01;
   AgedBristles bristles(
       20000, lognormal_quantile(length, spread),
@@ -92,7 +92,7 @@ TEST_CASE("The force along a path follows bristles that age, through slides, res
 }
 
 TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
-  // Much growth leaves little of the presliding length to bristles that have just snapped.
+  // Strong growth leaves little of the presliding length to bristles that have just snapped.
   for (const double growth : {1.0, 3.0, 30.0}) {
     cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.3};
     shape.residual_share = cli::widest_residual;
@@ -103,7 +103,7 @@ TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
 }
 
 TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit]") {
-  // A stroke of 27 lengths forgets all: no bristle in ten million is longer.
+  // A stroke of 27 lengths erases all memory: not one bristle in ten million is longer.
   const double length = 1e-5;
   std::vector<cli::PathPoint> path{{0.0, 1.0, false}};
   const int strokes = 60, samples = 27;
@@ -118,7 +118,7 @@ TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit
 }
 
 TEST_CASE("A length holds where few samples show the spread", "[fit]") {
-  // Lengths of 16.4 um at a spread of 0.4; 2.5 and 5 um lie between samples in sliding.
+  // Lengths of 16.4 um at a spread of 0.4; in sliding, samples are 2.5 and 5 um apart.
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
   for (const double rate : {40.0, 20.0}) {
@@ -137,7 +137,8 @@ TEST_CASE("A length holds where few samples show the spread", "[fit]") {
 TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
-  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {  // 10 and 20 um in sliding
+  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {  // in sliding, samples are
+                                                                                  // 10 and 20 um apart
     s.rate = rate;
     const Fitted found = fit(record(s, seed).csv());
     CAPTURE(rate);
@@ -156,11 +157,12 @@ TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   check_recovered(fitted[cli::fit_kinetic], kinetic_at(s, frame.speed), 0.01);
   check_recovered(fitted[cli::fit_length], s.length * grown(frame.age), 3e-6);
   check_recovered(fitted[cli::fit_ageing], beta / grown(frame.age), 0.012);
-  // Every age is far above the millisecond from which on it ages; and one speed shows no strengthening.
+  // Every age is far above the millisecond from which ageing begins, and a single speed shows no
+  // strengthening.
   CHECK_FALSE(fitted[cli::fit_ageing_time].fitted);
   CHECK_THAT(fitted[cli::fit_ageing_time].why, Contains("do as well"));
   CHECK_THAT(fitted[cli::fit_strengthening].why, Contains("one speed only"));
-  // The material has what was found.
+  // The material contains the fitted values.
   const bristle::Material& m = fitted.result.material;
   CHECK(m.ageing_strength > 0.0);
   CHECK(m.kinetic_coefficient(frame.speed) == Approx(fitted[cli::fit_kinetic].value).epsilon(1e-6));
@@ -202,8 +204,7 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     }
   }
   SECTION("steady sliding at six speeds, one way: only the difference of the two shows") {
-    // Five seconds from sample to sample, a length or more: no sample lies on the way from one force to the
-    // next.
+    // Five seconds between samples, a length or more: no sample lies between one force and the next.
     SyntheticFriction s =
         noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
     s.rate = 0.2;
@@ -251,7 +252,7 @@ TEST_CASE("Friction that differs with the direction is told from an offset of th
   const Fitted one = fit(record(s, 11).csv());
   CHECK_FALSE(one[cli::fit_asymmetry].fitted);
   CHECK_THAT(one[cli::fit_asymmetry].why, Contains("one load only"));
-  // Together 0.03 N and in sliding 5 % of 0.35 x 2 N, in loops less.
+  // Allows 0.03 N together, in sliding 5 % of 0.35 x 2 N, in loops less.
   CHECK(one[cli::fit_offset].value ==
         Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
   REQUIRE(one.result.notes.size() == 1);
@@ -278,14 +279,14 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
   CHECK_THAT(refusal(csv, keep), Contains("two axes (x, y, fx, fy) need --rule redraw"));
   CHECK_THROWS_WITH(cli::judge_rivals(cli::parse_fit_columns(csv, "data.csv"), {}, 3.0),
                     Contains("--rivals has one axis"));
-  // Half a plane is no record.
+  // A record of two axes with one column of force is refused.
   std::string half = "t,x,y,load,fx\n";
   for (int i = 0; i < 40; ++i) half += fmt::format("{},{},{},1,1\n", i, i % 7, i % 5);
   CHECK_THAT(refusal(half), Contains("column y varies, and there is no column fy"));
 }
 
 TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
-  // 80 um a sample, with rests, forward and back.
+  // 80 um between samples, with rests, forward and back.
   std::string csv = "t,x,load,force\n";
   double x = 0.0;
   for (int i = 0; i < 400; ++i) {
@@ -300,7 +301,7 @@ TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
 }
 
 TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
-  // Creep of a count every five samples, with a rest of 100 in the middle.
+  // Creep of one count every five samples, with a rest of 100 samples in the middle.
   std::string csv = "t,x,load,force\n";
   for (int i = 0; i < 300; ++i) {
     const int creep = i < 100 ? i : i < 200 ? 100 : i - 100;
@@ -311,12 +312,12 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
       cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
   CHECK(data.quantum == Approx(1e-6));
   CHECK(data.path[120].x == data.path[180].x);
-  CHECK(data.path[20].x < data.path[22].x);  // where it creeps it is smooth
+  CHECK(data.path[20].x < data.path[22].x);  // the creeping part of the path is smoothed
 }
 
 TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
-  // Counts of 5.5 units of the last digit: moves of 5, 6, 11, 16, 17, ... units. A swing that slows down at
-  // its turns: between two counts lie one to twenty samples.
+  // Counts of 5.5 units of the last digit give moves of 5, 6, 11, 16, 17, ... units. In a swing that slows
+  // down at its turns, one to twenty samples lie between two counts.
   const double digit = 1e-6, count = 5.5 * digit;
   std::string csv = "t,x,load,force\n";
   std::vector<double> speed;

@@ -1,5 +1,5 @@
-// The infinite brush that fluctuates as n bristles do: variance and correlation against closed forms and
-// against bristles followed one by one; no noise where nothing snaps; energy; seeds.
+// The infinite brush that fluctuates as n bristles: variance and correlation against closed forms and against
+// bristles followed one by one; no noise where nothing snaps; energy; seeds.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,12 +18,12 @@ namespace {
 
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 
-/// Lengths in mean snap lengths.
+/// Residual and renewal, lengths in mean snap lengths.
 struct Rubbing {
   double residual, renewal;
 };
 const Rubbing paper{0.0, 0.0};
-const Rubbing rubbed{0.1, 1.0};  // as Coefficients make it
+const Rubbing rubbed{0.1, 1.0};  // values that Coefficients gives by default
 
 Material material_of(const SnapLength& law, const Rubbing& r) {
   return plain_material(law, SnapRule::redraw)
@@ -34,7 +34,7 @@ PatchOptions options_of(std::uint32_t n, std::uint32_t seed = 1) {
   return infinite_options().with_outputs(Outputs::end).with_fluctuation(n).with_seed(seed);
 }
 
-/// Mean deflection along the motion and across it.
+/// Mean deflection along and across the motion.
 struct Deflection {
   double along, across;
 };
@@ -45,8 +45,8 @@ struct Path {
   int steps;
 };
 const Path straight{0.08, 0.0, 30000};
-// So wide that no bristle is longer than across it: one that is would never snap, and turn with the circle
-// for ever.
+// A circle so wide that no bristle is longer than its diameter: such a bristle would never snap, and turn
+// with the circle for ever.
 const Path circle{0.08, 0.3, 50000};
 
 /// Records the force of a brush along a path, once it has forgotten its start. `move(dx, dy)` gives x and y.
@@ -58,7 +58,7 @@ std::vector<Deflection> follow(const Path& path, const Move& move) {
   for (int k = 0; k < before + path.steps; ++k) {
     angle += path.turn * path.step;
     const double ex = std::cos(angle), ey = std::sin(angle);
-    const Deflection z = move(path.step * ex, path.step * ey);  // x and y
+    const Deflection z = move(path.step * ex, path.step * ey);  // force along x and y
     if (k >= before) answers.push_back({z.along * ex + z.across * ey, z.across * ex - z.along * ey});
   }
   return answers;
@@ -83,7 +83,7 @@ std::vector<Deflection> follow_bristles(const Path& path, const SnapLength& law,
   });
 }
 
-/// Mean and variance in time, and the path after which the correlation has fallen to 1/e.
+/// Mean and variance over time, and the path after which the correlation has fallen to 1/e.
 struct Noise {
   double mean, variance, length;
 };
@@ -106,15 +106,15 @@ Noise noise_of(const std::vector<Deflection>& answers, double Deflection::*axis,
   return noise;
 }
 
-/// Variance of the deflection of one bristle in steady sliding: its density is S(z) / E[delta].
+/// Returns the variance of the deflection of one bristle in steady sliding, whose density is S(z) / E[delta].
 double variance_of_one(const SnapLength& law) {
   const double m1 = law.mean() / dbar, m2 = law.moment(2) / (dbar * dbar),
                m3 = law.moment(3) / (dbar * dbar * dbar);
   return m3 / (3.0 * m1) - m2 / (2.0 * m1) * (m2 / (2.0 * m1));
 }
 
-// 2400 mean lengths of path hold some 8000 independent values: a variance is known to 1.6 %, and the length
-// over which they are correlated to 2 %.
+// 2400 mean lengths of path hold some 8000 independent values, which give a variance to 1.6 % and the
+// correlation length to 2 %.
 constexpr double of_variance = 0.05;
 constexpr double of_length = 0.10;
 
@@ -122,7 +122,7 @@ void compare(const Noise& noise, const Noise& wanted, double n, double of_wanted
   INFO(what << ", n = " << n);
   expect_near(noise.variance * n, wanted.variance, of_variance * wanted.variance, "n times the variance");
   expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");
-  // Successive values are correlated: their error is that of fewer.
+  // Successive values are correlated, so the mean has the error of fewer independent ones.
   const double of_mean = std::sqrt(wanted.variance / n * 2.0 * wanted.length / 2400.0);
   expect_near(noise.mean, wanted.mean, 4.0 * of_mean + of_wanted, "mean");
 }
@@ -150,7 +150,7 @@ TEST_CASE("A brush that is rubbed fluctuates as n bristles do that renew each ot
   Noise wanted =
       noise_of(follow_bristles(straight, lognormal, rubbed, 200, 12), &Deflection::along, straight.step);
   wanted.variance *= 200.0;
-  // n bristles renew each other, which makes more noise than what they are one by one; MODEL.md 26.
+  // n bristles renew each other, which makes more noise than n independent ones; MODEL.md 26.
   expect_near(wanted.variance, 0.151, 0.006, "brute force");
   wanted.mean = 0.1 + 0.457730;
   for (std::uint32_t n : {100u, 10000u, 1000000u}) {
@@ -172,7 +172,7 @@ TEST_CASE("On a path that turns the force fluctuates along and across it as that
         wanted.variance *= 100.0;
         const Noise noise = noise_of(answers, axis, circle.step);
         INFO((axis == &Deflection::along ? "along" : "across") << ", n = " << n);
-        // Both vary by luck.
+        // Both variances have sampling errors.
         expect_near(noise.variance * n, wanted.variance, 1.5 * of_variance * wanted.variance,
                     "n times the variance");
         expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");
@@ -195,7 +195,7 @@ TEST_CASE("The relative fluctuation goes as the root of the load", "[fluctuation
 }
 
 TEST_CASE("Those that are left when the load falls are n bristles less at once", "[fluctuation]") {
-  // A quarter of 1000 stays, each of them by chance.
+  // A quarter of 1000 bristles stays, each with a probability of a quarter.
   const double share = 0.25;
   OnePatch patch(material_of(lognormal, paper), options_of(1000));
   std::vector<double> answers;
@@ -229,7 +229,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
       noisy.step(0.05, 0.01);
       other.step(0.05, 0.01);
     }
-    // Back a little, so that a tremor sticks.
+    // Moves back a little, so that a tremor sticks.
     noisy.step(-0.02);
     other.step(-0.02);
     const double force = noisy.response.elastic[0];
@@ -244,7 +244,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
     }
     CHECK(same);
     CHECK(noisy.patch.hash() == state);
-    // The deviation is elastic: as long as both stick it is what it was.
+    // The difference of the forces is elastic, so it is constant while both patches stick.
     double worst = 0.0;
     for (int k = 0; k < 10000; ++k) {
       const double d = k % 2 == 0 ? -0.004 : 0.004;
@@ -258,7 +258,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
 }
 
 TEST_CASE("Before the first bristle snaps a brush that fluctuates is the infinite brush", "[fluctuation]") {
-  // Nothing of this law snaps up to half a length.
+  // Bristles of this law do not snap within half a length.
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   Brush noisy(law, infinite_options().with_fluctuation(10));
   Brush smooth(law);
@@ -273,8 +273,7 @@ TEST_CASE("Before the first bristle snaps a brush that fluctuates is the infinit
   }
   CHECK(noisy.x() != smooth.x());
 }
-// A load that falls may end among bristles that are many on hardly any ranks: no cut there has the wanted
-// mass.
+// A falling load may end among many bristles of nearly one rank, so that no cut there has the wanted mass.
 TEST_CASE("Energy of a brush that fluctuates balances where a load ends among bristles of nearly one rank",
           "[fluctuation]") {
   for (const SnapLength& law : {uniform, SnapLength::exponential(dbar)}) {

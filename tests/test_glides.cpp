@@ -1,5 +1,6 @@
-// Slides of the infinite brush along paths that turn slowly: carried along as they stand, beside the same
-// brush that takes its pieces. What never glides and is the same brush to nine digits: one that ages by 1e-9.
+// Slides of the infinite brush along paths that turn slowly, carried along unchanged, compared with the brush
+// that takes its pieces. The comparison is a brush that ages by 1e-9: it never glides, and equals the other
+// to nine digits.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -58,7 +59,8 @@ std::vector<Law> laws() {
 }  // namespace
 
 TEST_CASE("On a circle an infinite brush glides, with the force of many pieces", "[cohorts][glide]") {
-  // Eight pieces are within 1.3e-3 of 32 (renewal), 6e-4 (exponential) and 1e-4 here, gliding or not.
+  // The force with eight pieces is within 1.3e-3 of that with 32 (renewal), 6e-4 (exponential) and 1e-4
+  // (others), whether the brush glides or not.
   for (const Law& law : laws())
     for (const double radius : {40.0, 200.0})
       for (const double way : {0.05, 0.5, 1.0, 2.0}) {
@@ -88,8 +90,8 @@ TEST_CASE("On a circle an infinite brush glides, with the force of many pieces",
 }
 
 TEST_CASE("The force aside of a slide that turns is that of its bristles' lag", "[cohorts][glide]") {
-  // z of a bristle that came so far along a path of curvature c is r along it and -c r^2 / 2 across: -c
-  // E[delta^3] / (6 E[delta]) in the mean.
+  // A bristle that came the distance r along a path of curvature c has z = r along it and -c r^2 / 2 across:
+  // -c E[delta^3] / (6 E[delta]) in the mean.
   const SnapLength law = SnapLength::lognormal(dbar, 0.3);
   const double radius = 100.0, way = 0.1;
   Brush brush(law);
@@ -122,7 +124,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     }
     CHECK(glides > 20);
     expect_near(worst, 0.0, 2.5e-3, "gliding");
-    // Back, across, and on.
+    // Turns back, turns across, and goes on with a slight bend.
     for (const double turn : {3.0, 1.5, 0.1}) {
       pair.direction += turn;
       for (int i = 0; i < 12; ++i) {
@@ -171,7 +173,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
       expect(c.end[0] == b.end[0] && c.end[1] == b.end[1], "restored");
       expect(restored.batch.state_hash() == watched.batch.state_hash(), "state restored");
     }
-    // The bristles that are shown carry the force.
+    // The bristles that read_bristles() shows carry the force.
     double mean[2] = {0.0, 0.0};
     watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
     for (std::size_t k = 0; k < zx.size(); ++k) {
@@ -187,8 +189,8 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
 
 namespace {
 
-/// Steps of every kind by turns: tremor, slides that go straight on, turn slowly or sharply, rests, creeps,
-/// another load, a velocity that is given, a step of many lengths.
+/// Returns step i of a motion with all kinds of steps in turns: tremor, slides that go straight on, turn
+/// slowly or sharply, rests, creep, another load, a given velocity, a step of many lengths.
 Motion motion_of(int i) {
   const double kinds[][2] = {{0.03, 0.0}, {0.1, 0.0}, {0.1, 0.002}, {0.3, 0.7}, {3.0, 0.001}, {0.0, 0.0}};
   const double(&kind)[2] = kinds[i / 150 % 6];
@@ -221,7 +223,7 @@ void check_same(const Response& a, const Response& b) {
 
 TEST_CASE("A step that sticks or glides has the same bits by the short way",
           "[cohorts][glide][determinism]") {
-  // A batch that is eager takes the long way in every step.
+  // An eager batch never glides, but takes the pieces of every step.
   const Material infinite = law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.1);
   const Material damped = law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0).with_viscous_friction(2.0);
   const Material keep = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
@@ -239,7 +241,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     INFO(what.name);
     OnePatch quick(what.material, what.options);
     OnePatch eager(what.material, what.options, stepped_eagerly());
-    int unasked = 0;  // steps in which no bristle was looked at
+    int unasked = 0;  // steps in which no bristle was visited
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);
       motion.id = quick.id;

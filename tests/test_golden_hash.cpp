@@ -1,8 +1,8 @@
-// The state hash after a scripted run is the one on record: on this machine, on every other, in every
-// optimised build.
+// Compares the state hash after a scripted run with the recorded one, which holds on every machine and in
+// every optimised build.
 //
-// A changed hash means changed bits. Where that is meant, record it again and announce it in CHANGELOG.md:
-//   BRISTLE_RECORD_GOLDEN=1 bristle_tests "*on record"
+// A changed hash means changed bits. If that is intended, record it again and announce it in CHANGELOG.md:
+// BRISTLE_RECORD_GOLDEN=1 bristle_tests "*on record"
 #include <catch2/catch.hpp>
 
 #include <cinttypes>
@@ -24,8 +24,8 @@ struct Golden {
   std::string hash;
 };
 
-/// Hashes of one patch per precision, rule, step rule and law. Nothing here depends on how the library was
-/// built.
+/// Returns the hashes of one patch per precision, rule, step rule and law. They do not depend on how the
+/// library was built.
 std::vector<Golden> run_script(const BatchOptions& options) {
   std::vector<Golden> golden;
   std::uint32_t seed = 1;
@@ -41,7 +41,7 @@ std::vector<Golden> run_script(const BatchOptions& options) {
           for (int k = 0; k < 60; ++k) {
             Motion motion = scripted_motion(seed, k, 2);
             motion.id = patch.id;
-            motion.normal_load *= 350.0;  // the script's loads are for a maximum of 2 N
+            motion.normal_load *= 350.0;  // the script's loads assume a maximum of 2 N
             patch.step(motion);
           }
           char hash[20];

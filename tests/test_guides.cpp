@@ -1,10 +1,11 @@
-// The guides show the programs that are built and run; the table of materials is one that the library
-// accepts.
+// The guides show the very programs that are built and run, and their table of materials holds materials that
+// the library accepts.
 #include <catch2/catch.hpp>
 
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -31,12 +32,12 @@ std::string shown_part(const std::string& program) {
   return program.substr(begin + 9, end - begin - 9);
 }
 
-/// Cells of the rows of a Markdown table that begin after `header`.
+/// Returns the cells of the rows of a Markdown table, which begin after `header`.
 std::vector<std::vector<std::string>> rows_after(const std::string& page, const std::string& header) {
   std::istringstream lines(page.substr(page.find(header)));
   std::string line;
   std::getline(lines, line);
-  std::getline(lines, line);  // |---|
+  std::getline(lines, line);  // skips the line |---|
   std::vector<std::vector<std::string>> rows;
   while (std::getline(lines, line) && line.rfind("| ", 0) == 0) {
     std::vector<std::string> cells;
@@ -120,18 +121,41 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
     CHECK(got.bristles_per_newton == Approx(wanted.bristles_per_newton).epsilon(1e-9));
     CHECK(got.damping_per_newton == Approx(wanted.damping_per_newton).epsilon(1e-9).margin(1e-300));
     CHECK_FALSE(row[6].empty());
+    const bristle::Coefficients named = bristle::typical_coefficients(row[0].c_str());
+    CHECK(Material::from_coefficients(named) == material);
 
-    // And it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
+    // Checks that it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
     OnePatch patch(material, PatchOptions{}.with_axes(1).with_max_normal_load(2.0).with_bristles(20000));
     double mean = 0.0;
     for (int k = 0; k < 400; ++k) {
       const Response r = patch.step(0.0731 * wanted.presliding_length, 0.0, 2.0);
       if (k >= 200) mean -= r.elastic[0] / (200 * 2.0);
     }
-    // Lengths of little spread keep in step for long: their mean over 14 lengths is still that of a saw
+    // Lengths of little spread keep in step for long, so their mean over 14 lengths is still that of a saw
     // tooth.
     CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
   }
+}
+
+TEST_CASE("Typical materials are the rows of the guide and the surfaces of the room, and no others",
+          "[guides]") {
+  const auto rows = rows_after(text_of("core/guides/MATERIALS.md"), "| pair | kinetic | peak |");
+  const auto all = bristle::typical_materials();
+  REQUIRE(all.size() == rows.size() + 4);
+  std::set<std::string> names;
+  for (const bristle::TypicalMaterial& typical : all) {
+    INFO(typical.name);
+    CHECK(names.insert(typical.name).second);
+    CHECK(typical.about[0] != '\0');
+    Material::from_coefficients(typical.coefficients).validate();
+  }
+  for (const char* name : {"room wood", "room rubber", "room ice", "room paper"})
+    CHECK(names.count(name) == 1);
+  CHECK(bristle::typical_coefficients("room rubber").damping_per_newton == 1.5);
+  CHECK(bristle::typical_coefficients("room paper").rule == SnapRule::keep);
+  CHECK_THROWS_WITH(bristle::typical_coefficients("oak"),
+                    Catch::Contains("\"oak\"") && Catch::Contains("\"wood on wood\""));
+  CHECK_THROWS_AS(bristle::typical_coefficients(nullptr), bristle::Error);
 }
 
 TEST_CASE("Each row of the table of contacts that age is a material that ages as it says",
@@ -169,7 +193,7 @@ TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") 
     OnePatch patch(material, PatchOptions{}.with_max_normal_load(2.0));
     const double expected = 2.0 * 0.6 * 1.5 / (0.5e-3 * (1.0 + spread * spread));
     CHECK(patch.step(1e-7, 0.0, 1.5).stiffness == Approx(expected).epsilon(1e-6));
-    // By default, with residual and renewal: within 2 % for the ratios of MATERIALS.md.
+    // With the default residual and renewal: within 2 % for the ratios of MATERIALS.md.
     for (double ratio : {1.1, 1.15, 1.3, 1.6}) {
       const Material rubbed = Material::from_coefficients(bristle::Coefficients{}
                                                               .with_kinetic(0.6)

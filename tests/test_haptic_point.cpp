@@ -1,4 +1,5 @@
-// From device positions to forces: displacements, the damper's velocity, and a limit that gives no energy.
+// From device positions to forces: displacements, the damper's velocity, and a force limit that adds no
+// energy.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -19,7 +20,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Made where it is first used: finding it takes longer than the process of any other test takes to start.
+/// Returns a material that is made at the first use, because that takes longer than other tests take to
+/// start.
 const Material& skin() {
   static const Material made = Material::from_coefficients(
       Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(20e-6).with_damping_per_newton(
@@ -54,9 +56,9 @@ struct Floor {
 
 double rounded(double x, double count) { return count * std::round(x / count); }
 
-/// Work that the hand does on a cycle: press to the limit, slide a little and press on, let go of the
-/// friction, come out. `force` gives the force on the hand at each position. Trapezoids, so that the delay of
-/// a tick does not count.
+/// Returns the work that the hand does on a cycle: press to the limit, slide a little while pressing on, let
+/// go of the friction, come out. `force` gives the force on the hand at each position. Integrates by the
+/// trapezoidal rule, so that the delay of a tick does not count.
 template <class Force>
 double work_of_cycle(const Force& force) {
   Vector3d position(0, 0, 0.001), before = position;
@@ -72,10 +74,10 @@ double work_of_cycle(const Force& force) {
       last = now;
     }
   };
-  go(0.0, -0.005, 400);       // 2.5 N
-  go(400e-6, -0.020, 2000);   // on to 10 N, sliding
-  go(389.5e-6, -0.020, 200);  // the friction let go of
-  go(389.5e-6, 0.001, 1000);  // out
+  go(0.0, -0.005, 400);       // presses to 2.5 N
+  go(400e-6, -0.020, 2000);   // presses on to 10 N while sliding
+  go(389.5e-6, -0.020, 200);  // lets go of the friction
+  go(389.5e-6, 0.001, 1000);  // the hand comes out of the wall
   return work;
 }
 
@@ -119,14 +121,14 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   int limited = 0;
   for (int i = 0; i < 20000; ++i) {
     position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
-    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // to 6 N
-    if (i % 1000 < 3) position[0] += 1e-3;               // and jerks of 1 m/s
+    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N
+    if (i % 1000 < 3) position[0] += 1e-3;               // moves in jerks of 1 m/s
     const Vector3d force = floor.step(position);
     expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
     limited += floor.point.limited() ? 1 : 0;
   }
   CHECK(limited > 5000);
-  // Slow sliding at 6 N of wall: the force leans as it does at 1 N.
+  // Slow sliding at 6 N of wall force: the force leans as far as at 1 N.
   double lean[2];
   for (int k : {0, 1}) {
     Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
@@ -152,13 +154,15 @@ TEST_CASE("The limit gives no energy to the hand where scaling the whole force w
   const double work_capped = work_of_cycle([&](const Vector3d& position) { return capped.step(position); });
   Floor free(HapticOptions{});
   const double work_free = work_of_cycle([&](const Vector3d& position) { return free.step(position); });
-  // By hand: with kinetic friction 0.5 the wall is scaled to 3 N / sqrt(1.25) = 2.68 N on the way in from 5.4
-  // to 20 mm, and to 3 N on the way out down to 6 mm: some 4.5 mJ, less some 0.6 mJ of friction over 0.4 mm.
+  // Expected by hand: with kinetic friction 0.5 the wall is scaled to 3 N / sqrt(1.25) = 2.68 N on the way in
+  // from 5.4 to 20 mm, and to 3 N on the way out down to 6 mm: some 4.5 mJ, less some 0.6 mJ of friction over
+  // 0.4 mm.
   CHECK(work_scaled < -3e-3);
   CHECK(work_capped > 1e-4);
   CHECK(work_free > work_capped);
   CAPTURE(work_scaled, work_capped, work_free);
-  // HapticPoint::taken() agrees but for the delay of a tick, which adds half of stiffness times step squared.
+  // HapticPoint::taken() agrees except for the delay of a tick, which adds half of stiffness times step
+  // squared.
   const double delay =
       0.5 * 500.0 *
       (400 * std::pow(0.006 / 400, 2) + 2000 * std::pow(0.015 / 2000, 2) + 1000 * std::pow(0.021 / 1000, 2));
@@ -180,12 +184,12 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
       last = x;
     }
     INFO("speed " << speed << ": off by " << worst << ", a difference by " << worst_difference);
-    // Two ends, half a count off each, over the whole window.
+    // Error of the slope: half a count at either end, over the whole window.
     CHECK(window.window() == WindowedVelocity::longest);
     CHECK(worst <= count / (WindowedVelocity::longest * dt) * 1.000001);
     if (speed == 0.003) CHECK(worst_difference > 0.015);
   }
-  // A reversal is seen at once: the window closes to the ticks since.
+  // After a reversal the window shrinks at once to the ticks since.
   WindowedVelocity window;
   for (int i = 0; i < 100; ++i) window.update(dt, {1e-4 * i, 0.0, 0.0}, count);
   for (int i = 1; i <= 3; ++i) {
@@ -193,7 +197,7 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
     CHECK(v == Approx(-0.1));
     CHECK(window.window() == i);
   }
-  // Ticks of unequal length.
+  // Repeats with ticks of unequal length.
   window.restart();
   double x = 0.0;
   for (int i = 0; i < 40; ++i) {
@@ -225,7 +229,7 @@ TEST_CASE("With a windowed velocity the damper is steadier and still never works
       point.finish(response);
       if (i == 0) continue;
       opposed = std::min(opposed, response.damper_work);
-      // 10 mm/s at most, falling and rising: about the true damper's force.
+      // At most 10 mm/s, in a wave: the damper force is close to the true one.
       const double off = (point.frame().force(response.damper))[0] + 5.0 * 0.01 * std::cos(2e-3 * i);
       squares += off * off;
     }
@@ -259,13 +263,13 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
   CHECK(motion.normal_load == 1.0);
   Response response;
-  // Room sideways is sqrt(4 - 1) = 1.7320508.
+  // The friction left beside the wall is sqrt(4 - 1) = 1.7320508.
   response.elastic[0] = -0.5;
   response.damper[1] = -3.0;
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);  // the elastic part as it was
+  CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);  // the elastic part is unchanged
   response.elastic[0] = -4.0;
   force = point.finish(response);
   CHECK(point.frame().along().dot(force) == Approx(-std::sqrt(3.0)));
@@ -276,7 +280,7 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   CHECK_FALSE(point.limited());
   CHECK(force[2] == 1.0);
   CHECK(force.norm() == Approx(std::sqrt(1.0 + 0.01 + 0.04)));
-  // A wall of 5 N: 2 / sqrt(1.25).
+  // A wall of 5 N is capped at 2 / sqrt(1.25).
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
   CHECK(motion.normal_load == Approx(2.0 / std::sqrt(1.25)));
   CHECK(point.finish(Response{}).norm() == Approx(2.0 / std::sqrt(1.25)));
@@ -288,8 +292,8 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
 
 TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago with the same damper",
           "[haptic]") {
-  // One length that nothing reaches: a spring. At even speed its mean over a tick is its force half a tick
-  // ago.
+  // A single length that nothing reaches acts as a spring. At constant speed its mean over a tick is its
+  // force half a tick ago.
   const Material spring = Material{}.with_snap_length(SnapLength::single(1e-3)).with_viscous_friction(200.0);
   const double step = 10e-6;
   Vector3d sent[2];
@@ -311,12 +315,12 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
   CHECK(damper > 0.1 * bent);
   CHECK(-sent[0][0] == Approx(bent + damper).epsilon(1e-6));
   CHECK(-sent[1][0] == Approx(bent * 19.5 / 20.0 + damper).epsilon(1e-6));
-  // The limit holds for it as for the other: elastic part kept, damper cut.
+  // The limit also holds for the mean force: the elastic part is kept, the damper's is cut.
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.5).with_mean(true));
   Motion motion;
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
   Response response;
-  response.elastic[0] = 9.0;  // not what is sent
+  response.elastic[0] = 9.0;  // part of `end`, which is not sent to the device
   response.damper[1] = -3.0;
   response.mean[0] = -0.5;
   response.mean[1] = -3.0;
@@ -326,7 +330,7 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
 }
 
 TEST_CASE("A wall that takes all of the limit leaves a damper no force", "[haptic]") {
-  // No bristle bears friction, so the wall may have the whole limit; a lubricant pulls all the same.
+  // With a peak coefficient of 0 the wall may take the whole limit; a lubricant acts all the same.
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.0));
   Motion motion;
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
@@ -341,13 +345,13 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
   struct BadTick {
     Vector3d position;
     double wall;
-    double taken;  // J, in all
+    double taken;  // J, total at the end
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const Vector3d lost(nan, nan, nan), found(4e-6, 0.0, 0.0);
-  // 1000 N/m on the way to 3 um, each force held for a tick: 0, 1 and 2 mN over 1 um. Then 3 mN to where the
-  // hand is, if that is known.
+  // Presses with 1000 N/m to 3 um, holding each force for a tick: 0, 1 and 2 mN over 1 um each. Then 3 mN
+  // over the distance to the bad position, if that is known.
   const BadTick bad_ticks[] = {
       {lost, 0.0, 3e-9}, {lost, nan, 3e-9}, {found, nan, 6e-9}, {found, -1.0, 6e-9}, {found, infinity, 6e-9}};
   for (const BadTick& bad : bad_ticks)
@@ -365,7 +369,7 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
       for (int i = 0; i <= 3; ++i) step({1e-6 * i, 0.0, 0.0}, up, 1000.0);
       CHECK(step(bad.position, up, bad.wall) == Vector3d::Zero());
       CHECK(has(patch.report.status, Status::bad_input));
-      // New axes about a normal that leans along x would begin with y.
+      // New axes about a normal that leans along x would begin with y, so the frame must keep its old ones.
       const Vector3d leaning(0.01, 0.0, 1.0);
       step({5e-6, 0.0, 0.0}, leaning, 1000.0);
       CHECK(patch.report.status == Status::ok);

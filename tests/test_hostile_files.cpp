@@ -1,4 +1,4 @@
-// Files that mean harm: each ends in one short line, soon, and in little memory.
+// Files made to do harm: each ends in one short error line, soon, and in little memory.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Address space in kB. (The sanitizer's own is beyond counting.)
+// Limit of the address space in kB. (A sanitizer needs too much of its own.)
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 const std::string limits = "";
 #else
@@ -37,7 +37,7 @@ struct Outcome {
   std::string err;
 };
 
-/// Runs `bristle ARGUMENTS`, limited, with a command's output as its input where one is given.
+/// Runs `bristle ARGUMENTS` under limits, with the output of the command `input` as its input, if given.
 Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments, const std::string& input = "") {
   const std::string command = (input.empty() ? "" : input + " 2>/dev/null | ") + "( " + limits +
                               "exec timeout 300 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
@@ -65,7 +65,7 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
-/// Patches, each with a motion of the keys given.
+/// Returns the text of patches, each with a motion of the given keys.
 std::string patches_with(int count, const std::string& motion_keys) {
   std::string all;
   for (int i = 0; i < count; ++i) {
@@ -83,7 +83,7 @@ std::string thousands_of_materials() {
   return all;
 }
 
-/// A scene that runs, with a patch's keys to be given.
+/// Returns a scene that runs, with the given keys of its patch.
 std::string scene_with(const std::string& patch_keys) {
   return "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.005\n"
          "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
@@ -129,12 +129,12 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
 
 TEST_CASE("A scene of very many tables, or of one large trace many times, is soon read", "[cli][hostile]") {
   const TemporaryFolder folder;
-  // A hundred thousand names looked for one after another would take minutes.
+  // Looking up a hundred thousand names one after another would take minutes.
   const std::string many = scene_with("bristles = 10") +
                            patches_with(100'000, "type = \"hold\"\nload = 1.0") +
                            "[[motion]]\npatch = \"nobody\"\ntype = \"hold\"\nload = 1.0\n";
   check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", many) + "'"), "names 'nobody'");
-  // 32 bytes a row: 640 MB if each motion had its own.
+  // 32 bytes for each row: 640 MB if each motion had a copy.
   std::string trace = "t,x,load\n";
   for (int i = 0; i < 20'000; ++i) trace += std::to_string(i) + ",0,1\n";
   folder.write("trace.csv", trace);
@@ -188,7 +188,7 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
     check_one_line(run_cli(folder, command + "/dev/zero"), "zero byte");
     check_one_line(run_cli(folder, command + "'" + folder.at("nothing") + "'"), "No such file");
   }
-  // Ten gigabytes and more, without a disk to hold them.
+  // A stream of ten gigabytes and more, without a disk to hold it.
   check_one_line(run_cli(folder, "run /dev/stdin", "tr '\\000' 9 </dev/zero"), "16 MiB");
   check_one_line(run_cli(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
   check_one_line(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
@@ -202,7 +202,8 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     int code;
     std::string said;
   };
-  // All at once: each waits seconds. `beside` is done once the command has said that it waits.
+  // Runs commands at once, since each waits seconds. `beside` is called once the command has said that it
+  // waits.
   const auto run = [&](const std::string& name, const std::string& arguments, const std::string& beside) {
     const std::string fifo = folder.at(name), said = folder.write(name + ".stderr", "");
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
@@ -221,7 +222,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
   auto reads = run("read", "'" + read + "'", "cat '" + scene + "' >'" + read + "'");
   auto writes = run("written", "'" + scene + "' --out '" + written + "'",
                     "cat '" + written + "' >'" + folder.at("forces") + "'");
-  auto waits = run("left", "'" + left + "'", "");  // nobody comes: Ctrl-C
+  auto waits = run("left", "'" + left + "'", "");  // no writer comes, so it is ended by Ctrl-C
   const Told reader = reads.get(), writer = writes.get(), alone = waits.get();
   CHECK(reader.code == 0);
   CHECK(reader.said == "bristle: " + read + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");

@@ -1,4 +1,5 @@
-// Joints (joint_friction.hpp) against closed forms, an implementation bristle by bristle, and differences.
+// Joints (joint_friction.hpp) against closed forms, an implementation bristle by bristle, and difference
+// quotients.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ using bristle_test::names;
 
 namespace {
 
-/// A gear of a strong servo: all its numbers differ.
+/// Returns the material of a strong servo's gear, all of whose numbers differ.
 JointMaterial gear() {
   JointMaterial m;
   m.stiffness = 300.0;
@@ -47,7 +48,7 @@ JointMaterial gear() {
 
 double& number_of(JointMaterial& m, unsigned p) { return reinterpret_cast<double*>(&m)[p]; }
 
-/// One joint in a batch of its own, and all that it answers.
+/// One joint in a batch of its own, and all of its outputs.
 struct OneJoint {
   JointFriction batch;
   double torque = 0, mean = 0, by_angle = 0, by_speed = 0, by_motor = 0, by_outside = 0;
@@ -66,12 +67,13 @@ struct OneJoint {
   }
 };
 
-/// The rule bristle by bristle, as the header tells it: not the library's text. T: double or long double.
+/// The rule bristle by bristle, from the header's description and not from the library's source. T: double or
+/// long double.
 template <class T>
 struct Judge {
   T number[joint_parameters];
   std::vector<T> share, length, z;
-  std::vector<int> side;  ///< of the last step: the way a bristle slides, 0 where it sticks
+  std::vector<int> side;  ///< direction in which each bristle slid in the last step, 0 if it stuck
   T before = 0, torque = 0, mean = 0;
 
   Judge(const JointMaterial& m, int n, double spread) : z(n, T(0)), side(n, 0) {
@@ -81,7 +83,7 @@ struct Judge {
     share.assign(strata.share.begin(), strata.share.end());
     length.assign(strata.length.begin(), strata.length.end());
   }
-  /// Losses whose first number is `base`, for motion the way of `way`.
+  /// Returns losses whose first number is `base`, for motion in the direction `way`.
   T losses(unsigned base, T motor, T outside, int way) const {
     const unsigned direction = motor * T(way) > 0 ? joint_driving : joint_driven;
     return number[base] + number[base + 1 + direction] * std::abs(motor) +
@@ -125,7 +127,7 @@ struct Judge {
   }
 };
 
-/// A motion that sticks, slides, turns back and jumps, with torques that waver.
+/// A motion that sticks, slides, reverses and jumps, under varying torques.
 struct Wander {
   std::mt19937 random{7};
   double angle = 0.3, speed = 0, motor = 0, outside = 0;
@@ -144,7 +146,8 @@ struct Wander {
   }
 };
 
-/// A rotor under friction: implicit in the answer's derivatives, so that stiff joints need no short steps.
+/// A rotor under friction: implicit in the derivatives of the output, so that stiff joints need no short
+/// steps.
 struct Rotor {
   OneJoint joint;
   double inertia, angle = 0, speed = 0;
@@ -185,7 +188,7 @@ TEST_CASE(
   const int hour = static_cast<int>(bristle_test::test_size(3600000));
   for (int i = 0; i < hour; ++i) rotor.go(dt, 0, 0.3);
   CHECK(std::abs(rotor.angle - at_rest) <= 1e-18);
-  // Ten seconds at 2.99 N m: it still holds.
+  // Ten seconds at 2.99 N m, in which it still holds.
   for (int i = 0; i < 30000; ++i) rotor.go(dt, 0, std::min(2.99, 0.3 + i * 1.5e-4));
   CHECK(std::abs(rotor.speed) < 1e-9);
   CHECK(rotor.angle < 0.1);
@@ -211,7 +214,7 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
     expect_near(joint.torque, -std::copysign(friction, speed) - 0.03 * speed, 1e-12, "torque in sliding");
     expect(joint.by_angle == 0.0, "a sliding joint has no stiffness");
   }
-  // Without a motor torque a joint is driven.
+  // Without a motor torque the joint counts as driven.
   OneJoint joint(m);
   joint.go(0, 0, 0, 2);
   joint.go(1, 1e3, 0, 2);
@@ -220,8 +223,8 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
 
 TEST_CASE("A motor lifts and holds a weight, and lets it down, at the torques of its two directions",
           "[joints]") {
-  // The weight pulls back by 2 N m. Lifting, (1 - a) t = 2 + base + b 2; letting down, (1 + a') t = 2 - base
-  // - b' 2.
+  // A weight pulls back by 2 N m. Lifting: (1 - a) t = 2 + base + b 2; lowering: (1 + a') t = 2 - base - b'
+  // 2.
   JointMaterial m = gear();
   m.static_part = {};
   m.viscous = 0;
@@ -262,7 +265,7 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(worst(8) < 2.1e-3);
   CHECK(worst(32) < 1.3e-4);
   CHECK(worst(8) / worst(32) > 12);
-  // Where all bristles are alike: a spring, then Coulomb's friction.
+  // With all bristles alike it is a spring, then Coulomb friction.
   JointOptions alike;
   alike.spread = 0;
   alike.bristles = 1;
@@ -273,7 +276,8 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(joint.by_angle == Approx(-200).epsilon(1e-14));
   joint.go(1.5 * length, 0, 0, 0);
   CHECK(joint.torque == Approx(-1.5).epsilon(1e-14));
-  CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));  // half a length from 0.75 to 1.5, half at 1.5
+  CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));  // mean over the step: half rises from 0.75 to 1.5,
+                                                        // half is 1.5
 }
 
 TEST_CASE("Joints have the torque and the mean of a plain implementation bristle by bristle", "[joints]") {
@@ -341,7 +345,7 @@ TEST_CASE("A pendulum on a joint stops and stays", "[joints]") {
   CHECK(std::abs(std::sin(stopped)) <= 0.07);
 }
 
-// Differences of the plain implementation in long double: their own error is below 1e-9.
+// Difference quotients of the plain implementation in long double, whose own error is below 1e-9.
 TEST_CASE("Derivatives of a joint's torque are right to 1e-6 where no bristle begins or ends to slide",
           "[joints]") {
   for (const double stribeck : {0.5, 0.0}) {
@@ -364,7 +368,7 @@ TEST_CASE("Derivatives of a joint's torque are right to 1e-6 where no bristle be
         long double less[4] = {x[0], x[1], x[2], x[3]}, more[4] = {x[0], x[1], x[2], x[3]};
         less[k] -= h;
         more[k] += h;
-        // Kinks: of |torque| at 0, and by angle of a joint that does not move.
+        // Skips kinks: |torque| at 0, and the derivative by angle of a joint that does not move.
         if (k >= 2 && less[k] * more[k] <= 0) continue;
         if (k == 0 && std::abs(x[0] - judge.before) <= h) continue;
         low.go(less[0], less[1], less[2], less[3]);
@@ -391,7 +395,7 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs a number, which differ in it by 2e-6 of itself, or by 2e-6 where it is 0.
+    // Two runs for each number, which differ in it by a relative 2e-6, or by 2e-6 if it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);
@@ -404,7 +408,7 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     for (auto* all : {&low, &high})
       for (auto& judge : *all) judge.before = wander.angle;
     for (OneJoint* one : {&joint, &plain}) one->go(wander.angle, 0, 0, 0);
-    // A bristle that slides in one run only leaves a difference until it slides in both.
+    // A bristle that slides in only one of the two runs leaves a difference until it slides in both.
     std::vector<std::vector<bool>> apart(joint_parameters, std::vector<bool>(8, false));
     int checked = 0;
     for (int i = 0; i < 500; ++i) {
@@ -477,7 +481,7 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // A joint alone, of its material: without gradients and with the torque only, and with them.
+  // A single joint of its material: without gradients and with the torque only, and with gradients.
   JointOptions with;
   with.gradients = true;
   for (const std::size_t which : {0, 1, 20, 2003}) {
@@ -544,7 +548,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
     CHECK(step().status == Status::ok);
     CHECK(torque[17] == before);
   }
-  // Arrays of another length.
+  // Refuses arrays of another length.
   const std::uint64_t hash = joints.state_hash();
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
@@ -559,7 +563,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::ok);
   wants_gradient.gradient = {gradient.data(), n};
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
-  // A first step with bad input is none.
+  // A first step with bad input does not count as a first step.
   OneJoint late(m), other(m);
   late.go(bad[0], 0, 0, 0);
   for (OneJoint* joint : {&late, &other}) {
@@ -609,7 +613,7 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   stuck.go(0.1, 0, 0, 0);
   CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
   CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
-  // With speed the static part falls: only what slides follows it.
+  // With speed the static part falls, which shows only in the joint that slides.
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
@@ -653,7 +657,7 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       CHECK_THROWS_AS(b.restore_state(damaged), Error);
     }
     CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
-    // A well-sealed state whose last joint holds an impossible number: nothing of it is taken over.
+    // A state with a right checksum whose last joint holds an impossible number: nothing of it is restored.
     for (double& x : angle) x += 0.01;
     a.step({angle, {}, {}, {}}, {torque});
     REQUIRE(a.save_state(state) == state.size());
@@ -683,7 +687,7 @@ TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {
   options.bristles = 65;
   CHECK(names(message_of([&] { JointFriction(1, {&m, 1}, options); }), {"bristles", "65"}));
   CHECK(names(message_of([&] { JointFriction(1, {}); }), {"material"}));
-  // No column for what no joint uses.
+  // Parameters that no joint uses have no column.
   JointMaterial coulomb;
   coulomb.stiffness = 1;
   coulomb.kinetic.base = 1;
@@ -714,7 +718,8 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   std::uint32_t status[n] = {9, 9, 9};
   bristle_joint_step step;
   REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
-  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // no angle
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // refused, because `angle` is
+                                                                               // missing
   step.angle = angle;
   step.speed = speed;
   step.motor = motor;
@@ -758,7 +763,7 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   REQUIRE(bristle_joints_reset(joints) == BRISTLE_OK);
   bristle_joints_destroy(joints);
   bristle_joints_destroy(nullptr);
-  // A gradient that the options do not allow; a material out of range.
+  // Refuses a gradient that the options do not allow, and a material out of range.
   REQUIRE(bristle_joints_create(3, &its, 1, nullptr, nullptr, &joints) == BRISTLE_OK);
   CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("gradients") != std::string::npos);

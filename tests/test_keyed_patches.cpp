@@ -1,4 +1,4 @@
-// Patches by key, contacts matched by nearest point, and patches made fresh again.
+// Patches by key, contacts matched by nearest point, and patches reset for new keys.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace {
 
 const Material surface = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
 
-/// Scripted steps of one patch; every response in bits.
+/// Takes scripted steps of one patch and returns every response in bits.
 std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t script, int axes,
                                       int steps) {
   std::vector<std::uint64_t> bits;
@@ -62,7 +62,8 @@ TEST_CASE("The table of keys agrees with std::unordered_map over random insertio
     KeyTable table(room);
     std::unordered_map<std::uint64_t, std::uint32_t> model;
     std::mt19937_64 random(room);
-    // Keys from a small range, so that they meet, and spread by multiples that collide in poor hashes.
+    // Draws keys from a small range, so that they repeat, and spreads them by multiples that collide in poor
+    // hashes.
     const auto any_key = [&] {
       const std::uint64_t k = random() % (3 * room);
       return random() % 2 ? k : k << 40;
@@ -88,11 +89,12 @@ TEST_CASE("The table of keys agrees with std::unordered_map over random insertio
 
 TEST_CASE("A patch that was reset answers to the bit like one newly added with that seed", "[keys]") {
   std::size_t script = 0;
-  PatchBatch fresh_batch, used_batch;  // for all cases: materials are set up once
+  PatchBatch fresh_batch, used_batch;  // shared by all cases, so that materials are set up once
   for (const PatchCase& c : every_variant_and_few_infinite(70, 5)) {
     INFO(c.name);
     ++script;
-    const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);  // a third keep theirs
+    const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);  // a third of the scripts keep the
+                                                                            // seed
     const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
     const PatchId used = used_batch.add(c.material, c.options);
     run_script(used_batch, used, script + 5, c.options.axes, 23);
@@ -164,7 +166,7 @@ TEST_CASE("A key keeps its patch while it is asked for and loses it after keep_s
     CHECK_FALSE(patches.find(7));
     CHECK(patches.find(100) == first);
     CHECK(patches.size() == 1);
-    // Seen again just in time, it is counted from there.
+    // A key seen just in time is counted from that step on.
     patches.find_or_add(8);
     for (std::uint32_t k = 0; k <= keep; ++k) patches.end_step();
     CHECK(patches.find_or_add(8));
@@ -183,23 +185,36 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   KeyedPatches patches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(3));
   for (std::uint64_t key : {1u, 2u, 3u}) CHECK(patches.find_or_add(key));
   CHECK_FALSE(patches.find_or_add(4));
-  CHECK_FALSE(patches.find_or_add(5));
+  CHECK(patches.find_or_add(5) == PatchId::no_capacity());
   CHECK(patches.refused() == 2);
   CHECK(patches.find_or_add(2));
   CHECK(patches.remove(2));
   CHECK_FALSE(patches.remove(2));
   CHECK(patches.find_or_add(4));
   CHECK(patches.refused() == 2);
-  CHECK_FALSE(patches.find_or_add(no_contact_key));
-  CHECK_FALSE(patches.find(no_contact_key));
-  CHECK(patches.refused() == 2);
-  // A motion without a patch is refused, its neighbours go on.
-  Motion motions[2] = {{PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}};
-  Response responses[2];
-  batch.step(tick, motions, responses);
+  const PatchId left_out = patches.find_or_add(no_contact_key);
+  CHECK(left_out == PatchId::no_capacity());
+  CHECK(patches.find(no_contact_key) == PatchId{});
+  CHECK(patches.refused() == 3);
+  // A motion without a patch is refused with the reason; its neighbours are stepped.
+  Motion motions[3] = {
+      {PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}, {left_out, {dbar, 0.0}, 5.0}};
+  Response responses[3];
+  const StepReport report = batch.step(tick, motions, responses);
   CHECK(responses[0].status == Status::unknown_id);
   CHECK(responses[0].end[0] == 0.0);
   CHECK(responses[1].end[0] < 0.0);
+  CHECK(responses[2].status == Status::no_capacity);
+  CHECK(responses[2].id == left_out);
+  CHECK(responses[2].end[0] == 0.0);
+  CHECK(has(report.status, Status::no_capacity));
+  CHECK(report.patches_stepped == 1);
+  CHECK(batch.find_force(tick, motions[2]).status == Status::no_capacity);
+  CHECK(batch.force(left_out).status == Status::no_capacity);
+  CHECK(batch.set_detail(left_out, 5) == Status::no_capacity);
+  CHECK(batch.stored_energy(left_out) == 0.0);
+  batch.move(left_out, dbar, 0.0, 5.0);  // does nothing
+  batch.step(tick);
   patches.clear();
   CHECK(patches.size() == 0);
   CHECK(patches.refused() == 0);
@@ -207,7 +222,8 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
 }
 
 TEST_CASE("Forces of a contact depend on its key and motion, not on who had its patch before", "[keys]") {
-  // Five contacts, alone in one pool, among comers and goers in another; asked for in other orders.
+  // Five contacts are alone in one pool, and among others that come and go in another; they are requested in
+  // different orders.
   const std::uint64_t keys[5] = {11, 0, 0xFFFFFFFF00000000u, 5000, 77};
   for (bool seeded : {true, false}) {
     PatchBatch quiet, busy;
@@ -229,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // comes and goes
+        if ((k / (7 + j)) % 3 == 0) continue;  // this contact comes and goes
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -253,7 +269,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
       many.end_step();
     }
     CHECK(compared > 1000);
-    CHECK(slots.size() > 20);  // they did land in many slots
+    CHECK(slots.size() > 20);  // the contacts used many slots
     CHECK(many.refused() == 0);
   }
 }
@@ -317,7 +333,8 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
 TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
   std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);  // another pair in the same places
+  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);  // another pair of bodies in the same
+                                                                     // places
   points.insert(points.end(), second.begin(), second.end());
   std::vector<std::uint64_t> keys(points.size());
   CHECK(matcher.match(points, keys) == 0);
@@ -328,13 +345,13 @@ TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", 
   for (int k = 0; k < 200; ++k) {
     for (ContactPoint& p : points)
       for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
-    // Drifts by 0.5 mm a step on average and 2.6 mm at most: under half the spacing.
+    // Points drift by 0.5 mm a step on average and 2.6 mm at most: under half the spacing.
     std::shuffle(order.begin(), order.end(), random);
     std::vector<ContactPoint> listed;
     for (const std::size_t i : order) listed.push_back(points[i]);
     std::vector<std::uint64_t> got(listed.size());
     const std::size_t matched = matcher.match(listed, got);
-    // Random walks may come near each other: stop there.
+    // Random walks may come near each other; the test stops there.
     double nearest = 1.0;
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
@@ -355,7 +372,7 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
   for (int trial = 0; trial < 400; ++trial) {
     ContactMatcher matcher(MatcherOptions{}.with_capacity(40).with_reach(reach));
     std::vector<ContactPoint> before, now;
-    // On a coarse grid half of the time, so that distances tie.
+    // Half of the trials put points on a coarse grid, so that distances tie.
     const auto add = [&](std::vector<ContactPoint>& list, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) {
         ContactPoint p{1 + random() % 2, {flat(), flat(), 0.0}};
@@ -391,7 +408,7 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
       old_taken[e.i] = taken[e.j] = true;
       expected[e.j] = e.i;
     }
-    const bool ties = trial % 2 != 0;  // then only the number can be compared pair by pair
+    const bool ties = trial % 2 != 0;  // with ties only the number of matches can be compared
     if (!ties) expect(matched == expected.size(), "as many matches");
     std::size_t found = 0;
     for (std::size_t j = 0; j < now.size(); ++j) {
@@ -439,7 +456,7 @@ TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]"
 }
 
 TEST_CASE("A matcher and a pool together never hand a new contact an old one's bristles", "[keys]") {
-  // Contacts blink and hop about; whenever the matcher says "new", the patch must be fresh.
+  // Contacts blink and hop about; whenever the matcher gives a new key, the patch must be fresh.
   PatchBatch batch;
   KeyedPatches patches(batch, surface, plain_options(20),
                        KeyedOptions{}.with_capacity(64).with_keep_steps(2));
@@ -491,8 +508,8 @@ std::vector<std::byte> saved(const T& of) {
   return bytes;
 }
 
-/// Two pools and a matcher over one batch, as an engine has them: contacts that come, move, change places and
-/// go; outlines and points.
+/// Two pools and a matcher over one batch, used as by an engine: contacts that appear, move, change places
+/// and end; outlines and points.
 struct Engine {
   PatchBatch batch;
   bristle::ExtendedPatches pads{batch};
@@ -506,7 +523,7 @@ struct Engine {
   void step(int k, std::vector<std::uint64_t>& bits) {
     std::vector<ContactPoint> contacts;
     for (int c = 0; c < 7; ++c) {
-      if ((k + 3 * c) % 11 < 3) continue;  // not there
+      if ((k + 3 * c) % 11 < 3) continue;  // this contact is missing
       contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
     }
     std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());
@@ -553,7 +570,9 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   for (int k = 25; k < 50; ++k) first.step(k, bits);
 
   Engine second;
-  for (int k = 0; k < 7; ++k) second.step(3 * k, again);  // a restored engine must forget its own past
+  for (int k = 0; k < 7; ++k)
+    second.step(3 * k, again);  // makes other steps first, which a restored engine
+                                // must forget
   second.pads.restore_state(patches);
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);
@@ -592,11 +611,11 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 
-  // A pool beside it, of the same options: its patches are others.
+  // A second pool with equal options, whose patches are others.
   KeyedPatches twin(engine.batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
                     KeyedOptions{}.with_capacity(5).with_keep_steps(1));
   REQUIRE_THROWS_AS(twin.restore_state(points), bristle::Error);
-  // Keys without their patches' state.
+  // Restoring keys without the state of their patches is refused.
   Engine fresh;
   REQUIRE_THROWS_WITH(fresh.points.restore_state(points), Catch::Contains("restore theirs first"));
   REQUIRE(fresh.points.size() == 0);
@@ -620,7 +639,7 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
 }
 
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
-  // As many keys as a table of that size has places, were it no larger than the pool.
+  // As many keys as a hash table no larger than the pool would have places.
   for (const std::uint32_t capacity : {16u, 32u, 64u}) {
     PatchBatch batch;
     KeyedPatches pool(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(capacity));

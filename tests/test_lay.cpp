@@ -1,4 +1,4 @@
-// Patches with a lay (struct Lay): closed forms, normality and brute force, energy, bits, what is refused.
+// Patches with a lay (struct Lay): closed forms, normality and brute force, energy, equal bits, refused lays.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ Kind sliding(Precision precision, double drop = 0.0) {
   return {"slide", plain_material(law, SnapRule::slide).with_drop(drop), counted(32, precision)};
 }
 
-/// Patches of every rule and population that a lay of two limits takes.
+/// Returns patches of every rule and population that accepts a lay of two limits.
 std::vector<Kind> kinds() {
   const Material redraw = plain_material(law, SnapRule::redraw), keep = plain_material(law, SnapRule::keep);
   const Material rubbed = Material(redraw).with_residual_length(0.4 * dbar).with_shared_renewal(1.0);
@@ -59,7 +59,7 @@ std::vector<Kind> kinds() {
   return all;
 }
 
-/// Steps along a path that winds under a load that wavers, in patches' own axes.
+/// Steps along a winding path under a varying load, in the patches' own axes.
 struct Winding {
   std::mt19937 random{7};
   double angle = 0.4;
@@ -94,7 +94,7 @@ Motion turned(Motion motion, double angle) {
   return motion;
 }
 
-/// Force on the bristles, over the material's kinetic friction.
+/// Returns the force on the bristles, over the material's kinetic friction.
 std::array<double, 2> pull(const Response& out, double share = 1.0) {
   return {-out.elastic[0] / (share * load * dbar), -out.elastic[1] / (share * load * dbar)};
 }
@@ -103,7 +103,7 @@ double work_on(const Motion& motion, const Response& out) {
   return -out.mean[0] * motion.displacement[0] - out.mean[1] * motion.displacement[1];
 }
 
-/// The largest of F . e over a limit curve: half axes 1 along and `ratio` across, its centre at (lean, 0).
+/// Returns the largest F . e over a limit curve: half axes 1 along and `ratio` across, centre at (lean, 0).
 double highest_loss(double ratio, double lean, double angle) {
   return lean * std::cos(angle) + std::hypot(std::cos(angle), ratio * std::sin(angle));
 }
@@ -203,7 +203,7 @@ TEST_CASE("the steady force of a lay dissipates most over its limit curve", "[la
         const auto f = pull(patch.step(far * c, far * s, load));
         const double lean = lean_of(to_over_fro);
         CHECK(f[0] * c + f[1] * s == Approx(highest_loss(ratio, lean, angle)).epsilon(1e-6));
-        // On the curve:
+        // The force lies on the limit curve:
         const double along = std::cos(of_lay) * f[0] + std::sin(of_lay) * f[1] - lean;
         const double across = std::cos(of_lay) * f[1] - std::sin(of_lay) * f[0];
         CHECK(std::hypot(along, across / ratio) == Approx(1.0).epsilon(1e-6));
@@ -224,7 +224,7 @@ TEST_CASE("another stiffness ratio leaves the limit curve and moves the steady f
     OnePatch patch(kind.material, kind.options);
     const auto f = pull(patch.step(300.0 * dbar * std::cos(angle), 300.0 * dbar * std::sin(angle), load));
     // A bristle's tip slides along its deflection in lengths over its limits: dbar along, dbar ratio /
-    // stiffness.
+    // stiffness across.
     const double x = std::cos(angle), y = std::sin(angle) * stiffness / ratio;
     CHECK(f[0] == Approx(x / std::hypot(x, y)).margin(1e-6));
     CHECK(f[1] == Approx(ratio * y / std::hypot(x, y)).margin(1e-6));
@@ -243,7 +243,7 @@ TEST_CASE("first loading to and fro of a lay that leans is the closed form", "[l
                            kind.options.with_axes(axes).with_lay(Lay{}.with_to_over_fro(to_over_fro)));
             CHECK(std::abs(pull(patch.step(0.0, 0.0, load))[0]) < 1e-7);
             const double share = 1.0 + sign * lean_of(to_over_fro);
-            // E[min(x, share l)]
+            // closed form E[min(x, share l)]
             const double end = x / share * dbar;
             const double expected =
                 share * (law.partial_moment(1, end) / dbar + x / share * law.survival(end));
@@ -253,7 +253,8 @@ TEST_CASE("first loading to and fro of a lay that leans is the closed form", "[l
 
 namespace {
 
-/// Bristles that slide one by one, in tiny steps: in real axes, by the normal of the force's limit curve.
+/// An independent model of bristles that slide, one by one in tiny steps: in real axes, by the normal of the
+/// force's limit curve.
 struct Brute {
   bristle::detail::Strata strata = bristle::detail::make_strata(law, 32);
   std::vector<std::array<double, 2>> z = std::vector<std::array<double, 2>>(32);
@@ -267,7 +268,8 @@ struct Brute {
         z[i][0] += dx / steps;
         z[i][1] += dy / steps;
         const double limit = strata.length[i];
-        const auto beyond = [&](double slip) {  // f after slip along the normal at f, less the limit
+        const auto beyond = [&](double slip) {  // distance of f from the limit curve after a slip along the
+                                                // normal at f
           const double f[2] = {z[i][0], stiff * z[i][1]};
           const double n[2] = {f[0] - lean * limit, f[1] / (ratio * ratio)};
           const double g[2] = {f[0] - slip * n[0] - lean * limit, f[1] - slip * stiff * n[1]};
@@ -361,7 +363,7 @@ TEST_CASE("a load that changes at rest leaves the force of a lay that leans", "[
   }
   CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
   CHECK(patch.energy() == 0.0);
-  // Born again under load: straight, whatever the lean.
+  // Bristles that come into contact again are straight, whatever the lean.
   const Response born = patch.step(0.0, 0.0, load);
   CHECK(std::abs(born.end[0]) < 1e-14 * load * dbar);
   CHECK(std::abs(born.end[1]) < 1e-14 * load * dbar);
@@ -398,9 +400,9 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
       CHECK(tried.contact_loss == out.contact_loss);
     }
     CHECK(patch.hash() == other.hash());
-    CHECK(patch.batch.ages(patch.id));  // its limit may be far above the force that it slides with
+    CHECK(patch.batch.ages(patch.id));  // so its force limit may be far above the force at which it slides
 
-    // Another material and fewer bristles, at rest: the force stays, and so does the sum of energies.
+    // Changes material and number of bristles at rest: the force stays, and so does the sum of energies.
     const Motion rest = moved(patch.id, 0.0, 0.0);
     const Response before = patch.step(rest);
     const double stored = patch.energy();
@@ -432,7 +434,7 @@ TEST_CASE("bristles with a lay are read in the axes of the patch", "[lay]") {
   for (const Lay& lay : {Lay{0.5, 1.8, 0.0, 1.0}, Lay{0.5, 1.8, 0.6, 1.0}, Lay{0.5, 1.8, 0.0, 3.0}}) {
     Kind kind = sliding(Precision::double_);
     OnePatch patch(kind.material, kind.options.with_lay(lay));
-    patch.step(0.05 * dbar, 0.03 * dbar, load);  // nothing slides
+    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step in which nothing slides
     Bristles all = read(patch.batch, patch.id, 32);
     for (std::size_t i = 0; i < 32; ++i) {
       expect_near(all.zx[i], 0.05 * dbar, 1e-13 * dbar, "x");
@@ -471,7 +473,9 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
   const double radius = 100.0 * dbar;
   Kind kind = sliding(Precision::double_);
   for (const double to_over_fro : {1.0, 3.0}) {
-    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // 32, and in each cell
+    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // automatic number of
+                                                                                   // bristles, 32 in each
+                                                                                   // cell
     PatchBatch batch;
     bristle::ExtendedPatches pads(batch);
     const PatchId id =
@@ -501,7 +505,7 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
         expect_near(out.end[axis], expected.end[axis], 1e-11 * load * dbar, "force");
       expect_near(out.end[2], 0.0, 1e-11 * load * dbar * radius, "torque");
     }
-    // Pure spin: each place resists by F . e for its own direction, so the torque is its mean over all
+    // In pure spin each place resists by F . e in its own direction, so the torque is the mean over all
     // directions.
     motion.displacement[0] = motion.displacement[1] = 0.0;
     motion.displacement[2] = 0.02;

@@ -1,5 +1,5 @@
-// The paper's loop (z += v dt; if z > delta then z = 0), which loses the overshoot: how much friction is
-// missing.
+// The paper's loop (z += v dt; if z > delta then z = 0) loses the overshoot: the tests show how much friction
+// is missing.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -33,9 +33,9 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
       for (const Row& row : rows) {
         if (row.at("dist") != law.name) continue;
         const double h = number(row, "h_over_dbar");
-        if (h < 0.05) continue;  // the same with longer runs
+        if (h < 0.05) continue;  // smaller steps show the same in longer runs
         const bool single = law.law.law() == bristle::SnapLaw::single;
-        if (single && whole(1.0 / h)) continue;  // a tie that rounding decides
+        if (single && whole(1.0 / h)) continue;  // excludes a tie that rounding decides
         const SnapRule rule = row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw;
         INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", step of " << h
                                 << " mean lengths");
@@ -43,7 +43,7 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
         OnePatch patch(plain_material(law.law, rule), literal_options(n, 1, precision));
         patch.step(0.0, 0.0, n);
         for (int k = 0; k < 200; ++k) patch.step(h * dbar, 0.0, n);
-        // Every bristle is periodic, all in few periods: weights that fade in and out remove the periods.
+        // Every bristle is periodic, with few periods in all: weights that fade in and out average over them.
         double sum = 0.0;
         double weights = 0.0;
         for (int k = 0; k < steps; ++k) {
@@ -53,12 +53,12 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
         }
         const double mean = sum / (weights * n * dbar);
         const double expected = number(row, "f_naive_closed");
-        double tolerance = 0.002;  // of a mean length: what the fading leaves of the longest periods
+        double tolerance = 0.002;  // remainder of the longest periods after the fading, mean lengths
         if (rule == SnapRule::keep) {
           // Stratified population: h/2 floor(delta/h) has the variation h/2 x longest/h.
           tolerance += discrepancy * 0.5 * law.law.quantile(0.9999) / dbar;
         } else {
-          // Renewal-reward: each cycle gives delta^2/2 - f delta more or less than its share.
+          // Renewal-reward theory: each cycle gives delta^2/2 - f delta more or less than its share.
           const double m2 = law.law.moment(2) / (dbar * dbar);
           const double m3 = law.law.moment(3) / (dbar * dbar * dbar);
           const double m4 = law.law.moment(4) / (dbar * dbar * dbar * dbar);
@@ -89,7 +89,7 @@ TEST_CASE(
       for (std::uint32_t i = 0; i < n; ++i) brute.bristles()[i].delta = start.delta[i];
       std::mt19937_64 random(11);
       std::uniform_real_distribution<double> flat(-0.6, 0.9);
-      // A float bristle within rounding of its length may fall to either side, and stays apart until it
+      // In float a bristle within rounding of its length may fall to either side, and stays apart until it
       // next snaps in both.
       const double ties = precision == Precision::single ? 2.0 : 0.0;
       const double rounding = (precision == Precision::single ? 1e-5 : 1e-11) * n * dbar + ties * 3.0 * dbar;
@@ -122,7 +122,7 @@ TEST_CASE("The literal rule has no friction left when a step exceeds every snap 
 }
 
 TEST_CASE("A step of the literal rule beyond every length is one along either axis", "[step]") {
-  // All bristles begin again at the end of it: the next step bends them straight along its own direction.
+  // The step leaves all bristles straight, so the next one bends them along its own direction.
   const std::uint32_t n = 50;
   for (const double length : {1e4, 1e6, 3e6, 1e9, 1e290}) {
     for (const Precision precision : precisions()) {

@@ -1,5 +1,5 @@
-// A material that changes while the patch slides goes on where it was: draws, overload. And what keys the
-// phase of a step that is too long to have one.
+// A material that changes while the patch slides continues its state: draws, overload. Also the key of the
+// random phase of a step that is too long to have a phase.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -24,8 +24,8 @@ struct Columns {
   bool operator==(const Columns&) const = default;
 };
 
-/// A patch whose material changes, and one whose does not. Only the lubricant is another, which no bristle
-/// feels.
+/// Two patches, of which one changes its material. Only the lubricant changes, which does not affect
+/// bristles.
 struct ChangedAndNot {
   PatchBatch batch;
   PatchId changed, same;
@@ -38,7 +38,7 @@ struct ChangedAndNot {
     same = batch.add(before, plain_options(n));
     batch.warm_up();
   }
-  /// Their elastic forces.
+  /// Steps both patches and writes their responses.
   void step(double dx, double dy, double load, Response (&out)[2]) {
     const Motion motions[2] = {{changed, {dx, dy}, load}, {same, {dx, dy}, load}};
     batch.step(tick, {motions, 2}, {out, 2});
@@ -58,7 +58,7 @@ TEST_CASE("A live change of the lubricant leaves deflections, lengths and draws 
         twins.check_columns();
       }
       twins.step(1.7 * dbar, 0.4 * dbar, n, out);
-      // The change writes the deflections down, so from here on they are rounded otherwise.
+      // The change rewrites the deflections, so from here on their rounding differs.
       for (int axis = 0; axis < 2; ++axis)
         CHECK(out[0].elastic[axis] == Approx(out[1].elastic[axis]).epsilon(1e-5));
     }
@@ -80,10 +80,11 @@ TEST_CASE("A live change of the lubricant keeps the overload", "[load]") {
       twins.step(0.2 * dbar, 0.0, 3.0 * n, out);
       CHECK(has(out[0].status, Status::overload));
       CHECK(out[0].elastic[0] == Approx(out[1].elastic[0]).epsilon(1e-5));
-      if (k == 6)  // by hand: three times what the bent representatives give
+      if (k == 6)  // all representatives are in contact; overload triples their force
         CHECK(twins.batch.info(twins.changed).active == n);
     }
-    // Columns bent by the same way: had the overload been forgotten, a third of it would be left.
+    // Both patches are bent by equal paths; had the overload been forgotten, a third of the deflection would
+    // be left.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     double sum_a = 0.0, sum_b = 0.0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -104,7 +105,7 @@ TEST_CASE(
     patch.step(0.3 * dbar, 0.7 * dbar, n);
     patch.batch.set_material(patch.id, plain_material(SnapLength::single(0.5 * dbar), SnapRule::keep));
     const Response r = patch.step(0.0, 0.0, n);
-    // Each a spring of 1 N/m, bent by 0.76 of its length, and 0.5 of it is what it can take now.
+    // Each bristle is a spring of 1 N/m; it is bent by 0.76 of its old length, and holds 0.5 of it now.
     CHECK(r.dissipated == Approx(0.5 * n * (0.09 + 0.49) * dbar * dbar).epsilon(1e-5));
     CHECK(r.snaps == n);
     CHECK(std::abs(r.elastic[0]) + std::abs(r.elastic[1]) < 1e-9 * n * dbar);
@@ -143,7 +144,8 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
                             batch.add(material, PatchOptions(options).with_seed(6)),
                             batch.add(material, PatchOptions(options).with_seed(5))};
-    const double way = dbar * 0x1p43;  // no bit of a double is left for the place within a snap length
+    const double way = dbar * 0x1p43;  // at this distance no bit of a double resolves the place within a snap
+                                       // length
     std::vector<Motion> motions;
     for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
     std::vector<Response> out(3);
@@ -160,7 +162,8 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
       CHECK(phase <= 1.0);
     }
     CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));  // uniform: mean 1/2, 4 standard errors
-    CHECK(alike < 25);                                                // of 1500, 3 by chance
+    CHECK(alike < 25);                                                // of 1500 bristles, 3 are alike by
+                                                                      // chance
   }
 }
 
@@ -177,7 +180,7 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   const double after = patch.energy();
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
-  // At rest, at once; then after steps that hold, from the saved state.
+  // The loss is reported at rest at once, or after steps without a snap from the saved state.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
     CHECK(r.snaps > n / 5);  // two in five are shorter than 0.45

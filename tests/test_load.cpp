@@ -1,4 +1,5 @@
-// The normal load: bristles that enter and leave contact, the one that counts by a fraction, and overload.
+// The normal load: bristles that enter and leave contact, the bristle that counts by a fraction, and
+// overload.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -16,10 +17,10 @@ namespace {
 // is minus the weighted sum of the deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// Rounding error of one bristle whose fraction changes: it is rewritten once.
+/// Returns the rounding error of one bristle whose fraction changes: it is rewritten once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
-/// Weighted sum of deflections by the rule of the fractional bristle.
+/// Returns the weighted sum of deflections by the rule of the fractional bristle.
 double weighted_sum(const std::vector<double>& z, double active) {
   double sum = 0.0;
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -54,7 +55,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
           const double kinetic = number(find_row(summary, key), "f_kinetic");
           const double steady_variance = number(find_row(summary, key), "var_z_steady_per_bristle");
-          double virgin_variance = 0.0;  // the largest on the virgin curve, for the bristles that enter
+          double virgin_variance = 0.0;  // largest variance on the virgin curve, for the bristles that enter
           for (const Row& row : virgin) {
             if (row.at("dist") == law.name && row.at("variant") == table_name(rule))
               virgin_variance = std::max(virgin_variance, 2e6 * std::pow(number(row, "mc_se"), 2));
@@ -83,7 +84,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
             expect_near(-r.elastic[0] / unit, number(row, "F_over_Fk1_ref"), tolerance + 1e-5,
                         "force over kinetic force");
             if (x == 0.0 && doubled) {
-              // Exactly continuous: nothing but one fractional bristle may have been rewritten.
+              // Exactly continuous: only one fractional bristle may have been rewritten.
               expect_near(-r.elastic[0], before, 4.0 * rounding(precision),
                           "force just after the load doubled");
             }
@@ -141,12 +142,12 @@ TEST_CASE("A falling load sheds the bristles that came into contact last", "[loa
                   (precision == Precision::single ? 1e-6 : 1e-12) * energy, "energy that left");
       const Bristles after = read(patch, n);
       for (std::uint32_t i = 0; i < n; ++i) {
-        // The one that counts by a fraction keeps its deflection; those out of contact read 0.
+        // The fractional bristle keeps its deflection; those out of contact read 0.
         const bool in_contact = i < to;
         expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
         expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");
       }
-      // Load noise at rest sheds once: back up, and the lost force does not return.
+      // Load noise at rest loses force once: when the load returns, the lost force does not.
       expect_near(patch.step(0.0, 0.0, n).elastic[0], r.elastic[0], 4.0 * rounding(precision),
                   "force after the load came back");
     }
@@ -166,7 +167,7 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(-r.mean[0], 0.5 * 0.3 * dbar, ulp, "mean force of half a bristle");
     expect_near(r.stiffness, 0.5, 1e-12, "stiffness of half a bristle");
 
-    // At rest to 1.5 bristles: the force stays; the first holds it whole, at half the deflection.
+    // At rest up to 1.5 bristles: the force stays; the first bristle counts whole, at half the deflection.
     r = patch.step(0.0, 0.0, 1.5);
     expect_near(-r.elastic[0], 0.3 * dbar, ulp, "force after the load rose");
     Bristles b = read(patch, 2);
@@ -177,8 +178,8 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(-r.elastic[0], (0.7 + 0.5 * 0.4) * dbar, ulp, "force of one and a half bristles");
     expect_near(-r.elastic[1], 0.1 * dbar, ulp, "force across");
 
-    // Down to 1.25: the fractional one keeps its deflection. Up to 1.75: it shrinks by 1.25 - 1 over 1.75
-    // - 1.
+    // Down to 1.25: the fractional bristle keeps its deflection. Up to 1.75: its deflection shrinks by the
+    // factor (1.25 - 1) / (1.75 - 1).
     r = patch.step(0.0, 0.0, 1.25);
     expect_near(-r.elastic[0], (0.7 + 0.25 * 0.4) * dbar, ulp, "force at 1.25 bristles");
     r = patch.step(0.0, 0.0, 1.75);
@@ -187,7 +188,7 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(b.zx[1], 0.4 / 3.0 * dbar, ulp,
                 "deflection of the fractional bristle after its fraction tripled");
 
-    // A fractional bristle snaps like any other: its share of the energy is lost.
+    // A fractional bristle snaps as any other does, and its share of the energy is lost.
     OnePatch other(plain_material(law, SnapRule::keep), plain_options(4, 1, precision));
     other.step(0.0, 0.0, 1.5);
     r = other.step(1.25 * dbar, 0.0, 1.5);
@@ -204,14 +205,14 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     OnePatch patch(plain_material(uniform, SnapRule::keep),
                    PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
     patch.step(0.0, 0.0, max_load);
-    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // below the shortest length
+    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // path below the shortest length
     INFO("weight " << weight);
     CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
     CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));
     CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
     CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
     CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
-    // Far enough for every bristle to snap once or more.
+    // Far enough for every bristle to snap at least once.
     const Response far = patch.step(100.0 * dbar, 0.0, max_load);
     CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
   }
@@ -219,7 +220,7 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
 
 TEST_CASE("The force is that of the bristles in contact where the load ends with a block or beside one",
           "[load]") {
-  constexpr std::uint32_t n = 768;  // three blocks of 256
+  constexpr std::uint32_t n = 768;  // 768 bristles: three blocks of 256
   for (Precision precision : precisions()) {
     for (double load : {255.0, 255.5, 256.0, 256.5, 511.7, 512.0, 512.3, 767.0, 768.0}) {
       INFO(name_of(precision) << ", load " << load);
@@ -241,7 +242,7 @@ TEST_CASE("The force is continuous in the load", "[load]") {
     bend(patch, n);
     double load = n;
     double force = patch.step(0.0, 0.0, load).elastic[0];
-    // Tiny steps down, over whole numbers of bristles and over block boundaries.
+    // Tiny steps down, past whole numbers of bristles and past block boundaries.
     for (int k = 0; k < 20000; ++k) {
       const double lower = load - 0.021;
       const double now = patch.step(0.0, 0.0, lower).elastic[0];
@@ -250,7 +251,7 @@ TEST_CASE("The force is continuous in the load", "[load]") {
       load = lower;
       force = now;
     }
-    // In sliding a load that wobbles a little changes the force a little.
+    // In sliding, small changes of the load change the force by little.
     for (int k = 0; k < 100; ++k) {
       const double wobble = 300.0 + 1e-4 * (k % 3);
       const double a = patch.step(0.0, 0.0, wobble).elastic[0];
@@ -264,7 +265,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
   constexpr std::uint32_t n = 700;
   for (Precision precision : precisions()) {
     INFO(name_of(precision));
-    // Keep: after contact is found again all is as in a patch never touched.
+    // SnapRule::keep: after contact is regained everything is as in a patch that never moved.
     const Material material = plain_material(uniform, SnapRule::keep);
     OnePatch patch(material, plain_options(n, 2, precision));
     OnePatch fresh(material, plain_options(n, 2, precision));
@@ -292,7 +293,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
       expect_near(a.elastic[1], b.elastic[1], tolerance, "force y");
     }
 
-    // Redraw: the first snap lengths are the stratified ones again, the later draws are new ones.
+    // SnapRule::redraw: the first snap lengths are the stratified ones again; later draws are new.
     const Material fading = plain_material(uniform, SnapRule::redraw);
     OnePatch redrawn(fading, plain_options(n, 1, precision));
     const Bristles start = (redrawn.step(0.0, 0.0, n), read(redrawn, n));
@@ -323,7 +324,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double force = 0.4 * dbar * n;
     expect_near(-r.elastic[0], force, ulp, "force at the maximum");
 
-    // Up at rest: the force stays, each bristle holds it at half the deflection.
+    // Load doubled at rest: the force stays, each bristle holds it at half the deflection.
     r = patch.step(0.0, 0.0, 2.0 * n);
     CHECK(has(r.status, Status::overload));
     CHECK(has(patch.report.status, Status::overload));
@@ -331,7 +332,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     expect_near(r.stiffness, 2.0 * n, 1e-9 * n, "stiffness at twice the maximum");
     expect_near(read(patch, 1).zx[0], 0.2 * dbar, 2.0 * rounding(precision), "deflection");
 
-    // In motion: twice the stiffness.
+    // In motion the doubled load has twice the stiffness.
     r = patch.step(0.1 * dbar, 0.0, 2.0 * n);
     expect_near(-r.elastic[0], force + 2.0 * n * 0.1 * dbar, 2.0 * ulp,
                 "force after a motion at twice the maximum");
@@ -339,13 +340,14 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double energy = patch.energy();
     expect_near(energy, 2.0 * n * 0.5 * (0.09 + 0.0025) * dbar * dbar, 1e-6 * energy, "stored energy");
 
-    // Down: the deflections stay, the force falls with the load.
+    // Load halved: the deflections stay, the force falls with the load.
     r = patch.step(0.0, 0.0, n);
     CHECK(r.status == Status::ok);
     expect_near(-r.elastic[0], n * 0.3 * dbar, ulp, "force back at the maximum");
     expect_near(r.contact_loss, 0.5 * energy, 1e-6 * energy, "energy that left");
 
-    // From part load straight into overload and back: continuous, last in first out.
+    // From part load directly into overload and back: continuous, and the last to enter are the first to
+    // leave.
     OnePatch other(plain_material(uniform, SnapRule::keep), plain_options(n, 2, precision));
     other.step(0.0, 0.0, 100.5);
     other.step(0.3 * dbar, 0.0, 100.5);
@@ -382,7 +384,7 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
       CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
     }
   }
-  // The bristle that counts in part, again and again.
+  // The bristle that counts in part rounds repeatedly.
   OnePatch one(plain_material(uniform, SnapRule::keep), plain_options(1));
   one.step(0.3 * dbar, 0.0, 0.6);
   for (int k = 0; k < 5; ++k) {

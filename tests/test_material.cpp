@@ -1,5 +1,5 @@
-// Material: closed forms, virgin curves against the reference tables and against independent solvers, the way
-// from coefficients to bristle parameters and back, and what is refused.
+// Material: closed forms, virgin curves against the reference tables and against independent solvers,
+// conversion from coefficients to bristle parameters and back, and what is refused.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ SnapRule reference_rule(const std::string& name) {
   return name == "fixed" ? SnapRule::keep : SnapRule::redraw;
 }
 
-/// A material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
 Material reduced_material(const SnapLength& law, SnapRule rule) {
   return Material{}
       .with_snap_length(law)
@@ -62,13 +62,13 @@ double peak_deflection(const SnapLength& law, SnapRule rule) {
   return reduced_material(law, rule).peak_coefficient();
 }
 
-/// Single lengths at whole x: a tie, which rounding decides.
+/// Whether x is a tie, which rounding decides: a whole number with single lengths.
 bool is_tie(const std::string& name, double x) {
   return name == "delta" && std::abs(x - std::round(x)) < 1e-9;
 }
 
-/// Redraw, by the renewal equation as it stands: trapezoid on the density, extrapolated. Nothing of it is
-/// shared with the library.
+/// Returns the virgin curve of SnapRule::redraw by the renewal equation as written: trapezoidal rule on the
+/// density, extrapolated. It shares nothing with the library.
 double renewal_by_density(const std::function<double(double)>& density,
                           const std::function<double(double)>& survival, double x, int cells) {
   const auto solve = [&](int n) {
@@ -99,7 +99,7 @@ struct Normal {
   }
 };
 
-struct Lognormal {  // of mean 1
+struct Lognormal {  // lognormal law of mean 1
   double s;
   explicit Lognormal(double cv) : s(std::sqrt(std::log1p(cv * cv))) {}
   double standard(double x) const { return (std::log(x) + 0.5 * s * s) / s; }
@@ -109,15 +109,15 @@ struct Lognormal {  // of mean 1
   double survival(double x) const { return x > 0.0 ? 0.5 * std::erfc(standard(x) / std::sqrt(2.0)) : 1.0; }
 };
 
-/// keep: E[x mod delta] by the midpoint rule over a stratified population.
+/// Returns E[x mod delta], for SnapRule::keep, by the midpoint rule over a stratified population.
 double remainder_by_population(const bristle_test::Quantile& quantile, double x, int n) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += std::fmod(x, quantile((i + 0.5) / n));
   return sum / n;
 }
 
-/// redraw: mean deflection after a path x of `n` bristles that draw their lengths with the standard
-/// generator.
+/// Returns, for SnapRule::redraw, the mean deflection after a path x of `n` bristles that draw their lengths
+/// with the standard generator.
 double deflection_by_draws(const bristle_test::Quantile& quantile, double x, int n) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -271,8 +271,8 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
         Case{"table", SnapLength::table(values), table_quantile(values)}}) {
     for (double x : {0.123, 0.7654, 1.3, 4.321, 37.1}) {
       INFO(c.name << ", x = " << x);
-      // n points over about x / delta teeth: each tooth is hit or missed by a point, once in n. A teeth-rich
-      // population (from 0) is sampled, with n^-1/2, below the length that n resolves.
+      // n points over some x / delta teeth: each tooth has an error of 1/n. Below the length that n resolves
+      // (laws from 0) the many teeth are sampled, with error n^-1/2.
       const double expected = remainder_by_population(c.quantile, x * c.law.mean(), 400000) / c.law.mean();
       CHECK(virgin_deflection(c.law, SnapRule::keep, x) == Approx(expected).margin(5e-4));
       CHECK(virgin_deflection(c.law, SnapRule::keep, -x) == -virgin_deflection(c.law, SnapRule::keep, x));
@@ -282,7 +282,7 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
   const double x = 0.75, b = 2.0;
   CHECK(virgin_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::keep, x) ==
         Approx(x - x * x / (2.0 * b) * M_PI * M_PI / 6.0).epsilon(1e-14));
-  // Far out the mean deflection is half the mean length.
+  // Far from the start the mean deflection is half the mean length.
   for (const SnapLength& law : {SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.3),
                                 SnapLength::lognormal(1.0, 0.3), SnapLength::exponential(1.0)}) {
     CHECK(virgin_deflection(law, SnapRule::keep, 99999.7) == Approx(0.5).margin(1e-5));
@@ -315,7 +315,9 @@ TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virg
     const SnapLength law = SnapLength::lognormal(1.0, cv);
     const Lognormal lognormal(cv);
     for (double x : {0.6, 0.97, 2.03, 6.5}) {
-      if (cv == 3.0 && x > 3.0) continue;  // the density near 0 is too steep for the solver of this test
+      if (cv == 3.0 && x > 3.0)
+        continue;  // for this law the density near 0 is too steep for the test's
+                   // solver
       INFO("lognormal " << cv << ", x = " << x);
       const double expected = renewal_by_density([&](double t) { return lognormal.density(t); },
                                                  [&](double t) { return lognormal.survival(t); }, x, 8000);
@@ -329,7 +331,7 @@ TEST_CASE("Redraw: far out the virgin curve is the kinetic deflection", "[virgin
                                 SnapLength::normal(1.0, 0.25), SnapLength::lognormal(1.0, 0.4)}) {
     const double kinetic = 0.5 * law.moment(2) / (law.mean() * law.mean());
     INFO(to_string(law.law()) << " of cv " << law.cv());
-    // Once by the equation, once by its limit.
+    // Near 40 mean lengths the solver ends: checks its last value, and the limit beyond.
     CHECK(virgin_deflection(law, SnapRule::redraw, 39.0) == Approx(kinetic).margin(1e-6));
     CHECK(virgin_deflection(law, SnapRule::redraw, 1e6) == Approx(kinetic).margin(1e-6));
   }
@@ -345,7 +347,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
       INFO("first value " << values[0] << ", x = " << x);
       const double expected =
           deflection_by_draws(bristle_test::table_quantile(values), x * law.mean(), n) / law.mean();
-      // Each bristle adds less than a longest length of spread; 5 standard errors.
+      // Each bristle deviates by less than a longest length; 5 standard errors.
       CHECK(virgin_deflection(law, SnapRule::redraw, x) == Approx(expected).margin(5.0 * 0.5 / std::sqrt(n)));
     }
   }
@@ -358,7 +360,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
     const double expected = x - (x > 1.0 ? 0.5 + 0.25 * (x * x - 1.0) : 0.0);
     CHECK(virgin_deflection(law, SnapRule::redraw, x / 1.25) == Approx(expected / 1.25).margin(1e-6));
   }
-  // One pass further it is an integral over that, jump included.
+  // One snap further it is an integral over that solution, jump included.
   for (double x : {2.05, 2.2, 2.7, 2.95}) {
     INFO(x);
     const double s = x - 1.0;
@@ -373,7 +375,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
 }
 
 TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the others", "[virgin]") {
-  // A bristle that draws such a length draws again at once.
+  // A bristle that draws a tiny length snaps and draws again at once.
   const std::array<double, 3> others{0.0, 10e-6, 20e-6};
   for (const double tiny : {1e-12, 1e-9}) {
     const std::array<double, 4> with{tiny, tiny, 10e-6, 20e-6};
@@ -385,7 +387,8 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
       const double peak = material(with).peak_coefficient();
       if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
       CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
-      CHECK(peak < material(others).peak_coefficient() * 1.0001);  // more are renewed, none is held longer
+      CHECK(peak < material(others).peak_coefficient() * 1.0001);  // the tiny lengths cause more renewals,
+                                                                   // which hold no bristle longer
     }
   }
 }
@@ -432,7 +435,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
   struct Case {
     SnapLaw law;
     SnapRule rule;
-    double lowest;  // ratio
+    double lowest;  // lowest ratio of peak to kinetic friction
   };
   for (const Case& c :
        {Case{SnapLaw::uniform, SnapRule::redraw, 1.16}, Case{SnapLaw::uniform, SnapRule::keep, 1.22},
@@ -466,7 +469,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
       CHECK(back.law == (ratio == 2.0 ? SnapLaw::single : c.law));
       CHECK(material.asperity_height_deviation == 1e-6);
       CHECK(material.bristles_in_contact(2.0) == Approx(1554.0).epsilon(1e-12));
-      // The damper of the patch at rest: zeta sigma1 = 90 N.
+      // Damper of the patch at rest: zeta sigma1 = 90 N s/m per newton of load.
       CHECK(material.bristles_in_contact(2.0) * material.damping_at(0.0) == Approx(180.0).epsilon(1e-12));
     }
   }
@@ -482,7 +485,8 @@ TEST_CASE("Coefficients of the reference lead to the spread of the reference", "
     const Material material = Material::from_coefficients(
         Coefficients::paper().with_kinetic(0.4).with_peak(0.4 * ratio).with_law(law).with_rule(rule));
     if (dist == "uniform_0.5_1.5") {
-      // Redraw reaches this ratio twice, once at a smaller spread, which is taken; keep is flat at cv 0.29.
+      // SnapRule::redraw reaches this ratio at two spreads, of which the smaller is taken; keep is flat at cv
+      // 0.29.
       CHECK(material.snap_length.cv() <= number(row, "cv_delta") + 1e-4);
       CHECK(material.coefficients().peak == Approx(0.4 * ratio).epsilon(1e-6));
     } else {
@@ -496,7 +500,7 @@ TEST_CASE("The default coefficients are those of the README, and lengths scale",
   CHECK(small.snap_length.law() == SnapLaw::lognormal);
   CHECK(small.snap_rule == SnapRule::redraw);
   CHECK(small.peak_coefficient() == Approx(0.46).epsilon(1e-6));
-  // A tenth of the presliding length of 10 um stays, and a snap renews one other.
+  // A tenth of the presliding length of 10 um stays as residual, and a snap renews one other bristle.
   CHECK(small.residual_length == Approx(1e-6).epsilon(1e-12));
   CHECK(small.shared_renewal == 1.0);
   const Material paper = Material::from_coefficients(Coefficients::paper());
@@ -546,7 +550,7 @@ TEST_CASE("A ratio that the family cannot reach is refused with the reachable ra
                   {"peak / kinetic = 0.9", " to 2 (", std::string("law ") + to_string(law), rule_text}));
     }
   }
-  // The ends: uniform, redraw, least at (5/4 w + 1/w - 1) / (1 + w^2/12), w = 0.9696.
+  // Ends of the reachable range: uniform, redraw, least at (5/4 w + 1/w - 1) / (1 + w^2/12), w = 0.9696.
   CHECK(names(ask(SnapLaw::uniform, SnapRule::redraw, 0.55), {"1.15302"}));
   CHECK(names(ask(SnapLaw::lognormal, SnapRule::redraw, 0.49), {"allowed is 1 to 2"}));
   CHECK(names(ask(SnapLaw::lognormal, SnapRule::keep, 0.5), {"allowed is 1.0001"}));
@@ -567,7 +571,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
   for (const SnapLength& law : laws) {
     for (SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
       for (bool rubs : {false, true}) {
-        if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;  // refused as a material
+        if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;  // such a material is refused
         INFO(to_string(law.law()) << ", cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
                                   << (rubs ? ", with residual and renewal" : ""));
         Material m;
@@ -590,7 +594,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
       }
     }
   }
-  // With ageing, at a speed and without one.
+  // Repeats with ageing, at a speed and without one.
   Material ageing = Material::from_coefficients(Coefficients{}.with_spread(0.7));
   ageing.with_ageing(bristle::Ageing::logarithmic(0.01, 0.5));
   for (double speed : {0.0, 1e-5}) {
@@ -614,7 +618,7 @@ TEST_CASE("A spread stands for the peak, or agrees with it", "[coefficients][bad
   CHECK(ask(both) == "(no error)");
   both.peak = 0.61;
   CHECK(names(ask(both), {"peak = 0.61", "0.6", "spread = 0.288", "kinetic = 0.52", "set spread = 0"}));
-  // The one asked for last counts.
+  // The last of spread and peak to be set counts.
   CHECK(Material::from_coefficients(Coefficients{}.with_spread(0.9).with_peak(0.46)) ==
         Material::from_coefficients(Coefficients{}));
   for (double bad : {nan_value, inf, -0.1, 3.1})

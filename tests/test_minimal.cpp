@@ -1,4 +1,4 @@
-// The features that every build has, BRISTLE_MINIMAL included: one axis, keep, end force, float.
+// The features of every build, including BRISTLE_MINIMAL: one axis, keep, end force, float.
 #include <catch2/catch.hpp>
 
 #include "scenes.hpp"
@@ -25,7 +25,7 @@ TEST_CASE("a patch of one axis, keep, end and float follows the virgin curve in 
     const Response response = patch.step(0.1 * dbar, 0.0, n);
     CAPTURE(x);
     REQUIRE(response.status == Status::ok);
-    // With stratified lengths the number of snapped bristles is right within a few, and each snap changes the
+    // With stratified lengths the number of snapped bristles has an error of a few, and each snap changes the
     // force by at most one length.
     REQUIRE(response.end[0] == Approx(-f * n * dbar).margin((10.0 + 1e-6 * n) * dbar));
     REQUIRE(response.end[1] == 0.0);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// A scene moved by bristles, for looking inside. Its friction has no peak worth naming and no damper.
+/// A scene moved with bristles, whose friction has almost no peak and no damper, with access to its data.
 class World {
  public:
   static bristle::Coefficients law() {
@@ -42,7 +42,7 @@ class World {
       friction->step(*model, *data);
     }
   }
-  /// Sum of the forces on the geoms named second in their pairs, N.
+  /// Returns the sum of the forces on the second geoms of all contact pairs, N.
   Eigen::Vector3d force() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const auto& c : friction->contacts())
@@ -76,7 +76,7 @@ TEST_CASE("In MuJoCo a pinched capsule creeps with stock friction and holds with
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
     CHECK(std::fabs(runs[1].creep) < 0.01e-6);
-    CHECK(runs[1].samples.back().travel < 150e-6);  // it falls 0.12 mm before the pads close
+    CHECK(runs[1].samples.back().travel < 150e-6);  // it falls by 0.12 mm before the pads close
   }
 }
 
@@ -128,7 +128,8 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
     const double lost = 0.5 * gravity * seconds;
     CHECK(plate_world.data->qvel[0] == Approx(std::max(speed - lost, 0.0)).margin(0.02 * lost));
 
-    // Until the slip has ended, 5/2 mu g / r of spin comes with each mu g of speed lost; then it rolls.
+    // Returns the speed at the end of the slip: 5/2 mu g / r of spin comes with each mu g of speed lost; then
+    // the ball rolls.
     const auto run_ball = [&](double along, double about, int condim = 3) {
       World world(on_floor(
           R"(<geom type="sphere" size="0.1" mass="0.3" condim=")" + std::to_string(condim) + R"("/>)", 0.1,
@@ -177,7 +178,7 @@ TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mu
                 World::law(), 16, reach);
     world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.5; };
     world.run(4.0);
-    // Torque over radius drives the mass and, over the square of the radius, the wheel's inertia.
+    // Torque over radius accelerates the mass plus the wheel's inertia over the square of the radius.
     CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
   }
 }
@@ -191,17 +192,19 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
     const double start = world.data->qpos[0];
     world.data->qvel[0] = speed;
     world.run(0.6);
-    // Half a step of the way is lost: MuJoCo moves bodies by the velocity at the end of a step.
+    // MuJoCo moves bodies by the velocity at the end of a step, which loses half a step of the distance.
     const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
     CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
-    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // MuJoCo 3 leaves 8e-9
+    for (int i = 0; i < 6; ++i)
+      CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // 1e-8 because MuJoCo 3 leaves
+                                                     // 8e-9
   }
 }
 
 TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole number of lengths away",
           "[mujoco]") {
-  // Bristles that all keep the length delta are bent by way - n delta, whatever happened on the way; at rest
-  // with nothing to hold they are straight. A patch that strayed from its body would stop it anywhere.
+  // Bristles that all keep the length delta are bent by way - n delta, whatever happened before; at rest with
+  // no force to hold they are straight. A patch that strayed from its body would stop it anywhere else.
   constexpr double delta = 50e-6;
   World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients::paper()
                                                .with_kinetic(0.5)
@@ -234,7 +237,7 @@ TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, howe
   World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
   world.run(0.2);
   const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
-  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // 2e-7 rad a step
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // spins by 2e-7 rad in each step
   world.run(2.0);
   const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
   const double angle = before.cross(frame.along()).dot(frame.normal());
@@ -261,7 +264,8 @@ TEST_CASE(
   scene.seconds = 4.0;
   const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
   const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
-  const auto slip = [](const Run& r) {  // of the box in the fingers, once these have closed
+  const auto slip = [](const Run& r) {  // Returns the slip of the box in the fingers, after these have
+                                        // closed.
     return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
   };
   CHECK(turn(runs[0]) > 5.0);
@@ -269,7 +273,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Points would let it turn: it hangs below the fingers.
+  // Point contacts would let the box turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
@@ -296,9 +300,9 @@ TEST_CASE("In MuJoCo a box held by three fingertips stays in a hand that rests a
     INFO(scene.title);
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
-    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // over whole periods of the shaking
+    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // averaged over whole periods of the shaking
     CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
-    // The box goes with the hand: 28 mm up and down.
+    // The box moves with the hand, 28 mm up and down.
     double highest = -1.0, lowest = 1.0;
     for (std::size_t i = runs[1].samples.size() / 2; i < runs[1].samples.size(); ++i) {
       highest = std::max(highest, runs[1].samples[i].travel);
@@ -332,7 +336,8 @@ TEST_CASE(
 
 TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of where a push found it",
           "[mujoco]") {
-  // 3 N on the fifth plate, whose six plates of load hold 5.9 N; at once, and rising for a second.
+  // 3 N on the fifth plate, which holds 5.9 N under the load of six plates; applied at once, and rising for a
+  // second.
   for (const double ramp_s : {0.0, 1.0}) {
     INFO(ramp_s << " s");
     const Scene scene = tower(3.0, ramp_s);
@@ -346,7 +351,7 @@ TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of w
 
 TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",
           "[mujoco]") {
-  // 5 mm of the default friction: 0.005 m g against 2/5 m r^2.
+  // MuJoCo's default rolling friction of 5 mm: 0.005 m g against 2/5 m r^2.
   const std::string ball = R"(<geom type="sphere" size="0.1" mass="0.3" condim="4"/>)";
   World world(on_floor(ball, 0.1, 0.5));
   world.run(0.2);
@@ -359,13 +364,13 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
   world.run(0.5);
-  CHECK(std::fabs(world.data->qvel[5]) < 1e-4);  // it swings on bristles without dampers
-  // Held against half of that torque, it stays.
+  CHECK(std::fabs(world.data->qvel[5]) < 1e-4);  // it swings, because bristles have no dampers here
+  // Under half of that torque it holds.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(0.5);
-  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);  // bent by 4e-4
+  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);  // the bristles are bent by 4e-4
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }
 
@@ -439,7 +444,8 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
     while (data->time < 0.5) {
       scene.drive(*model, *data);
       mj_step(model.get(), data.get());
-      mj_forward(model.get(), data.get());  // as a viewer does: no contact may take it for a step
+      mj_forward(model.get(), data.get());  // a call that a viewer makes, and that no contact may take for a
+                                            // step
     }
   };
   run();

@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Two links of 0.3 m and 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 N m at the elbow.
+/// Two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 N m at the elbow.
 const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   <joint name="shoulder" type="hinge" axis="0 1 0" frictionloss="LOSS1" damping="0.05"/>
   <geom type="sphere" size="0.02" pos="0.3 0 0" mass="1" contype="0" conaffinity="0"/>
@@ -21,7 +21,7 @@ const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   </body></worldbody>
   <actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>)";
 
-/// `more`: actuators beside the motors.
+/// Returns the arm's model; `more`: actuators beside the motors.
 std::string arm_with(const std::string& loss1, const std::string& loss2, const std::string& more = "") {
   std::string xml = arm;
   xml.replace(xml.find("LOSS1"), 5, loss1);
@@ -68,7 +68,7 @@ TEST_CASE("An arm in MuJoCo hangs on the friction of its joints without creep, w
   CHECK(std::abs(ours.data->qpos[0] - before) < 1e-9);
   CHECK(std::abs(ours.data->qpos[1] - before_elbow) < 1e-9);
   CHECK(std::abs(theirs.data->qpos[0] - its_before) > 1e-3);
-  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // it carries both
+  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both weights
 }
 
 // The shoulder carries 0.4 to 8.4 N m of 12, the elbow 2.9 of 5, at 2 Hz for a minute.
@@ -104,7 +104,8 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
 
 TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at that of being driven",
           "[mujoco][joints]") {
-  // The elbow alone moves; the shoulder is held by much friction. Gravity: 2.943 N m, towards +.
+  // Only the elbow moves; the shoulder is held by high friction. Gravity: 2.943 N m, in the positive
+  // direction.
   const double weight = 0.3 * 9.81, base = 0.5;
   const double lifts = (weight + base + 0.05 * weight) / (1 - 0.1);
   const double lets_down = (weight - base - 0.05 * weight) / (1 + 0.3);

@@ -1,5 +1,5 @@
-// Laws of snap lengths with groups, corners and tails, whose waves outlive those of an even spread: a slide
-// of the infinite brush still ends at its kinetic force.
+// Laws of snap lengths with groups, corners and tails, whose waves outlive those of a smooth law: a long
+// slide of the infinite brush still ends at its kinetic force.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -18,10 +18,11 @@ using namespace bristle_test;
 namespace {
 
 struct Group {
-  double share, low, high;  ///< lengths even between low and high, mean snap lengths
+  double share, low, high;  ///< share of the bristles; lengths uniform between low and high, mean snap
+                            ///< lengths
 };
 
-/// A table of 257 quantiles.
+/// Returns a table of 257 quantiles.
 SnapLength law_of(const std::vector<Group>& groups) {
   std::vector<double> lengths;
   for (int k = 0; k <= 256; ++k) {

@@ -1,5 +1,4 @@
-// What a user has on the disk survives every command: inputs are never written, outputs are whole or not
-// there.
+// No command damages a user's files: inputs are never written, outputs are whole or absent.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -35,7 +34,7 @@ const std::string scene =
     "[[motion]]\npatch = \"tip\"\ntype = \"trace\"\nfile = \"motion.csv\"\n";
 const std::string motion = "t,x,load\n0,0,1\n0.05,1e-3,1\n";
 
-/// A record of a slide to and fro that a fit takes.
+/// Returns a record of a slide to and fro that a fit accepts.
 std::string record() {
   std::string text = "t,x,load,force\n";
   for (int i = 0; i < 400; ++i) {
@@ -97,12 +96,12 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
     CHECK(outcome.code == 2);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK_THAT(outcome.err, Contains("another"));
-    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));  // before any work
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));  // refused before any work
     CHECK(read_file(s) == scene);
     CHECK(read_file(m) == motion);
     CHECK(read_file(d) == record());
     CHECK(read_file(plain) == "[scene]\n");
-    CHECK(files_in(folder.path) == files + 1);  // stderr
+    CHECK(files_in(folder.path) == files + 1);  // the one new file holds stderr
   }
 }
 
@@ -133,7 +132,7 @@ TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
     CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
     CHECK(read_file(journal) == text);
   }
-  // A first line that a killed sweep left torn is its own.
+  // An empty journal, left by a sweep killed in its first line, is taken over; a link is refused.
   fs::remove(folder.at("t.csv.journal"));
   fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
   CHECK(run_cli(folder, study).code == 2);
@@ -159,7 +158,7 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   cli::OutputFile(path).write("new");
   CHECK(read_file(path) == "new");
   CHECK(fs::status(path).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
-  // A moved writer still takes its file away, and only once.
+  // A moved writer still removes its file, and only once.
   {
     cli::OutputFile first(path), second;
     second = std::move(first);
@@ -167,7 +166,7 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   }
   CHECK(files_in(folder.path) == 1);
 
-  // A link stays a link, and what it leads to is replaced.
+  // A link stays a link; the file that it leads to is replaced.
   const std::string link = folder.at("link");
   fs::create_symlink(path, link);
   cli::OutputFile(link).write("through");
@@ -202,10 +201,11 @@ TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing
   fs::create_symlink("/dev/full", full);
   CHECK(code_of(bristle + "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + full +
                 " > /dev/null 2> " + error) == 2);
-  CHECK_FALSE(fs::exists(full + ".journal"));  // a device is no place to resume a study at
+  CHECK_FALSE(fs::exists(full + ".journal"));  // a device is no place for a journal
   CHECK(code_of(bristle + "nonsense 2>&-") == 2);
   CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
-  // An output must not get the descriptor of the closed stderr: messages would be written into the file.
+  // An output must not get the descriptor of the closed stderr, because messages would be written into the
+  // file.
   REQUIRE(code_of(bristle + "run " + s + " --out " + folder.at("f.csv") + " > /dev/null 2>&-") == 0);
   CHECK(read_file(folder.at("f.csv")).starts_with("t,patch,fx"));
 }

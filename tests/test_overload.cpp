@@ -1,5 +1,5 @@
-// Detail: a patch goes on with fewer representatives, or more, under the same force. LoadShedder: who
-// decides.
+// Detail: a patch continues with fewer or more representatives under an unchanged force. LoadShedder decides
+// when.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using bristle::StepReport;
 
 namespace {
 
-/// Largest |z| - delta over the bristles of a patch, in mean snap lengths.
+/// Returns the largest |z| - delta over the bristles of a patch, in mean snap lengths.
 double farthest_beyond(const OnePatch& patch, std::size_t count) {
   const Bristles b = read(patch, count);
   double most = -1e9;
@@ -33,7 +33,7 @@ double farthest_beyond(const OnePatch& patch, std::size_t count) {
 }  // namespace
 
 TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in sliding", "[overload]") {
-  constexpr std::uint32_t n = 1100;  // four blocks and a tail
+  constexpr std::uint32_t n = 1100;  // 1100 bristles: four blocks and a tail
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -44,7 +44,7 @@ TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in
           std::uniform_real_distribution<double> flat(0.0, 1.0);
           const double digits = precision == Precision::double_ ? 1e-12 : 2e-6;
           for (int k = 0; k < 60; ++k) {
-            // Slides, turns, reverses; loads at and between whole bristles, up to overload.
+            // Slides, turns, reverses; loads at whole numbers of bristles and between, up to overload.
             const double angle = axes == 1 ? (k / 7 % 2 ? M_PI : 0.0) : 0.3 * k;
             const double load = k % 5 == 0 ? n : k % 7 == 0 ? 1.6 * n : n * (0.3 + 0.69 * flat(random));
             const double way = dbar * (k % 3 == 0 ? 3.7 : 0.2) * flat(random);
@@ -120,7 +120,7 @@ TEST_CASE(
   const auto patches = static_cast<int>(test_size(400));
   constexpr std::uint32_t n = 400, few = 100;
   for (const NamedLaw& law : reference_laws()) {
-    if (law.law.cv() == 0.0) continue;  // one length: in phase for ever, no steady force
+    if (law.law.cv() == 0.0) continue;  // a single length stays in phase for ever and has no steady force
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       const Material material = plain_material(law.law, rule);
       const double m1 = law.law.moment(1), m2 = law.law.moment(2);
@@ -135,7 +135,7 @@ TEST_CASE(
           for (PatchId id : ids) batch.set_detail(id, bristles);
         };
         if (back) detail(few);
-        // Long enough for keep to forget that it began in phase; patches apart from each other.
+        // Long enough for SnapRule::keep to forget that it began in phase; patches are independent.
         std::vector<Motion> motions = same_motion(ids, 0.0, 0.0, n);
         for (int k = 0; k < 40; ++k) {
           for (std::size_t i = 0; i < ids.size(); ++i)
@@ -154,7 +154,7 @@ TEST_CASE(
             sum += off;
             if (k > 24) squares += off * off;
           }
-          // Five standard deviations of a mean of so many.
+          // Five standard deviations of the mean over all patches.
           expect_near(sum / patches, 0.0, 5.0 * noise / std::sqrt(patches),
                       "the mean force over the kinetic");
         }
@@ -162,7 +162,12 @@ TEST_CASE(
         // keep on a stratified population fluctuates less than independent bristles would.
         CHECK(seen < 1.25 * noise);
         if (rule == SnapRule::redraw && !back) CHECK(seen > 0.8 * noise);
-        if (rule == SnapRule::redraw && back && law.law.cv() < 0.5) CHECK(seen < 0.65 * noise);  // 0.5 at n
+        if (rule == SnapRule::redraw && back && law.law.cv() < 0.5)
+          CHECK(seen < 0.65 * noise);  // 0.5 of the
+                                       // noise,
+                                       // with all n
+                                       // bristles
+                                       // back
       }
     }
   }
@@ -175,7 +180,8 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     for (int k = 0; k < 30; ++k) patch.step(0.9 * dbar, 0.0, n);
     patch.batch.set_detail(patch.id, n / 2);
     patch.batch.set_detail(patch.id, n);
-    // Of bristles with their copies, which are half of the population apart or one less.
+    // Returns the correlation of bristles with their copies, which are half of the population apart or one
+    // less.
     const auto correlation_at = [&](std::size_t apart) {
       const Bristles b = read(patch, n);
       double xy = 0.0, xx = 0.0, mean = 0.0;
@@ -186,8 +192,8 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     };
     const auto correlation = [&] { return std::max(correlation_at(n / 2), correlation_at(n / 2 - 1)); };
     INFO(table_name(rule));
-    CHECK(correlation() > 0.5);  // or nothing was tested
-    // With keep the pairs part as their own lengths differ.
+    CHECK(correlation() > 0.5);  // otherwise nothing was tested
+    // With keep the pairs separate because their own lengths differ.
     for (int k = 0; k < (rule == SnapRule::keep ? 200 : 40); ++k) patch.step(0.5 * dbar, 0.0, n);
     CHECK(std::abs(correlation()) < 0.1);
   }
@@ -269,14 +275,14 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
     CHECK(a.batch.info(a.id).detail == (k < 3 ? 170u : 500u));
   }
   CHECK(a.hash() == b.hash());
-  // A trial load sees the same patch as the step.
+  // A trial load and the step are computed from the same patch.
   Motion motion;
   motion.id = a.id;
   motion.normal_load = 300.0;
   const Response trial = a.batch.find_force(tick, motion);
   const Response real = a.step(motion);
   CHECK(trial.elastic[0] == real.elastic[0]);
-  // Back at n the weight is what it was, to the bit.
+  // Back at n bristles, the weight is the original one to the bit.
   a.batch.set_detail(a.id, 900);
   CHECK(a.batch.info(a.id).weight == 1.0);
   CHECK(fresh != a.hash());
@@ -289,13 +295,13 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
   CHECK(patch.batch.set_detail(patch.id, 0) == Status::bad_input);
   CHECK(patch.batch.set_detail(patch.id, 301) == Status::bad_input);
   CHECK(patch.batch.set_detail(PatchId{}, 10) == Status::unknown_id);
-  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // what it has
+  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // accepts the present number of bristles
   CHECK(patch.hash() == hash);
 }
 
 TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
-  patch.step(0.1 * dbar, 0.0, 1e-28);  // with larger weights, no fraction of one
+  patch.step(0.1 * dbar, 0.0, 1e-28);  // with larger weights not even a fraction of one bristle is in contact
   for (std::uint32_t detail : {1u, 600u, 2u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
     CHECK(std::abs(patch.step(0.1 * dbar, 0.0, 1e-28).elastic[0]) < 1e-30);
@@ -305,7 +311,7 @@ TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
 }
 
 TEST_CASE("Too few bristles to hold the force hold what they can", "[overload]") {
-  // The virgin peak of one length: every bristle at its snap length but for a hair.
+  // The virgin peak of a single length: every bristle is just below its snap length.
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::keep);
   OnePatch patch(material, plain_options(500));
   for (int k = 0; k < 10; ++k) patch.step(0.1 * dbar, 0.0, 500.0);
@@ -322,7 +328,7 @@ TEST_CASE("Too few bristles to hold the force hold what they can", "[overload]")
 
 namespace {
 
-/// Patches that slide, a shedder, and a clock that is told the time of each step.
+/// Patches that slide, a shedder, and a simulated clock for the time of each step.
 class Loop {
  public:
   Loop(const std::vector<std::uint32_t>& bristles, const std::vector<int>& priorities,
@@ -338,7 +344,8 @@ class Loop {
     batch.warm_up();
   }
 
-  /// `time_of` turns the bristles in contact of patches that move into the time of the step. Returns it.
+  /// Takes a tick; `time_of` turns the bristles in contact of moving patches into the time of the step.
+  /// Returns that time.
   template <class Time>
   double tick_once(const Time& time_of) {
     if (foresees) changes += shedder.before_step(batch, motions);
@@ -372,9 +379,10 @@ TEST_CASE("Work of four times the budget is shed within three steps, and never m
   int misses = 0, last_miss = -1;
   for (int k = 0; k < 5000; ++k)
     if (loop.tick_once(one_nanosecond_each) > 1e-6) ++misses, last_miss = k;
-  CHECK(misses >= 1);  // the first: nobody could know
+  CHECK(misses >= 1);  // the first is late because nothing is known yet
   CHECK(last_miss <= 2);
-  // Lowest first, down to its least; equals alike; the highest as little as can be.
+  // The lowest priority is reduced first, to its least; equal ones equally; the highest as little as
+  // possible.
   CHECK(loop.detail(0) == 50);
   CHECK(loop.detail(1) == loop.detail(2));
   CHECK(loop.detail(1) == 50);
@@ -391,14 +399,14 @@ TEST_CASE("Work of four times the budget is shed within three steps, and never m
 TEST_CASE("What was shed comes back when there is room, highest priority first, and then all is quiet",
           "[overload][shedder]") {
   Loop loop({1000, 1000}, {5, 1}, LoadShedderOptions{}.with_budget(3.2e-6).with_wait_steps(20));
-  double scale = 2.0;  // the machine is half as fast for a while
+  double scale = 2.0;  // makes the machine half as fast for a while
   const auto time = [&](double bristles) { return scale * one_nanosecond_each(bristles); };
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
   CHECK(loop.detail(0) == 1000);
   CHECK(loop.detail(1) < 400);
   const int before = loop.changes;
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
-  CHECK(loop.changes == before);  // the same load: nothing more to decide
+  CHECK(loop.changes == before);  // the load is unchanged, so nothing more is decided
   scale = 1.0;
   int misses = 0;
   std::uint32_t last = loop.detail(1);
@@ -416,12 +424,12 @@ TEST_CASE("What was shed comes back when there is room, highest priority first, 
 }
 
 TEST_CASE("No swinging where bristles cost more than they seemed to", "[overload][shedder]") {
-  // A cliff: beyond 1500 bristles the cache is full and each costs three times as much.
+  // A cliff: beyond 1500 bristles the cache is full and each bristle takes three times as long.
   Loop loop({4000}, {0}, LoadShedderOptions{}.with_budget(2e-6).with_wait_steps(10));
   const auto cliff = [](double bristles) { return 1e-9 * (bristles < 1500.0 ? 0.5 : 1.5) * bristles; };
   std::vector<int> misses(5, 0);
   for (int k = 0; k < 20000; ++k) misses[static_cast<std::size_t>(k / 4000)] += loop.tick_once(cliff) > 2e-6;
-  // Each mistaken gift doubles the wait for the next.
+  // Each mistaken restoration doubles the wait for the next.
   CHECK(misses[1] <= 10);
   CHECK(misses[4] <= 6);
   CHECK(loop.detail(0) >= 700);
@@ -448,7 +456,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
   Loop loop({100000}, {0}, LoadShedderOptions{}.with_budget(40e-6).with_wait_steps(20));
   double scale = 1.0;
   const auto time = [&](double b) { return scale * one_nanosecond_each(b); };
-  /// Returns the number of steps since the decision before.
+  /// Returns the number of steps between the last two decisions.
   const auto wait_for_gift = [&] {
     const std::uint32_t before = loop.detail(0);
     for (int k = 0; k < 1000 && loop.detail(0) == before; ++k) loop.tick_once(time);
@@ -457,10 +465,10 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
     REQUIRE(decisions.size() >= 2);
     return decisions[decisions.size() - 1].step - decisions[decisions.size() - 2].step;
   };
-  for (int k = 0; k < 50; ++k) loop.tick_once(time);  // down to what fits
+  for (int k = 0; k < 50; ++k) loop.tick_once(time);  // sheds down to the bristles that fit
   scale = 0.25;
   CHECK(wait_for_gift() <= 50);
-  // Three late steps, with good ones between so that they teach no time per bristle.
+  // Three late steps, with good ones between so that the estimated time per bristle does not rise.
   for (int k = 0; k < 3; ++k) {
     scale = 4.0;
     loop.tick_once(time);
@@ -500,7 +508,7 @@ TEST_CASE("With a known time per bristle the first step that would be late is fo
   loop.motions[0].normal_load = 0.0;
   int misses = 0;
   for (int k = 0; k < 600; ++k) {
-    if (k == 200) loop.motions[0].normal_load = load;  // it comes into contact
+    if (k == 200) loop.motions[0].normal_load = load;  // the patch comes into contact
     misses += loop.tick_once(one_nanosecond_each) > 2e-6;
   }
   CHECK(misses == 0);
@@ -545,7 +553,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
                                        static_cast<std::uint64_t>(k));
       replay.batch.step(tick, replay.motions, replay.responses);
     }
-    // Decisions made after the last step.
+    // Applies decisions made after the last step.
     next += bristle::apply_decisions(replay.batch, {decisions.data() + next, decisions.size() - next}, 1000);
     CHECK(next == decisions.size());
     CHECK(replay.batch.state_hash() == loop.batch.state_hash());
@@ -568,7 +576,9 @@ struct InfiniteLoop {
   }
   int tick_once() {
     Response response;
-    if (++steps % 3 == 0) motion.displacement[0] = -motion.displacement[0];  // a steady slide visits nothing
+    if (++steps % 3 == 0)
+      motion.displacement[0] = -motion.displacement[0];  // reverses, because a steady
+                                                         // slide visits nothing
     const StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
     return shedder.after_step(batch, {&motion, 1}, time_s, report);
   }
@@ -590,7 +600,7 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     double resolution;
     std::uint32_t least, pieces, kept;
   };
-  // The default of 64 is more than there is: half is kept. Never fewer than 4.
+  // The default least of 64 exceeds the pieces, so half of them is kept, and never fewer than 4.
   for (const Case& c : {Case{0.0, 64, 8, 4}, Case{0.0, 6, 8, 4}, Case{0.0, 1, 8, 4}, Case{64.0, 64, 64, 32},
                         Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4},
                         Case{9.0, 64, 9, 5}, Case{4.0, 1, 4, 4}, Case{2.0, 64, 2, 2}}) {
@@ -607,7 +617,7 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     CHECK(report.least_share == Approx(1.0 / growth));
     CHECK(report.noise_growth == 1.0);
     CHECK(report.error_growth == Approx(growth * growth));
-    // They come back when there is room.
+    // The pieces are restored when there is time.
     loop.time_s = 1e-7;
     for (int k = 0; k < 20000; ++k) loop.tick_once();
     CHECK(loop.pieces() == c.pieces);
@@ -624,22 +634,22 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
     const StepReport report = loop.batch.step(tick, {&loop.motion, 1}, {&response, 1});
     return before + loop.shedder.after_step(loop.batch, {&loop.motion, 1}, time, report);
   };
-  // Steps within the budget until the patch glides; the shedder has learnt the time per cohort by then.
+  // Steps within the budget until the patch glides; by then the shedder knows the time per cohort.
   for (int k = 0; k < 200; ++k) CHECK(tick_with(2e-4, 0.3 * dbar, true) == 0);
   REQUIRE(loop.report().rate_s > 0.0);
-  // Late whatever it does, foreseen or not.
+  // The step is late whatever the shedder does, and it must change nothing, with prediction or without.
   for (const bool foresees : {false, true})
     for (int k = 0; k < 20; ++k) CHECK(tick_with(4e-3, 0.3 * dbar, foresees) == 0);
   CHECK(loop.pieces() == 8);
-  // Moved to and fro the patch takes pieces, which can be shed.
+  // Moved to and fro, the patch takes pieces, which can be shed.
   for (int k = 0; k < 20; ++k) tick_with(4e-3, (k % 2 == 0 ? -0.9 : 0.9) * dbar, false);
   CHECK(loop.pieces() == 4);
 }
 
 TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it leaves",
           "[overload][shedder]") {
-  // 50 brushes that glide take half the budget, bristles at 1 ns each want three times the other half. The
-  // shedder counts a patch as 280 bristles: here it costs 4 to 2000 of them.
+  // 50 brushes that glide take half the budget; bristles at 1 ns each need three times the other half. The
+  // shedder counts a gliding patch as 280 bristles; here it costs as much as 4 to 2000.
   constexpr int brushes = 50, steps = 4000;
   for (const bool foresees : {false, true})
     for (const double glide : {4e-9, 40e-9, 400e-9, 2e-6}) {
@@ -660,7 +670,7 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       std::vector<Motion> motions = same_motion(ids, 5.0 * dbar, 0.0, 1.0);
       motions[0].normal_load = bristles;
       std::vector<Response> responses(ids.size());
-      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // until all glide
+      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // runs until all brushes glide
       int late = 0, late_at_last = 0;
       for (int k = 0; k < steps; ++k) {
         if (foresees) shedder.before_step(batch, motions);
@@ -671,7 +681,7 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       }
       CHECK(late <= 3);
       CHECK(late_at_last == 0);
-      // Beyond shed_to, which is 0.75 of the budget.
+      // Keeps more than shed_to leaves, which is 0.75 of the budget.
       const double left = budget - brushes * glide;
       const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
       CHECK(taken > 0.5);
@@ -696,14 +706,14 @@ TEST_CASE("A LoadShedder names what it cannot take", "[overload][shedder]") {
   LoadShedder shedder;
   CHECK(names(message_of([&] { shedder.add(PatchId{}); }), {"patch"}));
   CHECK(names(message_of([&] { shedder.add(PatchId{1}, 0, 0); }), {"least_bristles", "0"}));
-  // A removed patch, and times that are none, do no harm.
+  // A removed patch, and times that are not positive numbers, do no harm.
   Loop loop({1000, 1000}, {0, 1}, LoadShedderOptions{}.with_budget(1e-6));
   loop.batch.remove(loop.ids[0]);
   for (double time : {0.0, -1.0, std::nan(""), double(INFINITY)})
     CHECK(loop.shedder.after_step(loop.batch, loop.motions, time, StepReport{}) == 0);
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);
   CHECK(loop.detail(1) < 1000);
-  // A new patch in the slot of the removed one is another.
+  // A new patch in the slot of a removed one is a different patch.
   const PatchId heir =
       loop.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(90));
   REQUIRE(static_cast<std::uint32_t>(heir.value) == static_cast<std::uint32_t>(loop.ids[0].value));
@@ -754,7 +764,7 @@ TEST_CASE("With the real clock, work of four times the budget comes below it", "
 
 TEST_CASE("A load shedder takes any id and no more record than it can keep", "[overload]") {
   bristle::LoadShedder shedder;
-  // An id is 64 bits that anybody may give: memory goes by the number of patches, not by their slots.
+  // An id is 64 bits that anybody may pass, so memory must follow the number of patches, not their slots.
   for (std::uint64_t k = 1; k <= 1000; ++k)
     shedder.add(bristle::PatchId{k << 32 | (0xFFFFFFFFu - 7 * k)}, static_cast<int>(k % 3), 1);
   for (std::uint64_t k = 1; k <= 1000; k += 2)
@@ -770,7 +780,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
   PatchBatch batch;
   StepReport report;
-  report.bristles_visited = 1000;  // and no patch with what it costs beside them
+  report.bristles_visited = 1000;  // and no patch, which would add its fixed cost
   const auto step = [&](double per_bristle) {
     shedder.after_step(batch, {}, per_bristle * 1000.0, report);
     return shedder.report(batch).rate_s;
@@ -781,6 +791,6 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));  // one says nothing
-  CHECK(step(0.8e-6) == Approx(0.8e-6));              // two show the less of both
+  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));  // a single slow step does not raise the rate
+  CHECK(step(0.8e-6) == Approx(0.8e-6));              // two slow steps raise it to the smaller of the two
 }

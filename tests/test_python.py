@@ -407,6 +407,37 @@ class Copies(unittest.TestCase):
             self.assertEqual(other.dtype, bristle.response_dtype)
 
 
+class Words(unittest.TestCase):
+    def test_a_repr_has_what_differs_from_the_defaults_and_can_be_evaluated(self):
+        self.assertEqual(repr(bristle.Coefficients()), "Coefficients()")
+        self.assertEqual(repr(bristle.Coefficients(kinetic=0.3, rule="keep")), "Coefficients(kinetic=0.3, rule='keep')")
+        made = bristle.Material.from_coefficients(kinetic=0.31, peak=0.4)
+        self.assertEqual(eval(repr(made), vars(bristle)), made)
+
+    def test_a_material_says_what_it_does(self):
+        wood = bristle.Material.from_coefficients(kinetic=0.40, peak=0.46, presliding_length=20e-6)
+        for part in ("sliding slowly: 0.4;", "first loading: 0.46;", "presliding length: 20 um", "900 per newton, redraw"):
+            self.assertIn(part, str(wood))
+        self.assertIn("<td>presliding length</td><td>20 um</td>", wood._repr_html_())
+        self.assertNotIn("ageing", str(wood))
+        self.assertIn("ageing: logarithmic", str(bristle.Material.typical("room rubber")))
+        self.assertIn("which no patch takes", str(bristle.Material(normal_stiffness=-1.0)))
+
+    def test_a_batch_says_how_many_patches_it_has(self):
+        batch = bristle.PatchBatch(isa="scalar")
+        batch.add_many(3, bristle.Material())
+        self.assertEqual(repr(batch), "<bristle.PatchBatch: 3 patches, 1 thread, scalar>")
+
+    def test_surfaces_have_names(self):
+        self.assertEqual(bristle.Coefficients.typical("wood on wood"),
+                         bristle.Coefficients(kinetic=0.3, peak=0.5, presliding_length=100e-6, bristles_per_newton=300))
+        for name, source in bristle.typical_materials().items():
+            self.assertTrue(source)
+            bristle.Material.typical(name).validate()
+        with self.assertRaisesRegex(bristle.Error, '"oak".*"wood on wood"'):
+            bristle.Material.typical("oak")
+
+
 class Outputs(unittest.TestCase):
     """What a patch computes only where it was asked to."""
 
@@ -683,6 +714,18 @@ class Fit(unittest.TestCase):
         self.assertEqual(self.found.report["parameters"]["kinetic"]["value"], self.found.parameters["kinetic"].value)
         self.assertIn("not determined by these data", str(self.found))
 
+    def test_a_fit_shows_itself_and_goes_to_pandas(self):
+        kinetic = self.found.parameters["kinetic"]
+        self.assertRegex(repr(self.found), rf"^<bristle.FitResult: kinetic {kinetic.value:.4g} \({kinetic.low:.4g} to ")
+        self.assertIn(f"of {len(self.force)} samples>", repr(self.found))
+        page = self.found._repr_html_()
+        self.assertIn(f"<td>kinetic</td><td>{kinetic.value:.5g}</td>", page)
+        self.assertIn("<td>viscous_friction</td>", page)
+        self.assertIn("not determined: ", page)
+        self.assertEqual(page.count("<tr>"), 1 + len(self.found.parameters))
+        if importlib.util.find_spec("pandas"):
+            self.assertEqual(self.found.to_pandas().loc["kinetic", "value"], kinetic.value)
+
     def test_a_fit_holds_residual_and_renewal(self):
         held = bristle.fit(self.t, self.x, self.force, LOAD, residual=0.0, renewal=0.25)
         for name, value in (("residual_share", 0.0), ("shared_renewal", 0.25)):
@@ -787,6 +830,19 @@ class Scenes(unittest.TestCase):
                 np.testing.assert_allclose(run.motions[patch].normal_load, [float(row["load"]) for row in own],
                                            rtol=1e-6)
                 np.testing.assert_allclose(run.t, [float(row["t"]) for row in own], rtol=1e-6)
+
+    def test_a_run_shows_itself_and_goes_to_other_libraries(self):
+        run = bristle.run_scene(SCENES / "two_surfaces.toml", steps=20)
+        page = run._repr_html_()
+        for patch, forces in run.forces.items():
+            self.assertIn(f"<td>{patch}</td><td>{np.linalg.norm(forces, axis=1).max():.4g}</td>", page)
+        self.assertIn(f"{run.state_hash:016x}", page)
+        if importlib.util.find_spec("pandas"):
+            np.testing.assert_array_equal(run.to_pandas()["rubber_pad.fx"], run.forces["rubber_pad"][:, 0])
+        if importlib.util.find_spec("xarray"):
+            data = run.to_xarray()
+            np.testing.assert_array_equal(data.force.sel(patch="rubber_pad", axis="x"), run.forces["rubber_pad"][:, 0])
+            np.testing.assert_array_equal(data.load.sel(patch="steel_pad"), run.motions["steel_pad"].normal_load)
 
     def test_a_run_takes_the_options_of_the_command_line(self):
         scene = bristle.Scene(SCENES / "stroke.toml")

@@ -1,6 +1,5 @@
-// Laws at random under a judge: tables of groups, atoms and wide parts, with and without residual and
-// renewal, against small pieces of the path (brute_pieces.hpp). Loads at random, against bristles
-// that know who came last.
+// Random laws (tables of groups, atoms and wide parts, with and without residual and renewal) against small
+// pieces of the path (brute_pieces.hpp). Random loads against bristles that know their order of entering.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,10 +20,12 @@ using namespace bristle_test;
 namespace {
 
 using Random = std::mt19937_64;
-constexpr double transient_error = 0.025;  // of the infinite brush by default, mean snap lengths
+constexpr double transient_error = 0.025;  // largest error of the infinite brush with its default pieces,
+                                           // mean snap lengths
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
-/// Ascending quantiles of a mixture, mean snap lengths: one to four parts, each an atom, narrow or wide.
+/// Draws ascending quantiles of a mixture, mean snap lengths: one to four parts, each an atom, narrow or
+/// wide.
 std::vector<double> draw_quantiles(Random& random) {
   const std::size_t count = 2 + random() % 256;
   const std::size_t parts = 1 + random() % 4;
@@ -55,8 +56,8 @@ Quantile straight_between(const std::vector<double>& nodes) {
   };
 }
 
-/// Whether more than a fiftieth of a mean snap length of force falls within 1/64 before or after the place at
-/// which `truth` is. The infinite brush spreads an atom of the law over as much.
+/// Whether the force falls by more than a fiftieth of a mean snap length within 1/64 before or after the
+/// place of `truth`. The infinite brush spreads an atom of the law over that distance.
 bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, double ey, double piece) {
   constexpr double way = 1.0 / 64.0, most = 0.02;
   SmallPieces after = truth;
@@ -67,7 +68,7 @@ bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, 
   return fall(before, truth) > most || fall(truth, after) > most;
 }
 
-/// A law by its number, and what else the number draws.
+/// A law given by its number, with the other parameters drawn from it.
 struct RandomLaw {
   explicit RandomLaw(unsigned long number) : random(number), quantiles(draw_quantiles(random)) {
     residual = random() % 2 == 0 ? 0.0 : 0.5 * flat(random);
@@ -89,7 +90,7 @@ struct RandomLaw {
   SnapLength law;
 };
 
-/// Error of the force at the end of a long slide, whose waves have died, over the force.
+/// Returns the relative error of the force at the end of a long slide, whose waves have died.
 double kinetic_error(const RandomLaw& r, Brush& brush) {
   for (double gone = 0.0; gone < 600.0; gone += 1.7)
     brush.step(1.7 * std::cos(r.turn), 1.7 * std::sin(r.turn));
@@ -99,9 +100,9 @@ double kinetic_error(const RandomLaw& r, Brush& brush) {
 
 }  // namespace
 
-// BRISTLE_LAWS: how many laws, BRISTLE_FIRST_LAW: the first of them. With 324 of them all checks of the
+// BRISTLE_LAWS: number of laws; BRISTLE_FIRST_LAW: the first of them. With 324 laws all checks of the
 // infinite brush hold, and seven of representatives fail: where atoms of the law meet shared renewal, pieces
-// of a quarter length err by up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
+// of a quarter length give errors up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
 TEST_CASE("Laws at random slide and turn as every piece of their path does", "[cohorts][redraw][physics]") {
   constexpr double piece = 1.0 / 400.0;
   constexpr std::uint32_t representatives = 4096;
@@ -118,13 +119,14 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
                 << drawn.renewal << ", turn " << drawn.turn);
     const Material material = drawn.material();
     Brush infinite(material);
-    std::optional<Brush> finite;  // which has a limit of its own
+    std::optional<Brush> finite;  // representatives, which take no law wider than cv 1.25
     if (law.cv() <= 1.25) {
       finite.emplace(material, plain_options(representatives));
       finite->load = representatives;
     }
     SmallPieces truth(drawn.quantiles, drawn.residual, drawn.renewal);
-    // Of one bristle in steady sliding without renewal (MODEL.md, section 27), which scatters least.
+    // Mean of a power of the deflection of one bristle in steady sliding without renewal (MODEL.md, section
+    // 27), the case with the least scatter.
     const auto mean_of = [&](int k) { return law.moment(k) / std::pow(dbar, k); };
     const double deviation = std::sqrt(mean_of(3) / 3.0 - std::pow(0.5 * mean_of(2), 2));
     const double noise = 5.0 * (deviation + 0.1) / std::sqrt(representatives);
@@ -152,11 +154,12 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
     CHECK(of_finite < 0.004 + noise);
     CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
-  CHECK(judged > 4 * laws);  // of six places each
+  CHECK(judged > 4 * laws);  // most of the six places of each law were judged
 }
 
 TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
-  // Pairs of atoms, whose waves die slowly (259, 261, 292), and atoms among other lengths with much renewal.
+  // Laws with pairs of atoms, whose waves die slowly (259, 261, 292), and with atoms among other lengths and
+  // strong renewal.
   for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
     const RandomLaw drawn(number);
     Brush brush(drawn.material());
@@ -181,7 +184,7 @@ TEST_CASE("Small pieces of a path agree with bristles one by one", "[redraw][phy
 
 namespace {
 
-/// Bristles in the order in which they came into contact, on one axis: the last in is the first out.
+/// Bristles on one axis that know their order of entering contact: the last to enter is the first to leave.
 class RankedBristles {
  public:
   RankedBristles(std::size_t all, Quantile quantile, std::uint64_t seed)
@@ -199,7 +202,7 @@ class RankedBristles {
         b.length = draw();
       }
   }
-  /// Mean deflection over all bristles, in contact or not.
+  /// Returns the mean deflection over all bristles, in contact or not.
   double force() const {
     double sum = 0.0;
     for (const Bristle& b : list_) sum += at_ - b.root;
@@ -219,7 +222,7 @@ class RankedBristles {
   double at_ = 0.0;
 };
 
-/// rms error over rms force, of a load drawn anew in each step and a jerk in every fiftieth.
+/// Returns rms error over rms force, under a load drawn in each step and a long jerk in every fiftieth.
 double error_under_loads(double cv, double resolution, bool back_and_forth) {
   const SnapLength law = SnapLength::lognormal(dbar, cv);
   std::vector<double> quantiles;
@@ -245,7 +248,8 @@ double error_under_loads(double cv, double resolution, bool back_and_forth) {
 
 namespace {
 
-/// As error_under_loads(), of a material that renews, in the plane, against representatives.
+/// Returns the error as error_under_loads(), for a material that renews, in the plane, against
+/// representatives.
 double error_with_renewal() {
   constexpr std::uint32_t count = 20000;
   const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
@@ -271,15 +275,15 @@ double error_with_renewal() {
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
-    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);   // hardly any snaps
-    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // noise of the 30,000: 0.01
+    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);   // hardly any bristle snaps
+    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }
-  CHECK(error_with_renewal() < 0.06);  // COHORTS.md, "Load": 0.044
+  CHECK(error_with_renewal() < 0.06);  // measured 0.044, COHORTS.md, "Load"
 }
 
 TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physics]") {
-  // 300,000 bristles one by one, strokes of 8 mean lengths: 1.136 after 400.
+  // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: 1.136 after 400.
   Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 0, 1));
   for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
   CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));

@@ -1,5 +1,5 @@
-// A loop against the clock: its grid, what a late tick costs, and what the command line says of it. Nothing
-// here depends on how fast or how busy the machine is.
+// A loop against the clock: its time grid, the cost of a late tick, and the command line's report on it. The
+// results do not depend on how fast or how busy the machine is.
 #include <catch2/catch.hpp>
 
 #include <sched.h>
@@ -65,8 +65,8 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
     cli::PacedClock clock(period, busy_wait);
     clock.start();
     const double start = clock.due_s();
-    // To the nanosecond the clock counts in, or what a double holds of the time since the machine was
-    // started.
+    // Rounding of times: the nanoseconds of the clock, or the resolution of a double for the time since the
+    // machine started.
     const double rounding = 2e-9 + 4.0 * std::numeric_limits<double>::epsilon() * start;
     std::uint64_t points = 0;
     for (int k = 0; k < 40; ++k) {
@@ -79,10 +79,10 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       const std::uint64_t left_out = clock.wait();
       points += 1 + left_out;
       if (overran) CHECK(left_out >= 3);
-      // On the grid after any number of ticks.
+      // The next point is on the grid after any number of ticks.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // a point that was still to come
+      CHECK(clock.due_s() > called - rounding);  // the point lay in the future
     }
   }
 }
@@ -103,11 +103,12 @@ TEST_CASE("A paced run gives the bits of the same steps back to back, whatever w
     REQUIRE(paced.realtime);
     CHECK(paced.monitor.count() == 300);
     CHECK(paced.realtime->bare.monitor.count() == 300);
-    // Four segments of 75 ticks: 74 periods each, but for pauses where the accounts took too long.
+    // Four segments of 75 ticks: 74 periods each, except for pauses in which the accounts took too long.
     CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
     CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
-    CHECK(paced.seconds == paced.realtime->ours.seconds);  // without the bare loop's half
-    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick at its point or later
+    CHECK(paced.seconds == paced.realtime->ours.seconds);  // excludes the time of the bare loop
+    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its point of the grid or
+                                                           // later
   }
 }
 
@@ -115,12 +116,13 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
           "[realtime]") {
   cli::Scene scene = cli::read_scene(stroke);
   cli::set_bristles(scene, 300000);
-  cli::set_rate(scene, 100000.0);  // 10 us: less than any machine takes for 300,000 bristles that slide
+  cli::set_rate(scene, 100000.0);  // 10 us: less than any machine needs for 300,000 bristles that slide
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  // Grid points used and left out span the time of the loop: nothing was made up for. The time has more in
-  // it, what is before and after each segment's grid, and a machine may stop the loop there: not five times.
+  // Grid points used and skipped span the time of the loop, so late ticks were not caught up. The time
+  // includes what is before and after each segment's grid, in which the machine may stop the loop; five tries
+  // allow for that.
   bool spanned = false;
   for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
     const cli::RunResult result = cli::run_scene(scene, options);
@@ -201,12 +203,12 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["scene_dt"] == 1e-3);
   CHECK(realtime["busy_wait_s"] == Approx(1e-4));
   CHECK(realtime["stopped"] == false);
-  // No machine that this runs on has core 1023; the others depend on who runs it.
+  // No machine that runs this has core 1023; the other settings depend on the user's rights.
   CHECK(realtime["core"].is_null());
   std::string refused;
   for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
   CHECK(refused.find("core 1023: ") != std::string::npos);
-  // Without its core it could keep a worker from running.
+  // Without a core of its own the loop could keep a worker from running, so it gets no priority.
   CHECK(realtime["fifo_priority"].is_null());
   CHECK(refused.find("SCHED_FIFO 5: not asked for without core 1023") != std::string::npos);
   CHECK(realtime["locked_memory"] == (refused.find("locked memory: ") == std::string::npos));
@@ -245,7 +247,7 @@ TEST_CASE("run --realtime gives the bare sleep loop the share of ticks it is ask
   const json realtime =
       paced_report(folder, "--rate 2000 --bristles 100 --steps 200 --bare-share 0.1")["realtime"];
   CHECK(realtime["bristle"]["ticks"] == 200);
-  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // four turns of 50, a tenth each
+  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // 20 ticks: four turns of 50, a tenth of each
 }
 
 #if BRISTLE_WITH_TBB
@@ -277,7 +279,7 @@ TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
   const TemporaryFolder folder;
   const std::string file = folder.at("report.json");
   for (const char* signal : {"INT", "TERM"}) {
-    // A signal that comes before the program is ready for it ends it: then it is given more time.
+    // A signal that comes before the program is ready ends it; then the test tries again with more time.
     int status = -1;
     for (const char* seconds : {"0.5", "2", "8"}) {
       status = run_shell(std::string("timeout --foreground --preserve-status -s ") + signal + ' ' + seconds +
@@ -321,14 +323,14 @@ wait $pid
 TEST_CASE("A second interrupt ends the program when the first is half a second old", "[realtime]") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
-  if (child == 0) {  // no Catch in here
+  if (child == 0) {  // the child must not use Catch
     cli::stop_on_signals();
     if (cli::stop_requested()) _exit(1);
     for (int i = 0; i < 5; ++i) raise(i % 2 ? SIGTERM : SIGINT);
     if (!cli::stop_requested()) _exit(2);
     usleep(600'000);
     raise(SIGTERM);
-    usleep(2'000'000);  // the thread sanitizer hands signals on late
+    usleep(2'000'000);  // the thread sanitizer delivers signals late
     _exit(3);
   }
   int status = 0;
@@ -366,7 +368,7 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
     CHECK(std::count(message.begin(), message.end(), '\n') == 1);
     CHECK(read_file(folder.at("out")).empty());
   }
-  // The rate is the scene's where none is given.
+  // The rate is that of the scene if no other is given.
   std::string fast = read_file(stroke);
   fast.replace(fast.find("dt = 1e-3"), 9, "dt = 1e-10");
   const std::string command = "'" BRISTLE_CLI "' run '" + folder.write("fast.toml", fast) + "' --realtime";

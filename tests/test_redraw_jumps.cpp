@@ -25,10 +25,10 @@ constexpr double allowed_bias = 1e-3;
 
 struct JumpLaw {
   const char* name;
-  SnapLength law;                ///< in metres, mean dbar
-  Quantile quantile;             ///< in mean snap lengths, independent of the library
+  SnapLength law;                ///< law in metres, with the mean dbar
+  Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
   std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
-  bool heavy = false;            ///< the variance of a variance is out of reach of a sample
+  bool heavy = false;            ///< whether a sample is too small to give the variance of a variance
 };
 
 std::array<double, 5> uniform_moments(double a, double b) {
@@ -73,8 +73,7 @@ std::vector<JumpLaw> jump_laws() {
       {"exponential", SnapLength::exponential(dbar), exponential_quantile(1.0), {1.0, 1.0, 2.0, 6.0, 24.0}}};
 }
 
-/// The law of a bristle long in motion: delta length-biased, z uniform on (0, delta). By prefix sums of
-/// quantiles.
+/// The stationary law: delta is length-biased, z uniform on (0, delta). Computed by prefix sums of quantiles.
 class Stationary {
  public:
   explicit Stationary(const Quantile& quantile) {
@@ -92,7 +91,7 @@ class Stationary {
     const std::size_t below = count_below(z);
     return ((below ? sums_[below - 1] : 0.0) + static_cast<double>(points - below) * z) / sums_.back();
   }
-  /// A bristle of this law.
+  /// Draws a bristle of this law.
   BruteBristle draw(std::mt19937_64& random) const {
     std::uniform_real_distribution<double> flat(0.0, 1.0);
     const double at = flat(random) * sums_.back();
@@ -111,8 +110,9 @@ class Stationary {
   std::vector<double> lengths_, sums_;
 };
 
-/// Deflections along e, snap lengths, and path to the next snap, in mean snap lengths. Rounded to 1e-4:
-/// bristles that have not snapped at all share one deflection, which two implementations round differently.
+/// Deflections along e, snap lengths, and path to the next snap, in mean snap lengths. Rounded to 1e-4,
+/// because bristles that have not snapped at all share one deflection, which two implementations round
+/// differently.
 struct Columns {
   std::vector<double> along, delta, left;
 };
@@ -159,7 +159,7 @@ TEST_CASE("After a long step with redraw, deflections and snap lengths have the 
             precision, OnePatch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision)));
         patches.back().second.step(0.0, 0.0, n);
       }
-      // From rest, then on with a turn, out of the state that the jump left.
+      // Jumps from rest, then with a turn, from the state that the first jump left.
       int part = 0;
       for (double angle : {0.3, 1.5}) {
         const double ex = std::cos(angle);
@@ -196,7 +196,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
     for (double length : {1e3, 3e3, 1e5, 1e9, 1e14}) {
       for (Precision precision : precisions()) {
         INFO(law.name << ", " << name_of(precision) << ", a step of " << length << " mean lengths");
-        // At cv 0.05 a virgin start is forgotten as exp(-2 pi^2 cv^2 x): 4e-22 of it is left at 1000.
+        // At cv 0.05 the virgin start decays as exp(-2 pi^2 cv^2 x): 4e-22 of it is left at 1000.
         OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision));
         patch.step(0.0, 0.0, n);
         patch.step(0.6 * length * dbar, -0.8 * length * dbar, n);
@@ -206,7 +206,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
                     critical, "distance of the deflection's law from the stationary one");
         expect_near(ks_distance(a.delta, [&](double d) { return stationary.delta_cdf(d); }), 0.0, critical,
                     "distance of the snap length's law from the length-biased one");
-        // Given its length, a bristle is anywhere on it with equal chance.
+        // Given its length, a bristle's deflection is uniform on it.
         std::vector<double> share;
         double covariance = 0.0;
         const Sample d = describe(a.delta);
@@ -226,7 +226,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
 
 TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a renewal process",
           "[physics][jumps][energy]") {
-  constexpr int bristles = 512;  // two blocks
+  constexpr int bristles = 512;  // 512 bristles: two blocks
   const int patches = 50;
   const int steps = static_cast<int>(test_size(40));
   for (const JumpLaw& law : jump_laws()) {
@@ -236,11 +236,11 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
     // length.
     const double growth = 0.25 * law.moment[4] - c * law.moment[3] + c * c * law.moment[2];
     for (double length : {3.0, 10.0, 30.0, 300.0, 3000.0}) {
-      // Variance per bristle of what a step dissipates, out of steady sliding.
+      // Variance per bristle of the energy that a step dissipates, in steady sliding.
       double variance = growth * length;
-      double variance_error = 0.01;  // the ends of the step: of the order of one length in 3000
+      double variance_error = 0.01;  // ends of the step: about one length in 3000
       double kurtosis = 0.0;
-      double end_variance = law.moment[3] / 3.0 - c * c;  // of a deflection
+      double end_variance = law.moment[3] / 3.0 - c * c;  // variance of a deflection
       if (law.heavy) variance_error = 0.05;
       if (length <= 300.0 && !law.heavy) {
         const auto n = static_cast<std::size_t>(std::min(1e5, test_size(2000000) / length));
@@ -287,7 +287,7 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
         expect_near(s.mean, c * length,
                     sigmas * std::sqrt(variance / (bristles * samples)) + allowed_bias * law.moment[2],
                     "dissipated per bristle and step");
-        // The variance between steps and patches. A heavy law: its patch sums have excess kurtosis of
+        // Variance over steps and patches. With a heavy law the sums over patches have an excess kurtosis of
         // about 1.
         if (!law.heavy || length >= 300.0) {
           const double patch_kurtosis = law.heavy ? 1.2 * 300.0 / length : kurtosis / bristles;
@@ -295,14 +295,14 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
           expect_near(s.variance * bristles, variance, sigmas * error * variance,
                       "variance of the dissipation, per bristle");
         }
-        // Forces.
+        // Forces at both ends.
         const double end_error = sigmas * std::sqrt(end_variance / (bristles * samples));
         expect_near(describe(end_force).mean, c, end_error + allowed_bias, "end force");
         const double mean_error =
             sigmas * std::sqrt(variance / (bristles * samples)) / length + end_error / length;
         expect_near(describe(mean_force).mean, c, mean_error + allowed_bias * law.moment[2] / length + 1e-6,
                     "step mean of the force");
-        // Snaps: one per mean length.
+        // Number of snaps: one per mean length.
         const double cv2 = law.moment[2] - 1.0;
         expect_near(snaps / (bristles * samples), length,
                     sigmas * std::sqrt((cv2 * length + 1.0) / (bristles * samples)) + 0.02,
@@ -318,7 +318,7 @@ TEST_CASE("The end force fluctuates after jumps as it does in steady sliding", "
   for (const JumpLaw& law : jump_laws()) {
     const double c = 0.5 * law.moment[2];
     const double variance = law.moment[3] / 3.0 - c * c;
-    // At cv 0.05 successive steps of 37.3 are still correlated; over 377 nothing is.
+    // At cv 0.05 successive steps of 37.3 are still correlated; over 377 none are.
     INFO(law.name);
     OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(bristles, 2));
     patch.step(0.0, 0.0, bristles);
@@ -356,7 +356,7 @@ TEST_CASE("With a single snap length redraw is keep, and stays in phase over any
       CHECK(first_difference(a, b) == "");
       snaps += static_cast<double>(a.snaps) / 300.0;
       const double expected = travelled - std::floor(travelled);
-      // Float: the deflection is rounded once a step, to 2^-24 of its length; and the snap length itself once
+      // Float: the deflection is rounded once a step, to 2^-24 of its length; the snap length is rounded once
       // for ever.
       const double tolerance = precision == Precision::double_ ? 1e-9 : 1e-6 + 0x1p-24 * travelled;
       expect_near(-a.elastic[0] / (300.0 * dbar), expected, tolerance,
@@ -391,7 +391,8 @@ TEST_CASE("A jump of a single or a fractional bristle dissipates what the law sa
           const Sample s = describe(lost);
           expect_near(s.mean, c * length, sigmas * 1.2 * s.error() + allowed_bias * law.moment[2],
                       "dissipated per step");
-          // A fraction of a bristle is a bristle: its share of the energy varies as that of a whole one.
+          // A fraction of a bristle is still one bristle: its share of the energy varies as that of a whole
+          // one.
           if (active == 1.0) variance_of_one = s.variance;
           if (!law.heavy)
             expect_near(s.variance, variance_of_one, 0.25 * variance_of_one, "variance of the dissipation");

@@ -1,5 +1,5 @@
-// Tests that planted faults asked for (tools/mutate): losses reported once, state that a trial may not
-// remember, which motions and states are refused.
+// Tests written to catch planted faults (tools/mutate): losses reported once, trials that must leave no
+// trace, motions and states that must be refused.
 #include <catch2/catch.hpp>
 
 #include <cfloat>
@@ -44,7 +44,7 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.9 * dbar, 200.0);
   const double before = patch.batch.stored_energy(patch.motion.id);
-  // Lengths of a tenth: bristles that were bent farther let go.
+  // Lengths become a tenth, so bristles bent further snap.
   patch.batch.set_material(patch.motion.id,
                            Material(surface).with_snap_length(SnapLength::uniform(0.05 * dbar, 0.15 * dbar)));
   const double after = patch.batch.stored_energy(patch.motion.id);
@@ -52,7 +52,8 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   const Response first = patch.step(0.0, 200.0);
   CHECK(first.dissipated == Approx(before - after).epsilon(1e-5));
   CHECK(first.snaps > 0);
-  const Response second = patch.step(1e-4 * dbar, 200.0);  // at rest it would be answered without a look
+  const Response second = patch.step(1e-4 * dbar, 200.0);  // moves a little, because at rest the stored
+                                                           // response would be repeated
   CHECK(second.dissipated == 0.0);
   CHECK(second.snaps == 0);
 }
@@ -62,7 +63,8 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   Lone other(shorter, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.4 * dbar, 200.0);
-  patch.batch.set_material(patch.motion.id, shorter);  // all are bent beyond their lengths now, once each
+  patch.batch.set_material(patch.motion.id, shorter);  // all bristles are beyond their new lengths, and snap
+                                                       // once each
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
   other.batch.restore_state(state);
@@ -73,13 +75,14 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
 TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(3.0 * dbar, 200.0);
-  // It sticks, until bounds are known and a step is a short one.
+  // Sticks until bounds are known, so that a step is answered within its bound.
   for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
   const double before = patch.batch.stored_energy(patch.motion.id);
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
   REQUIRE(std::abs(lost) > 1e-6 * before);
-  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));  // whatever bounds say it holds
+  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));  // reported although the step is
+                                                                             // within the bound
   for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }
 
@@ -137,7 +140,7 @@ TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
   state.resize(state.size() + 8);
-  bristle::detail::seal_batch({state.size(), 1}, state);  // its checksum is right
+  bristle::detail::seal_batch({state.size(), 1}, state);  // corrects the checksum of the changed state
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
 }
 
@@ -198,11 +201,11 @@ TEST_CASE("Contacts are matched by their distance in space, up to the reach itse
       return point;
     };
     const std::vector<std::uint64_t> first = keys_of({at(0.0), at(1.0)});
-    // Listed the other way round, and moved by the reach at the most.
+    // The points are listed in the other order, and moved by the reach at most.
     const std::vector<std::uint64_t> then = keys_of({at(1.0 + reach), at(0.125)});
     CHECK(then[0] == first[1]);
     CHECK(then[1] == first[0]);
-    // Beyond the reach it is another contact.
+    // A point beyond the reach is another contact.
     CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
   }
 }

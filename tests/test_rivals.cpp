@@ -1,5 +1,5 @@
 // The rival friction models: their steps against closed forms, against a fine numerical solution of their
-// differential equations written down here a second time, and against the tables of drift.
+// differential equations written independently, and against the tables of drift.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 Rival make(std::string_view name, const Surface& surface = {}) { return rivals::make_rival(name, surface); }
 
-// Steps at constant velocity; returns the last force and the mean over all.
+// Takes steps at constant velocity. Returns the last force and the mean over all.
 Force go(Rival& rival, Pair way, double dt, double load, int steps) {
   Force total;
   const double share = 1.0 / steps;
@@ -42,7 +42,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
   expect_near(a.mean.y, b.mean.y, tolerance, what);
 }
 
-// A crooked path: forwards, back, round corners, slow and fast.
+// A stretch of a path that goes forwards, back, round corners, slowly and fast.
 struct Stretch {
   Pair way;  // m
   double dt;
@@ -51,8 +51,8 @@ const std::vector<Stretch> crooked = {{{8e-6, 0.0}, 2e-3},    {{7e-6, 3e-6}, 1e-
                                       {{-3e-5, -2e-5}, 1e-2}, {{0.0, 6e-6}, 3e-2},   {{2e-4, 1e-4}, 1e-2},
                                       {{-1e-6, -1e-6}, 1e-1}, {{-6e-6, 2e-6}, 4e-3}, {{5e-5, -5e-5}, 6e-3}};
 
-// dz/dt = v - alpha |v| z / zss by Runge-Kutta, LuGre and elasto-plastic, in one dimension. Returns the end
-// z.
+// Integrates dz/dt = v - alpha |v| z / zss (LuGre and elasto-plastic, one dimension) by the Runge-Kutta
+// method. Returns z at the end.
 double reference_deflection(double z, double v, double dt, const std::function<double(double)>& alpha,
                             double zss) {
   const auto rate = [&](double q) { return v - alpha(q) * std::fabs(v) * q / zss; };
@@ -88,12 +88,12 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
 }
 
 TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]") {
-  // Exact steps agree to rounding, 1e-12 of the force a step. Elasto-plastic freezes its plasticity over
-  // pieces, on a turn of up to a 16th of the steady deflection (1 N): wrong by at most (1/16)^3 of it a
-  // piece, times some ten pieces, for they contract.
+  // Exact steps agree to rounding, 1e-12 of the force a step. Elasto-plastic holds its plasticity constant
+  // over pieces, on a turn of up to a 16th of the steady deflection (1 N): an error of at most (1/16)^3 for
+  // each piece, times some ten pieces, because the errors contract.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
-    // Rate and state is integrated to 1e-7 of a N = 0.05 N a piece, some hundred pieces a stretch.
+    // Rate and state is integrated to 1e-7 of a N = 0.05 N for each piece, some hundred pieces a stretch.
     const double tolerance = name == "elasto_plastic" ? 2.5e-3 : name == "rate_state" ? 1e-7 : 1e-9;
     Rival coarse = make(name), fine = make(name);
     for (const Stretch& s : crooked) {
@@ -139,10 +139,10 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
       z = reference_deflection(z, v, dt, alpha, zss);
       const Force f = go(rival, {v * dt, 0.0}, dt, load, 1);
       const double rate = v - alpha(z) * std::fabs(v) * z / zss;
-      // Runge-Kutta over the kinks of alpha: 1/20000 of the way; elasto-plastic: as above.
+      // Runge-Kutta over the kinks of alpha: 1/20000 of the path; elasto-plastic: as above.
       const double tolerance = plastic ? 3e-3 : 1e-8;
       expect_near(-f.end.x, 1e5 * z + s.damping * rate + 0.4 * v, tolerance, "end force");
-      // The mean of dz/dt is (z1 - z0)/dt whatever happened; that of z follows from integrating the equation
+      // The mean of dz/dt is (z1 - z0)/dt in any case; the mean of z follows by integrating the equation
       // where it is linear: zbar = zss/|v| (v - (z1 - z0)/dt).
       if (!plastic) {
         const double mean = zss / std::fabs(v) * (v - (z - before) / dt);
@@ -152,8 +152,9 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
   }
 }
 
-// dz/dt = a z + v, a = -stiffness |v| / g(v), held over a step: z' = e^(a h) z + (e^(a h) - 1) / a v. Its
-// torque is that of the beginning of the step, -(stiffness z + damping dz/dt), without a viscous part.
+// dz/dt = a z + v, a = -stiffness |v| / g(v), constant over a step: z' = e^(a h) z + (e^(a h) - 1) / a v.
+// MuJoCo's torque is that at the beginning of the step, -(stiffness z + damping dz/dt), without a viscous
+// part.
 TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[rivals]") {
   Surface joint;
   joint.kinetic_coefficient = 0.5;
@@ -168,7 +169,7 @@ TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[ri
   for (const double v : {1e-3, 0.3, -2.0, 20.0, 0.0, -0.05}) {
     const double g = 0.5 + 0.2 * std::exp(-(v / 10.0) * (v / 10.0)), a = -100.0 * std::abs(v) / g;
     const double begins = -(100.0 * z + 1.0 * (a * z + v));
-    rivals::LuGre at_once = ours;  // at the beginning of the step: the end of a step of no length
+    rivals::LuGre at_once = ours;  // a step of almost no length gives the torque at the beginning of the step
     expect_near(at_once.step({v * 1e-12, 0.0}, 1e-12, 1.0).end.x, begins, 1e-6, "torque");
     z = v == 0.0 ? z : std::exp(a * h) * z + (std::exp(a * h) - 1.0) / a * v;
     ours.step({v * h, 0.0}, h, 1.0);
@@ -190,7 +191,7 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
       } else if (name != "dahl" && name != "maxwell_slip") {
         expected += 0.4 * v;
       }
-      // Relaxed over 100 steady deflections, or 100 times the attraction time.
+      // Slides 100 steady deflections, or 100 times the attraction time, to reach the steady state.
       const double dt = std::max(1e-3 / v, 0.5);
       const Force f = go(rival, {v * dt, 0.0}, dt, 2.5, 20);
       expect_near(-f.end.x, expected, 1e-9, "steady friction");
@@ -199,14 +200,15 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
 }
 
 TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "[rivals]") {
-  // At 10 m/s a step is a thousand steady deflections of LuGre; explicit Euler wants less than two.
+  // At 10 m/s a step is a thousand steady deflections of LuGre, of which explicit Euler allows less than two.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
     Rival rival = make(name);
     for (int k = 0; k < 2000; ++k) {
       const double v = 10.0 * std::sin(0.7 * k) * std::pow(10.0, -6.0 * (k % 7) / 6.0);
       const Force f = rivals::step(rival, {v * 1e-3, 0.3 * v * 1e-3}, 1e-3, 2.5);
-      // Static force, lubricant, and the damper on a bristle that moves at most its own length in a step.
+      // Largest force: static friction, lubricant, and the damper on a bristle that moves at most its own
+      // length in a step.
       const double most = 1.5 + 0.4 * 10.5 + 316.3 * 2.0 * 1.5e-5 / 1e-3;
       expect(rivals::length(f.mean) <= most, "the mean force is bounded");
       expect(std::isfinite(f.end.x) && std::isfinite(f.end.y), "the force is finite");
@@ -215,10 +217,10 @@ TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "
 }
 
 TEST_CASE("Rate and state follows the published tables of an open solver", "[rivals]") {
-  // Facts from the tests of rsfmodel (John Leeman, MIT License, commit d04d546, tests/rsf_tests.py,
+  // Values from the tests of rsfmodel (John Leeman, MIT License, commit d04d546, tests/rsf_tests.py,
   // TestDeiterichOneStateVar): mu0 0.6, a 0.005, b 0.01, Dc 10 um, stiffness 1e-3 / um, steady at 1 um/s;
   // from 10 s on the load point moves at 10 um/s. Friction and state at 11, 12, ... s; eight digits. Its law
-  // is the logarithm, ours the asinh: apart by exp(-2 mu/a) = 1e-104.
+  // has the logarithm, ours the asinh, which differ by exp(-2 mu/a) = 1e-104.
   const double friction[] = {0.60720485, 0.60186637, 0.5840091,  0.58563096, 0.58899543,
                              0.58998186, 0.58879751, 0.58803412, 0.58825653, 0.58858313,
                              0.58860319, 0.58848625, 0.58844431, 0.58847472, 0.58849913};
@@ -244,7 +246,8 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
     for (int k = 0; k < 15; ++k) {
       INFO("after " << 11 + k << " s");
       const Force f = model.step(10.0 * direction, 1.0, 1.0);
-      // Half a unit of the last digit printed; ours at 1e-7 of a, of psi (times b/a in the speed).
+      // Tolerance: half a unit of the last printed digit; ours is integrated to 1e-7 of a, and of psi (times
+      // b/a in the speed).
       CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
       CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
       CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);
@@ -254,7 +257,7 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
 
 TEST_CASE("Rate and state: the direct effect, the state's exponential over its length, and the slope between",
           "[rivals]") {
-  // A stiff spring: the slider moves as the body does.
+  // With a stiff spring the slider moves as the body does.
   const double n = 2.5, a = 0.012, b = 0.03, dc = 1e-5, v0 = 1e-4, mu0 = 0.4;
   const auto steady = [&](double v) {
     rivals::RateState model;
@@ -273,26 +276,27 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
     rivals::RateState model = steady(v);
     const double before = model.surface.stiffness * model.z.x / n;
     CHECK(before == Approx(mu0 + (a - b) * std::log(v / v0)).margin(1e-9));
-    // A jump: after a way of 1e-4 Dc the spring has followed (it needs a few a N / sigma0 = 3e-12 m), and
-    // the state has worn off by as little.
+    // A jump in speed: after a path of 1e-4 Dc the spring has followed (it needs a few a N / sigma0 = 3e-12
+    // m), and the state has decayed by no more than 1e-4.
     const double ratio = 10.0;
     rivals::RateState fast = model;
     const double at_once = -fast.step({1e-4 * dc, 0.0}, 1e-4 * dc / (ratio * v), n).end.x / n - before;
     CHECK(at_once == Approx(a * std::log(ratio)).margin(2.0 * b * ratio * 1e-4));
-    // A small step: theta moves from Dc/v to Dc/v' as exp(-x / Dc), exactly; friction with its logarithm.
+    // A small change of speed: theta moves from Dc/v to Dc/v' as exp(-x / Dc), exactly, and friction with its
+    // logarithm.
     rivals::RateState little = model;
     const double e = 0.01, x = 0.7 * dc;
     const double after = -little.step({x, 0.0}, x / ((1.0 + e) * v), n).end.x / n - before;
-    const double theta = 1.0 + e * std::exp(-x / dc);  // over its end
+    const double theta = 1.0 + e * std::exp(-x / dc);  // theta over its final value
     CHECK(after == Approx((a - b) * std::log(1.0 + e) + b * std::log(theta)).margin(1e-8));
     CHECK(little.psi == Approx(std::log(v0 / v / (1.0 + e) * theta)).margin(1e-7));
   }
-  // At rest the state is the time: psi = ln(v0 (theta + t) / Dc), where the slider creeps by nothing much.
+  // At rest the state is the time: psi = ln(v0 (theta + t) / Dc), while the slider hardly creeps.
   rivals::RateState held = steady(1e-4);
   held.z = {0.5 * held.z.x, 0.0};
   held.step({}, 100.0, n);
   CHECK(held.psi == Approx(std::log(v0 / dc * (dc / 1e-4 + 100.0))).margin(1e-6));
-  // No force, no speed; backwards as forwards (Rice and Ben-Zion's asinh).
+  // Without force there is no speed; backward motion mirrors forward motion (Rice and Ben-Zion's asinh).
   rivals::RateState none = held, there = held, back = held;
   none.z = {};
   CHECK(none.slider_speed(n) == 0.0);
@@ -304,19 +308,19 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
 
 TEST_CASE("A rate-and-state slider sticks and slips below the critical stiffness (b - a) N / Dc",
           "[rivals]") {
-  // Its own spring pulled at constant speed (Ruina 1983): a small disturbance grows or dies.
+  // Pulls the slider's own spring at constant speed (Ruina 1983): a small disturbance grows or decays.
   for (const double over : {0.9, 1.1}) {
     INFO("stiffness over the critical one: " << over);
     rivals::RateState model;  // a 0.02, b 0.04, Dc 20 um, load 2.5 N: 2500 N/m
     model.surface.stiffness = over * (0.04 - 0.02) * 2.5 / 2e-5;
     model.z = {(1.0 + 0.0005) / model.surface.stiffness, 0.0};
-    double early = 0.0, late = 0.0;  // swing
+    double early = 0.0, late = 0.0;  // largest swing of the force, early and late
     for (int k = 0; k < 4000; ++k) {
       const double f = -model.step({1e-6, 0.0}, 1e-3, 2.5).end.x;
       if (k < 1000) early = std::max(early, std::fabs(f - 1.0));
       if (k >= 1500 && k < 2500) late = std::max(late, std::fabs(f - 1.0));
     }
-    // Per radian the swing changes by half the excess of stiffness over itself, some ten per cent here.
+    // Per radian the swing changes by half the relative excess of stiffness, some ten per cent here.
     CHECK((over < 1.0 ? late > 1.5 * early : late < early / 1.5));
   }
 }
@@ -328,7 +332,7 @@ TEST_CASE("A load that falls lets rate and state slip at once, and no load is to
     INFO(load << " N");
     const Force f = model.step({}, 1e-3, load);
     CHECK(-f.end.x > 0.0);
-    // The force held after 1 ms of rest is friction at the speed at which the spring then unloads, and at a
+    // The force held after 1 ms of rest is the friction at the speed at which the spring then unloads, for a
     // state between fresh and aged.
     CHECK(-f.end.x < 1.0 * load);
   }
@@ -348,8 +352,8 @@ TEST_CASE("Dahl's first pull is an exponential, Maxwell-slip's a chain of straig
 }
 
 TEST_CASE("Maxwell-slip drags its blocks along tractrices", "[rivals]") {
-  // All springs stretched along x, then drawn along y: tan(a/2) = exp(-y/D) for the slipping ones, from 90
-  // degrees.
+  // All springs are stretched along x, then pulled along y: tan(a/2) = exp(-y/D) for the slipping ones, from
+  // 90 degrees.
   Rival rival = make("maxwell_slip");
   rivals::step(rival, {1e-3, 0.0}, 1.0, 2.5);
   double y = 0.0;
@@ -369,13 +373,14 @@ TEST_CASE("Maxwell-slip drags its blocks along tractrices", "[rivals]") {
 
 TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the table, elasto-plastic does not",
           "[rivals]") {
-  // Quasi-static: moved to and fro until the bent part carries the force. One cycle by bisection of the way.
+  // Quasi-static: moves to and fro until the elastic part carries the force. Finds the displacement of a
+  // cycle by bisection.
   Surface surface;
   surface.damping = 0.0;
   surface.viscous_friction = 0.0;
   const auto drift = [&](std::string_view name, double low, double high) {
     Rival rival = make(name, surface);
-    const double slow = 1e-9;  // m/s: at the static force
+    const double slow = 1e-9;  // m/s: so slow that friction is the static force
     const auto move_to_force = [&](double force) {
       const double now = -rivals::find_force(rival, {}, 1.0, 2.5).end.x;
       const double sign = force > now ? 1.0 : -1.0;
@@ -395,7 +400,7 @@ TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the tabl
   for (const Row& row : read_table("drift_lugre.csv")) {
     const double low = number(row, "Fmin_N"), high = number(row, "Fmax_N");
     INFO(low << " to " << high << " N");
-    // The table has a dozen digits; 1e-9 m/s lowers the static force by 1e-12 of itself.
+    // The table has a dozen digits; 1e-9 m/s lowers the static force by a relative 1e-12.
     const double lugre = number(row, "lugre_drift_per_cycle_formula_m");
     CHECK(std::abs(drift("lugre", low, high) - lugre) <= 1e-9 * 1e-5 + 1e-10 * std::abs(lugre));
     if (row.at("dahl_drift_formula_Fc_m") != "slides" && high < 1.0) {

@@ -1,5 +1,5 @@
-// The virtual room without its window: what the block does, what passes between the loops, what happens when
-// something fails. By the virtual clock, but where threads are the matter.
+// The virtual room without its window: motion of the block, messages between the loops, behaviour when
+// something fails. Uses the virtual clock, except in tests of threads.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -28,6 +28,7 @@
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/udp_device.hpp"
 
 namespace {
@@ -44,7 +45,7 @@ Settings few_bristles() {
 }
 
 HandRow at_place(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
-/// No spring: the tool is pushed with a force.
+/// Returns a row of a hand script that pushes the tool with a force instead of a spring.
 HandRow with_force(double t, double fx, double fy, double fz) {
   return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
 }
@@ -105,7 +106,7 @@ double friction_of(const Snapshot& s, Between between, int axis) {
   }
   return sum;
 }
-/// Angle of the turn about one of the room's axes, for turns about that axis alone.
+/// Returns the angle of a rotation about one of the room's axes, for rotations about that axis alone.
 double turn_about(const Snapshot& s, int axis) {
   const double* q = s.block_orientation;
   return 2.0 * std::atan2(q[1 + axis], q[0]);
@@ -220,7 +221,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
   settings.presliding_length = 50e-6;
   settings.hand_damping = 20.0;
   const double weight = settings.mass * g;
-  // Low, so that the push hardly shifts load between the corners: 30 mm/s through a spring of 40 N/m.
+  // Pushes low, so that the push hardly shifts load between the corners: 30 mm/s through a spring of 40 N/m.
   settings.hand_stiffness = 40.0;
   Run run(settings,
           {at_place(0.0, -0.0581, 0, 0.009), at_place(2.0, 0.0019, 0, 0.009), at_place(2.2, -0.1, 0, 0.009)});
@@ -255,7 +256,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
 }
 
 TEST_CASE("A block let go with a speed stops where kinetic friction says", "[room]") {
-  // A shove: the tool pushes for 0.1 s, then is drawn back.
+  // A shove: the tool pushes for 0.1 s, then is pulled back.
   Settings settings = few_bristles();
   settings.presliding_length = 20e-6;
   Run run(settings,
@@ -271,7 +272,7 @@ TEST_CASE("A block let go with a speed stops where kinetic friction says", "[roo
 
 TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   Settings settings = few_bristles();
-  // To the wall, then pressed on it with 5 N and aside with more than the floor alone can hold.
+  // Pushes the block to the wall, then presses with 5 N and aside with more than the floor alone can hold.
   const double aside = 1.4 * settings.peak * settings.mass * g;
   std::vector<HandRow> hand = {at_place(0.0, -0.06, 0, 0.03), at_place(1.5, 0.195, 0, 0.03),
                                with_force(1.501, 5.0, 0, 0), with_force(2.5, 5.0, 0, 0),
@@ -282,7 +283,7 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   const double y = run.now().block_position[1];
   run.until(4.5);
   const Snapshot& s = run.now();
-  // The wall bears the force that the floor's friction does not.
+  // The wall bears the part of the force that the floor's friction does not.
   CHECK(load_of(s, Between::block_wall) - friction_of(s, Between::block_floor, 0) ==
         Approx(5.0).epsilon(0.01));
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
@@ -298,7 +299,7 @@ TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]
     Run run(few_bristles(),
             {at_place(0.0, -0.065, 0.025 * side, 0.03), at_place(1.0, -0.005, 0.025 * side, 0.03)});
     run.until(1.2);
-    // A push along x at +y turns clockwise, seen from above.
+    // A push along x at positive y turns the block clockwise, seen from above.
     CHECK(side * turn_about(run.now(), 2) < -0.2);
     CHECK(std::fabs(run.now().block_position[2] - 0.03) < 1e-4);
   }
@@ -309,7 +310,7 @@ TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pus
   Settings settings = few_bristles();
   settings.kinetic = 1.2;
   settings.peak = 1.3;
-  // Less than the floor holds; m g / 2 times the block's length over the height tips it.
+  // Less than the floor holds; tips the block, which takes m g / 2 times its length over its height.
   const double push = 2.6;
   REQUIRE(push < settings.kinetic * settings.mass * g);
   REQUIRE(push * 0.055 > settings.mass * g * 0.05);
@@ -342,7 +343,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   run.until(0.2);
   const double tilt = turn_about(run.now(), 1);
   REQUIRE(tilt > 0.1);
-  REQUIRE(tilt < 0.8);  // not past the balance
+  REQUIRE(tilt < 0.8);  // not past the balance point
   while (turn_about(run.now(), 1) > 1e-4 && run.now().time < 2.0) run.tick();
   const double landed = run.now().time;
   double rebound = 0.0;
@@ -382,7 +383,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   CHECK(now.moved == moved_alone(FrictionModel::brush));
   CHECK(now.beside[0].moved == moved_alone(FrictionModel::lugre));
   CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
-  // Comparing changes nothing of the block itself.
+  // A comparison changes nothing of the block itself.
   CHECK(hash_alone == run.loop().state_hash());
 }
 
@@ -390,14 +391,14 @@ TEST_CASE(
     "Rubbed by strokes of 2.5 lengths the default keeps its strength, the paper's law hardens beside it",
     "[room]") {
   Settings settings = settings_of(Comparison::rubbing);
-  settings.infinite = true;  // without noise
+  settings.infinite = true;  // the infinite brush has no noise
   Run run(settings);
-  const Snapshot& now = run.until(6.002);  // 24 cycles
+  const Snapshot& now = run.until(6.002);  // state after 24 cycles of rubbing
   REQUIRE(now.compared == 1);
   CHECK(now.beside[0].model == FrictionModel::brush);
   CHECK(now.strength_beside == Approx(1.0).margin(0.1));
   CHECK(now.beside[0].strength_beside > 1.3);
-  // No more than if all bristles were straight at the middle of the stroke: K times its half width.
+  // No more than if all bristles were straight at the middle of the stroke: K times half its width.
   const double load = settings.mass * g;
   CHECK(now.beside[0].strength <= rubbing_amplitude * settings.presliding_length * 1.001 *
                                       material_of(settings_beside(settings, 0)).bristle_stiffness *
@@ -416,7 +417,7 @@ TEST_CASE("After rests a block that ages starts stronger, by the growth per deca
   const Snapshot& now = run.until(5.3);
   CHECK(now.strength_beside == 1.0);
   const double after_long = now.strength;
-  // Lives of about 1 mm / 8 mm/s = 0.13 s are the age that sliding has: 1.1 s more is about a decade.
+  // In sliding, bristles reach an age of about 1 mm / 8 mm/s = 0.13 s, so 1.1 s more is about a decade.
   const double growth = settings.growth_per_decade * std::log10((0.1 + 1.0 + 0.13) / (0.1 + 0.1 + 0.13));
   CHECK((after_long - after_short) / kinetic > 0.4 * growth);
   CHECK((after_long - after_short) / kinetic < 1.2 * growth);
@@ -440,7 +441,7 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
-  t += slide_lasts;  // 20.4 s
+  t += slide_lasts;  // the slides end at 20.4 s
   CHECK(t == Approx(20.4));
   CHECK(rest_phase(t).place == Approx(6 * slide_speed));
   CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
@@ -472,9 +473,9 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
     const double t = 1e-3 * k;
     moved.take(t, 0.01 * std::exp(-5.0 * t) + 1e-6 * t + 1e-3 * std::sin(2.0 * pi * t / tap_pair));
   }
-  // Counts from the end of the last pair of taps before 6 s to the end of the last whole pair.
+  // Counts from the last pair of taps before 6 s to the end of the last whole pair.
   CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
-  // A touch resets the count: the hand's own motion is left out.
+  // A touch resets the count, so that the hand's own motion is left out.
   moved.begin(20.0);
   CHECK(std::isnan(moved.metres()));
   for (int k = 20001; k <= 30000; ++k) moved.take(1e-3 * k, 0.044 + 1e-6 * 1e-3 * k);
@@ -482,7 +483,8 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
-  for (const double hand_x : {0.10, -0.02}) {  // beyond the block; in it, as a click on it has it
+  for (const double hand_x : {0.10, -0.02}) {  // a hand beyond the block, and one within it, as after a click
+                                               // on the block
     HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
     let_go.hand.holds = false;
     Run run(few_bristles(), {at_place(0.0, -0.07, 0, 0.03), let_go, at_place(0.5, hand_x, 0, 0.03),
@@ -494,9 +496,9 @@ TEST_CASE("A tool that is taken again from behind the block is not flung against
       const double* f = run.tick().applied;
       highest = std::max(highest, std::hypot(f[0], f[1], f[2]));
     }
-    CHECK(highest > 0.5);  // it did push
+    CHECK(highest > 0.5);  // the tool pushed
     CHECK(highest < DeviceLimits{}.force);
-    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // and got there
+    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // the tool got there
   }
 }
 
@@ -518,7 +520,7 @@ TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
     return sum / static_cast<double>(std::max<std::size_t>(view.count, 1));
   };
   Settings settings = few_bristles();
-  settings.slope = 0.2;  // it holds, its bristles bent
+  settings.slope = 0.2;  // the block holds, with bent bristles
   Run run(settings);
   run.until(0.5);
   const double bent = mean_deflection(run.now().bristles);
@@ -539,7 +541,7 @@ TEST_CASE("A scene begins with straight bristles, whatever was compared before i
   Settings settings = settings_of(Comparison::rest);
   settings.bristles = 512;
   Run run(settings);
-  run.until(3.0);  // the carriage has bent them
+  run.until(3.0);  // until the carriage has bent the bristles
   settings = settings_of(Comparison::none);
   settings.bristles = 512;
   run.loop().exchange().settings.write(settings);
@@ -563,18 +565,19 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   const double place = run.now().block_position[0];
   CHECK(run.now().settings.infinite);
   REQUIRE(run.now().bristles.count == bristles_shown);
-  // They were straight, and now hold the block.
+  // Bristles that were straight now hold the block.
   CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
   CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
   run.until(1.0);
-  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);  // it swings
+  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);  // the block
+                                                                                             // swings
 
   settings.shared_renewal = 2.0;
   settings.residual_share = 0.3;
   wishes.write(settings);
   run.until(1.2);
   CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
-  // The rule that keeps its bristles needs a number of them.
+  // The rule keep needs a number of bristles.
   settings.keep = true;
   wishes.write(settings);
   run.until(1.3);
@@ -593,7 +596,7 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   settings.ageing_time = 0.01;
   settings.hand_stiffness = 40.0;
   settings.hand_damping = 20.0;
-  // ln 10 beta is the fall with speed, and half the growth at rest.
+  // ln 10 beta is the fall with speed per decade, and half the growth at rest.
   const double beta = 0.5 * settings.growth_per_decade / std::log(10.0);
   double highest[2] = {0.0, 0.0}, factor[2];
   const double rests[2] = {0.3, 10.0};
@@ -614,7 +617,7 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   CHECK(highest[1] / highest[0] == Approx(factor[1] / factor[0]).epsilon(0.015));
 }
 
-/// Highest friction over load after fast sliding and a hold.
+/// Returns the highest friction over load after fast sliding and a hold.
 double peak_after(double hold, const bristle::Material& material) {
   bristle::PatchBatch batch;
   bristle::Motion motion;
@@ -638,7 +641,7 @@ double peak_after(double hold, const bristle::Material& material) {
 TEST_CASE("The presets are materials, and wood and rubber age as the guide has it", "[room]") {
   struct Ageing {
     std::string name;
-    double growth_per_decade, time;  // rows of core/guides/MATERIALS.md
+    double growth_per_decade, time;  // a row of core/guides/MATERIALS.md
   };
   const Ageing of[] = {{"Wood", 0.05, 0.1}, {"Rubber", 0.06, 0.1}, {"Ice", 0.0, 0.0}, {"Paper", 0.0, 0.0}};
   REQUIRE(presets.size() == std::size(of));
@@ -652,19 +655,19 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     const Settings s = checked_settings(wanted, Settings{}, message);
     CHECK(message.empty());
     bristle::Material material = material_of(s);
-    CHECK(material.kinetic_coefficient() == Approx(presets[i].kinetic).epsilon(1e-3));
+    CHECK(material.kinetic_coefficient() == Approx(wanted.kinetic).epsilon(1e-3));
     if (of[i].growth_per_decade == 0.0) {
       CHECK(material.ageing_strength == 0.0);
       continue;
     }
     CHECK(material.ageing_time == of[i].time);
-    // The table's rate is a first-order one: measured at a tenth of the strength, then scaled by ten, and
+    // The table's rate is of first order: it is measured at a tenth of the strength, scaled by ten, and taken
     // relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
-    const double growth = 10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) /
-                          presets[i].kinetic * factor;
-    // Bristles that snap on the way to the peak draw other lengths: 7 % less.
+    const double growth =
+        10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) / wanted.kinetic * factor;
+    // Bristles that snap on the way to the peak draw other lengths, which takes 7 %.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
 }
@@ -697,7 +700,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   exchange.mouse.write(mouse);
   device.read(0.0, hand);
   CHECK(hand.position[0] == -0.1);
-  // A pixel of 0.8 mm every sixtieth second: 48 mm/s.
+  // The mouse moves a pixel of 0.8 mm every sixtieth of a second: 48 mm/s.
   double last = hand.position[0], speed = 0.0, most = 0.0, least = 1.0;
   for (int k = 1; k <= 600; ++k) {
     if (k % 50 == 0 || k % 50 == 16 || k % 50 == 33) mouse.position[0] += 0.8e-3;
@@ -713,7 +716,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   CHECK(mouse.position[0] - hand.position[0] == Approx(0.048 * HandFilter::delay).epsilon(0.2));
   for (int k = 601; k < 1000; ++k) device.read(1e-3 * k, hand);
   CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-9));
-  // One that leaps by a centimetre: neither a blow nor an overshoot.
+  // The mouse leaps by a centimetre, which must cause neither a blow nor an overshoot.
   mouse.position[0] += 0.01;
   exchange.mouse.write(mouse);
   double farthest = -1.0;
@@ -725,7 +728,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   }
   CHECK(farthest <= mouse.position[0]);
   CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-6));
-  // Time goes back at a reset, and a new grip begins where it is.
+  // Time goes back at a reset, and a new grip begins at the present position.
   mouse.holds = false;
   exchange.mouse.write(mouse);
   device.read(0.0, hand);
@@ -779,16 +782,52 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     const Snapshot& end = now_of(loop);
     CHECK_FALSE(end.held);
     CHECK(end.block_position[0] > options.settings.presliding_length);
-    CHECK(end.block_position[0] < 0.03);  // and not flung away as the hand changes
-    // The mouse again.
+    CHECK(end.block_position[0] < 0.03);  // the block is not flung away when the hand changes
+    // The mouse takes over.
     loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
     CHECK(after(loop, 100).held);
-    // In mid-pull a reset ends it.
+    // A reset ends a pull that is under way.
     loop.exchange().acts.push(Act::slow_pull);
     loop.advance(500);
     loop.exchange().acts.push(Act::reset);
     CHECK(after(loop, 5).time < 0.01);
   }
+}
+
+TEST_CASE("The tour pushes below the peak, lets the block spring back, and then breaks it away",
+          "[room][hand]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.presliding_length = 4e-3;
+  HapticLoop loop(options);
+  loop.exchange().acts.push(Act::tour);
+  loop.advance(3);
+  const auto at = [&](double t) -> const Snapshot& {
+    while (now_of(loop).time < t) loop.advance(1);
+    return now_of(loop);
+  };
+  const double rest = at(0.25).block_position[0];
+  // 0.6 of the peak bends the bristles by a visible part of their length.
+  const double pushed = at(4.9).block_position[0] - rest;
+  CHECK(pushed > 0.1 * options.settings.presliding_length);
+  CHECK(pushed < options.settings.presliding_length);
+  CHECK(now_of(loop).applied[0] < 0.75 * options.settings.peak * options.settings.mass * g);
+  CHECK(now_of(loop).applied[0] > 0.4 * options.settings.peak * options.settings.mass * g);
+  // Let go it is back but for what has snapped.
+  const double back = at(7.9).block_position[0] - rest;
+  CHECK(now_of(loop).applied[0] == 0.0);
+  CHECK(back < 0.4 * pushed);
+  CHECK(at(tour_hand_s - 0.2).block_position[0] - rest > 2.0 * options.settings.presliding_length);
+  at(tour_hand_s + 0.5);
+  CHECK_FALSE(now_of(loop).held);
+  // Each part is said.
+  double from = 0.0;
+  for (const TourPart& part : tour_parts) {
+    CHECK(tour_says(0.5 * (from + part.until_s)) == std::string(part.says));
+    from = part.until_s;
+  }
+  CHECK(from == tour_s);
+  CHECK(std::string(tour_says(tour_s)).empty());
 }
 
 TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {
@@ -797,7 +836,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
   HapticLoop loop(options);
-  // By the virtual clock time is not real: every tick steps, whatever the speed.
+  // The virtual clock is not tied to real time: every tick is stepped, whatever the speed.
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
   CHECK(after(loop, 100).speed == Approx(0.01));
   CHECK(loop.exchange().room.latest().time == Approx(0.1));
@@ -809,7 +848,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   const double begin = time_after(50);
   const double slow = time_after(400) - begin;
   CHECK(slow > 0.0);
-  CHECK(slow < 0.02);  // 4 ms, and what a busy machine adds
+  CHECK(slow < 0.02);  // 4 ms, and the delays of a busy machine
   loop.stop();
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
   loop.advance(1);
@@ -831,14 +870,15 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
 namespace {
 
 /// A finger presses with 5 N on the top of a block of 1 kg, 25 mm beside its middle, and pulls it along x by
-/// 60 mm. It has a friction of 1.5, the floor of 0.1: what holds the block to the finger has to be more than
-/// the moment of the floor's friction about it.
+/// 60 mm. Friction is 1.5 at the finger and 0.1 at the floor: if the finger holds the block, its torque
+/// exceeds the moment of the floor's friction about it.
 struct OffCentrePull {
   static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
-  static constexpr double moment = floor * 1.0 * g * aside;  // whatever the finger's load does to the corners
-  // At the end; mean while it is pulled, about the normal out of the finger, which points down.
+  static constexpr double moment = floor * 1.0 * g * aside;  // the finger's load changes the corner loads,
+                                                             // but not this moment
+  // Turn at the end; mean torque during the pull, about the normal out of the finger, which points down.
   double turned = 0.0, torque = 0.0;
-  double gap = 0.0;  // m, between finger and its place on the block
+  double gap = 0.0;  // m, distance of the finger from its place on the block
 
   OffCentrePull(double pad_radius, bool infinite) {
     Settings s = few_bristles();
@@ -869,7 +909,7 @@ struct OffCentrePull {
     gap = std::hypot(end.tool[0] - end.block_position[0] + sn * aside,
                      end.tool[1] - end.block_position[1] - c * aside);
   }
-  /// Highest torque of a uniform disc that spins on the spot.
+  /// Returns the highest torque of a uniform disc that spins without sliding.
   static double limit(double pad_radius) { return 2.0 / 3.0 * of_pad * press * pad_radius; }
 };
 
@@ -879,14 +919,14 @@ TEST_CASE("A finger with a pad holds a block off its middle up to the torsional 
           "[room][pad]") {
   for (const bool infinite : {false, true}) {
     INFO((infinite ? "infinitely many bristles" : "representatives"));
-    // 0.82 of the limit: the block goes straight, and the pad carries the moment.
+    // 0.82 of the limit: the block moves straight, and the pad carries the moment.
     REQUIRE(OffCentrePull::moment < 0.85 * OffCentrePull::limit(6e-3));
     const OffCentrePull held(6e-3, infinite);
     CHECK(std::fabs(held.turned) < 0.02);
     CHECK(-held.torque == Approx(OffCentrePull::moment).epsilon(0.03));
     CHECK(held.gap < 100e-6);
-    // 1.23: more than the peak (1.05) holds too. It turns, against the moment of a disc that also carries a
-    // fifth of the force it can.
+    // 1.23 of the limit, more than even the peak (1.05) holds: the block turns, against the torque of a disc
+    // that also transmits a fifth of its largest force.
     REQUIRE(OffCentrePull::moment > 1.2 * OffCentrePull::limit(4e-3));
     const OffCentrePull turning(4e-3, infinite);
     CHECK(turning.turned < -0.06);
@@ -947,7 +987,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   run.tick();
   run.tick();
   REQUIRE(run.now().recording);
-  REQUIRE(run.now().time == Approx(1e-3));  // restarted
+  REQUIRE(run.now().time == Approx(1e-3));  // the room restarted
   for (int k = 0; k < 300; ++k) run.tick();
   settings.kinetic = 0.2;
   settings.peak = 0.25;
@@ -966,7 +1006,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   while (run.now().time < end - 5e-4) run.tick();
   CHECK(run.loop().state_hash() == hash);
 
-  // The files are a script like any other.
+  // The recorded files can be played as a script.
   const std::string base =
       (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
   const Script script = read_script(base + ".toml", RoomMeasures{});
@@ -1097,7 +1137,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
     CHECK_THAT(now().message, Catch::Contains("replay has ended"));
     CHECK(now().settings.kinetic == 0.3);
   }
-  // The script that was being played before goes on.
+  // The script that was being played before continues.
   run_until(0.7);
   CHECK(now().settings.kinetic == 0.25);
 }
@@ -1167,7 +1207,7 @@ TEST_CASE("A script that is wrong says where", "[room]") {
 
 TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line", "[room]") {
   Settings settings = few_bristles();
-  settings.kinetic = 1.0;  // the block holds: the spring pushes steadily
+  settings.kinetic = 1.0;  // the block holds, so the spring pushes steadily
   settings.peak = 1.1;
   Run run(settings, {at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}, 0.8);
   run.until(0.8);
@@ -1189,7 +1229,7 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
 
 namespace {
 
-/// Plays a motion, and writes down what the hand would feel.
+/// A hand that plays a motion and records the forces sent to it.
 class FeltHand final : public Device {
  public:
   struct Felt {
@@ -1218,7 +1258,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const bristle_test::TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
-  options.settings.kinetic = 1.0;  // the block holds: the spring pushes steadily
+  options.settings.kinetic = 1.0;  // the block holds, so the spring pushes steadily
   options.settings.peak = 1.1;
   options.record_to = folder.at("recording");
   const HandMotion push{{at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}};
@@ -1232,7 +1272,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const long reads = felt->reads;
   loop.advance(20);
   CHECK(felt->force.back() == 0.0);
-  CHECK(felt->reads == reads + 20);  // what it sends does not queue up
+  CHECK(felt->reads == reads + 20);  // the device is read in every tick, so its packets do not queue up
 
   acts.push(Act::run);
   double largest_jump = 0.0;
@@ -1245,7 +1285,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   CHECK(felt->force.back() == Approx(before).epsilon(0.05));
   HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
   straight.advance(900);
-  CHECK(loop.state_hash() == straight.state_hash());  // the world did not notice
+  CHECK(loop.state_hash() == straight.state_hash());  // the pause did not change the world
 
   acts.push(Act::record);
   loop.advance(700);
@@ -1255,7 +1295,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   acts.push(Act::replay);
   loop.advance(5);
   CHECK(felt->force.back() == 0.0);
-  loop.advance(1000);  // the replay has ended
+  loop.advance(1000);  // until the replay has ended
   REQUIRE(felt->force.back() < -0.5);
   loop.start();
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -1276,7 +1316,7 @@ TEST_CASE("A recording that cannot be begun leaves the block its friction", "[ro
   CHECK_FALSE(now.recording);
   CHECK(now.time == Approx(1.5));
   CHECK(now.block_position[0] == Approx(before).margin(2e-4));
-  loop.exchange().acts.push(Act::reset);  // and the next patches are whole as well
+  loop.exchange().acts.push(Act::reset);  // patches made after that are complete as well
   CHECK(std::fabs(after(loop, 1000).block_position[0]) < 1e-3);
 }
 
@@ -1303,7 +1343,7 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
     loop.start();
     bool recording = true;
-    for (int k = 0; k < 20000 && recording; ++k) {  // a megabyte is buffered: half a second's rows
+    for (int k = 0; k < 20000 && recording; ++k) {  // a megabyte is buffered, which is half a second's rows
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
         recording = loop.exchange().room.latest().recording;
@@ -1361,7 +1401,7 @@ TEST_CASE("A hand that jumps or is no number leaves the world finite", "[room]")
 
 namespace {
 
-/// A device server on the same machine.
+/// A sender that acts as a device server on this machine.
 class Sender {
  public:
   explicit Sender(int port) {
@@ -1396,11 +1436,11 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  UdpDevice device(0, "127.0.0.1", 60.0);  // a busy machine is no silence
+  UdpDevice device(0, "127.0.0.1", 60.0);  // a long timeout, so that a busy machine does not count as silence
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
-  // Loopback delivers at once, but not by contract.
+  // Loopback usually delivers at once, but does not promise it.
   const auto read = [&](double x) {
     for (int k = 0; k < 200; ++k) {
       if (device.read(0.0, hand) && hand.position[0] == x) return true;
@@ -1422,7 +1462,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   sender.send("hello", 5);
   unsigned char long_packet[hand_packet_size + 8] = {};
   sender.send(long_packet, sizeof long_packet);
-  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // late
+  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // a packet that comes late
   sender.send({8, {true, {NAN, 0, 0}, {0, 0, 0}}});
   sender.send({9, {false, {0.04, 0, 0}, {0, 0, 0}}});
   REQUIRE(read(0.04));
@@ -1455,7 +1495,8 @@ TEST_CASE("A network device with a token takes packets that carry it, and no oth
 }
 
 TEST_CASE("The tag of a packet is SipHash-2-4 of its first 64 bytes under the token", "[room]") {
-  // By a separate program, which was checked against the published vector of the keys 0 to 15.
+  // Expected value from a separate program, which was checked against the published vector of the keys 0 to
+  // 15.
   HandPacket packet{4, {true, {0.4, 0, 0}, {0, 0, 0}}};
   packet.token = 0x8123456789abcdefu;
   unsigned char bytes[hand_packet_size];
@@ -1479,7 +1520,7 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
     p.token = token;
     return p;
   };
-  // Without a token: a number far ahead would make every later one of the true device old.
+  // Without a token, a forged number far ahead would make every later packet of the true device old.
   UdpDevice open(0, "127.0.0.1", 60.0);
   Sender to_open(open.port());
   to_open.send(packet(1, 0.1, 0));
@@ -1488,11 +1529,11 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
   to_open.send(packet(2, 0.2, 0));
   to_open.send(packet(2, 0.9, 0));
   CHECK(wait_for(open, 2) == 0.2);
-  to_open.send(packet(2 + 65536, 0.3, 0));  // within the window
+  to_open.send(packet(2 + 65536, 0.3, 0));  // a number within the window
   to_open.send(packet(3, 0.9, 0));
   CHECK(wait_for(open, 3) == 0.3);
 
-  // With a token a recorded packet stays too old, even after a silence.
+  // With a token a replayed packet stays too old, even after a silence.
   UdpDevice keyed(0, "127.0.0.1", 1e-3, 99);
   Sender to_keyed(keyed.port());
   to_keyed.send(packet(5, 0.5, 99));
@@ -1529,7 +1570,7 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted, so its numbers begin at 1
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }
@@ -1567,7 +1608,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
-  mouse.holds = false;  // it lies where the block comes back to
+  mouse.holds = false;  // releases the tool, which stays where the block will return to
   exchange.mouse.write(mouse);
   exchange.acts.push(Act::reset);
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
@@ -1579,7 +1620,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   double before = exchange.room.latest().time, went_on = 0.0;
   for (int k = 0; k < 20 && went_on <= 0.05; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody looks
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody reads the room's state meanwhile
     exchange.room.refresh();
     went_on = exchange.room.latest().time - std::exchange(before, exchange.room.latest().time);
   }

@@ -1,5 +1,5 @@
-// What the virtual room shows, apart from its window: geometry, the glass, plots' memory, the mouse, and
-// pictures of states set up by hand. The window itself: room_window_test.
+// The picture of the virtual room without its window: geometry, the glass, stored plots, the mouse, and
+// pictures of states set by hand. The window itself: room_window_test.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/bristle_glass.hpp"
 #include "tools/virtual_room/camera.hpp"
+#include "tools/virtual_room/drawing_pace.hpp"
 #include "tools/virtual_room/history.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/offscreen.hpp"
@@ -22,6 +23,7 @@
 #include "tools/virtual_room/plots.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 using Eigen::Vector3f;
 using room::Area;
@@ -30,14 +32,14 @@ using room::RoomMeasures;
 using room::Snapshot;
 
 #if defined(__SANITIZE_ADDRESS__)
-// What software OpenGL keeps to the end is not ours.
+// Suppresses reports of memory that software OpenGL keeps until the end.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libLLVM\nleak:swrast_dri.so\n"; }
 #endif
 
 namespace {
 
-// Null, and one line printed, on a machine without OpenGL.
+// Returns null, and prints one line, on a machine without OpenGL.
 std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height) {
   try {
     return std::make_unique<room::OffscreenRoom>(RoomMeasures{}, width, height, 1.0f, 1);
@@ -82,7 +84,7 @@ TEST_CASE("A camera sees its target in the middle and offsets by the rules of pe
   Camera camera;
   camera.target = Vector3f(0.1f, -0.2f, 0.05f);
   camera.distance = 2.0f;
-  camera.azimuth = -1.5707963f;  // the eye looks along +y: right is +x, up is +z
+  camera.azimuth = -1.5707963f;  // the eye looks along +y, so right is +x and up is +z
   camera.elevation = 0.0f;
   camera.field_of_view = 2 * std::atan(0.5f);
   const Area area{100, 50, 800, 400};
@@ -90,11 +92,11 @@ TEST_CASE("A camera sees its target in the middle and offsets by the rules of pe
   REQUIRE(camera.find_pixel(area, camera.target, x, y));
   CHECK(x == Approx(500).margin(0.01));
   CHECK(y == Approx(250).margin(0.01));
-  // At the target the picture is 2 m * 2 * 0.5 = 2 m high: 200 pixels a metre.
+  // At the target the picture is 2 m * 2 * 0.5 = 2 m high: 200 pixels for each metre.
   REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, 0, 0.25f), x, y));
   CHECK(x == Approx(600).margin(0.02));
   CHECK(y == Approx(200).margin(0.02));
-  // Half as far from the eye, twice as large.
+  // At half the distance from the eye a length is twice as large.
   REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, -1.0f, 0), x, y));
   CHECK(x == Approx(700).margin(0.02));
   CHECK_FALSE(camera.find_pixel(area, camera.target + Vector3f(0, -2.5f, 0), x, y));
@@ -120,7 +122,7 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     room.settings.slope = slope;
     const RoomMeasures measures;
     room::MouseControl mouse;
-    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // in the room's axes
+    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // a displacement in the room's axes
     float x = 0, y = 0;
     REQUIRE(camera.find_pixel(area, room::room_tilt(slope) * wanted, x, y));
     mouse.move(x, y, {true, false, false}, area, camera, room, measures);
@@ -129,7 +131,8 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     for (int axis = 0; axis < 3; ++axis)
       CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
 
-    // The wheel raises it by 2 mm a notch, and with control presses it by 0.1 N; it stays in the room.
+    // The wheel raises the tool by 2 mm a notch, and with control presses by 0.1 N; the tool stays in the
+    // room.
     mouse.turn_wheel(3, false, camera, measures);
     CHECK(mouse.hand().position[2] == Approx(0.016));
     mouse.turn_wheel(-2, true, camera, measures);
@@ -211,11 +214,11 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
     s.mass = mass;
     undo.note(before, true, active);
   };
-  change(0.3, true);  // a drag of three pictures
+  change(0.3, true);  // a drag over three pictures, undone as one change
   change(0.4, true);
   change(0.5, true);
   undo.note(s, false, false);
-  change(1.0, false);  // two clicks
+  change(1.0, false);  // two clicks, undone one by one
   change(2.0, false);
   for (const double mass : {1.0, 0.5, 0.25}) {
     REQUIRE(undo.undo(s));
@@ -226,7 +229,7 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
 
 TEST_CASE("What does nothing is known, and so is the preset that is in force", "[room]") {
   room::Settings s;
-  CHECK_FALSE(room::Effective(s).stribeck);  // no damper that could fade
+  CHECK_FALSE(room::Effective(s).stribeck);  // there is no damper whose decay could matter
   CHECK_FALSE(room::Effective(s).ageing_time);
   s.damping_per_newton = 0.5;
   s.growth_per_decade = 0.05;
@@ -250,7 +253,7 @@ TEST_CASE("A knock of some milliseconds does not set the range of a plot, a last
   std::vector<float> values(1000, 0.5f);
   values[3] = 40.0f;
   values[700] = -30.0f;
-  values[10] = 1.1f;  // a peak that friction can reach
+  values[10] = 1.1f;  // a peak that the law can reach
   room::ValueRange r = room::range_of_most(values, 1.2);
   CHECK(r.low == Approx(-1.2).margin(2));
   CHECK(r.low >= -1.2);
@@ -272,7 +275,7 @@ TEST_CASE("An axis far from zero counts from a round place, in the unit of its w
   CHECK(axis(-0.1, 0.2).offset == 0.0);
   CHECK(axis(0.0, 400e-6).unit == "µm");
   CHECK(axis(0.0, 400e-6).offset == 0.0);
-  // An axis that could read "249.565".
+  // An axis whose numbers could read "249.565".
   const room::AxisText far = axis(0.24952, 0.24968);
   CHECK(far.unit == "µm from 249 mm");
   CHECK(far.offset == Approx(0.249));
@@ -314,13 +317,13 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
     CHECK(std::hypot(glass.hairs()[i].root[0], glass.hairs()[i].root[1]) < room::BristleGlass::reach);
   }
 
-  // The block moves on by 0.2 mean lengths: nothing snaps, whatever its sign.
+  // The block moves on by 0.2 mean lengths: nothing snaps, in either direction.
   for (const float step : {0.2f, -0.4f, 0.3f}) {
     for (float& z : room.bristles.zx) z += step * mean;
     glass.update(room, 0.02f);
     CHECK(glass.snaps() == 0);
   }
-  // Three snap, one of which draws a new length.
+  // Three bristles snap, one of which draws a new length.
   for (float& z : room.bristles.zx) z += 0.05f * mean;
   for (const std::size_t i : {3u, 50u, 399u}) room.bristles.zx[i] = 0.02f * mean;
   room.bristles.snap_length[50] *= 1.5f;
@@ -338,14 +341,15 @@ TEST_CASE("Cohorts are drawn as sheets as thick as their mass, and age until the
   Snapshot room = made_up::room_with_block_at(0, 1, 0);
   room.settings.infinite = true;
   const auto mean = static_cast<float>(room.presliding_length);
-  // A quarter of the bristles bent by 0.2 lengths, the rest by 0.7.
+  // A quarter of the bristles are bent by 0.2 lengths, the rest by 0.7.
   for (std::size_t i = 0; i < room::bristles_shown; ++i) room.bristles.zx[i] = (i < 100 ? 0.2f : 0.7f) * mean;
   glass.update(room, 0.02f);
   REQUIRE(glass.shows_cohorts());
   REQUIRE(glass.hairs().size() == 2);
   CHECK(glass.hairs()[1].half[0] == Approx(3 * glass.hairs()[0].half[0]).epsilon(1e-3));
   CHECK(glass.hairs()[0].lean[0] == Approx(0.2 * room::BristleGlass::lean_per_length));
-  // They go on by 0.1 lengths in half a second; a quarter of the second snaps into a new one.
+  // They are bent on by 0.1 lengths in half a second; a quarter of those bent by 0.7 snap and draw new
+  // lengths.
   room.time += 0.5;
   room.block_position[0] += 0.1 * room.presliding_length;
   for (std::size_t i = 0; i < room::bristles_shown; ++i)
@@ -389,22 +393,23 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
   CHECK(first[first.size() - 1].first == Approx(4e-3).epsilon(0.02));
   CHECK(first[1].second == 0.5f);
   const std::size_t size = first.size();
-  add(2.0f, 0.1f, 0.1f);  // back again: pinned
+  add(2.0f, 0.1f, 0.1f);  // the block is back, after first loading has ended: the curve stays as it is
   CHECK(first.size() == size);
-  add(0.0f, 0.3f, 0.0f);  // a reset
+  add(0.0f, 0.3f, 0.0f);  // a reset begins a new curve
   CHECK(first.size() == 1);
   for (int i = 0; i <= 200; ++i)
     add(0.001f * static_cast<float>(i), 0.3f + 1e-5f * static_cast<float>(i), 0.5f);
   for (int i = 0; i <= 200; ++i)
     add(0.3f + 0.001f * static_cast<float>(i), 0.302f - 1e-5f * static_cast<float>(i), 0.5f);
-  CHECK(first[first.size() - 1].first > 1.49e-3f);  // rubbed: only as far as the first turn back
+  CHECK(first[first.size() - 1].first > 1.49e-3f);  // when rubbed, the curve goes only as far as the first
+                                                    // reversal
   CHECK(first[first.size() - 1].first < 1.53e-3f);
 }
 
 namespace {
 
-// Colour as seen by an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009), and how far
-// two colours are from each other in CIE Lab.
+// Colour as seen by an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009), and the
+// distance of two colours in CIE Lab.
 using Rgb = std::array<double, 3>;
 Rgb lab_for(ImU32 colour, int missing) {
   static const double seen[3][3][3] = {
@@ -441,7 +446,7 @@ TEST_CASE("Colours that mean different things beside each other differ for every
         for (std::size_t b = a + 1; b < set.size(); ++b) {
           const Rgb p = lab_for(set[a], missing), q = lab_for(set[b], missing);
           INFO("colours " << a << " and " << b << ", cone " << missing);
-          // 2.3 is just seen.
+          // A distance of 2.3 is just visible.
           CHECK(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > 20.0);
         }
       }
@@ -518,7 +523,7 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   CHECK(arrow[0] == 0);
   CHECK(arrow[1] > 300);
 
-  // Straight bristles are blue; bent to nine tenths of their snap lengths, red.
+  // Straight bristles are blue; those bent to nine tenths of their snap lengths are red.
   view.glass_shown = true;
   const auto is_blue = [](Pixel p) { return p.b > p.r + 50 && p.b > p.g + 10; };
   const auto is_red = [](Pixel p) { return p.r > p.g + 60 && p.r > p.b + 60 && p.r < 250; };
@@ -526,10 +531,109 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage straight = offscreen->draw(room, 0.02f);
   for (std::size_t i = 0; i < room.bristles.count; ++i)
     room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
-  room.bristles.key = 2;  // another patch: nobody has snapped
+  room.bristles.key = 2;  // another patch, so no bristle counts as snapped
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
+}
+
+TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast ones bring them back",
+          "[room]") {
+  room::DrawingPace pace;
+  double t = 0.0;
+  const auto draw = [&](double seconds, double picture_s, double share = 1.0) {
+    for (const double end = t + seconds; t < end; t += std::max(picture_s, pace.now().period_s))
+      pace.take(t, picture_s, share);
+  };
+  draw(30.0, 0.016);
+  CHECK(pace.now().shadows);
+  // A single slow picture, of a window that opens, changes nothing.
+  draw(0.1, 0.2);
+  draw(5.0, 0.016);
+  CHECK(pace.now().shadows);
+  draw(2.0, 0.12);
+  CHECK_FALSE(pace.now().shadows);
+  CHECK_FALSE(pace.now().half_resolution);
+  CHECK(std::string(pace.now().says) == "no shadows");
+  draw(2.0, 0.06);
+  CHECK(pace.now().half_resolution);
+  CHECK(pace.now().period_s < 0.02);
+  draw(3.0, 0.05);
+  CHECK(pace.now().period_s == Approx(1.0 / 15));
+  draw(60.0, 0.05);  // nothing is left to shed
+  CHECK(pace.now().period_s == Approx(1.0 / 15));
+  draw(30.0, 0.005);
+  CHECK(pace.now().shadows);
+  // A simulation that falls behind sheds as well, however fast the pictures are.
+  draw(3.0, 0.005, 0.4);
+  CHECK_FALSE(pace.now().shadows);
+
+  // What is too dear each time is tried ever more rarely: in ten minutes a handful of times.
+  room::DrawingPace dear;
+  int changes = 0;
+  bool shadows = true;
+  for (t = 0.0; t < 600.0;) {
+    const double picture_s = dear.now().shadows ? 0.08 : 0.015;
+    dear.take(t, picture_s, 1.0);
+    t += std::max(picture_s, dear.now().period_s);
+    changes += dear.now().shadows != shadows;
+    shadows = dear.now().shadows;
+  }
+  CHECK(changes > 3);
+  CHECK(changes < 20);
+}
+
+TEST_CASE("A block's trail begins where it stood and follows it; a scene that begins again has a new one",
+          "[room]") {
+  room::Trails trails;
+  Snapshot room = made_up::room_with_block_at(0.0, 1.0, 0.5);
+  for (int k = 0; k <= 100; ++k) {
+    room.time = 1.0 + 0.01 * k;
+    room.block_position[0] = 1e-3 * k;
+    trails.update(room);
+  }
+  REQUIRE(trails.way(0).size() > 15);
+  CHECK(trails.way(0).front().norm() == 0.0f);
+  CHECK(trails.way(0).back().x() == Approx(0.1).margin(2 * room::Trails::spacing));
+  CHECK(trails.way(1).empty());
+  // It never grows beyond its bound, and keeps its beginning.
+  for (int k = 0; k < 5000; ++k) {
+    room.time += 0.01;
+    room.block_position[0] = k % 2 ? 0.1 : 0.0;
+    trails.update(room);
+  }
+  CHECK(trails.way(0).size() == room::Trails::most);
+  CHECK(trails.way(0).front().norm() == 0.0f);
+  room.block_position[0] = std::nan("");
+  trails.update(room);
+  CHECK(trails.way(0).back().allFinite());
+
+  room.time = 0.1;  // reset
+  room.block_position[0] = 0.02;
+  room.compared = 1;
+  trails.update(room);
+  CHECK(trails.way(0).size() == 1);
+  REQUIRE(trails.way(1).size() == 1);
+  CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
+  room.settings.compare = room::Comparison::rubbing;  // a carriage moves the blocks
+  trails.update(room);
+  CHECK(trails.way(0).empty());
+}
+
+TEST_CASE("Drawn without shadows and at half resolution the block is where it was", "[room]") {
+  const auto offscreen = try_offscreen(700, 520);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  view.panels = view.glass_shown = false;
+  const Snapshot room = made_up::room_with_block_at(0.1, 0.0, 0);
+  double whole = 0, plain = 0;
+  const int all = count(offscreen->draw(room, 0.02f), is_wood, &whole);
+  view.shadows = false;
+  view.half_resolution = true;
+  const int now = count(offscreen->draw(room, 0.02f), is_wood, &plain);
+  REQUIRE(all > 1000);
+  CHECK(now == Approx(all).epsilon(0.1));
+  CHECK(plain == Approx(whole).margin(3));
 }
 
 TEST_CASE("The glass leaves the side on which the block is", "[room]") {

@@ -1,4 +1,4 @@
-// What a tick of the virtual room may not do on the haptic thread.
+// What a tick of the virtual room must not do on the haptic thread.
 #include <catch2/catch.hpp>
 
 #include <arpa/inet.h>
@@ -19,7 +19,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Along the floor, off centre, along the end wall, and over the top.
+/// Returns a motion along the floor, off centre, along the end wall, and over the top.
 room::HandMotion busy_hand() {
   const auto at = [](double t, double x, double y, double z) {
     return room::HandRow{t, {true, {x, y, z}, {0, 0, -1.0}}};
@@ -39,7 +39,7 @@ void check_clean(const Sighting& seen) {
   }
 }
 
-/// A device server's one packet: a hand that holds still.
+/// Sends one packet, as a device server would: a hand that holds still.
 void send_hand(int port) {
   unsigned char bytes[room::hand_packet_size];
   room::encode({1, {true, {-0.07, 0.0, 0.03}, {0, 0, 0}}}, bytes);
@@ -80,9 +80,9 @@ TEST_CASE(
           loop->exchange().room.refresh();
           return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
         },
-        {SYS_clock_gettime, SYS_getrusage});  // the latter of a late tick, and of the first
+        {SYS_clock_gettime, SYS_getrusage});  // getrusage is called in a late tick, and in the first
     check_clean(seen);
-    CHECK(seen.value > 100000);  // um: the block came far
+    CHECK(seen.value > 100000);  // um: the block moved far
   }
 }
 

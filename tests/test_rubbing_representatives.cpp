@@ -1,5 +1,5 @@
 // Representatives that can be rubbed: residual and shared renewal (core/patches/RUBBING.md) against tables
-// made by an independent solver (tests/data/rubbing_*.csv), and what must hold of every patch.
+// made by an independent solver (tests/data/rubbing_*.csv), and properties of every patch.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -26,13 +26,13 @@ Material rubbed(const SnapLength& law, SnapRule rule, double residual_over_dbar,
       .with_shared_renewal(renewal);
 }
 
-/// The rows of a table that belong together: one law, rule, kappa and residual.
+/// The rows of a table for one law, rule, kappa and residual.
 struct TableCase {
   std::string name;
   SnapLength law;
   SnapRule rule = SnapRule::redraw;
   double renewal = 0.0;
-  double residual = 0.0;  ///< over dbar
+  double residual = 0.0;  ///< residual length over dbar
   std::vector<Row> rows;
 };
 
@@ -56,7 +56,7 @@ std::vector<TableCase> read_cases(const std::string& file) {
   return cases;
 }
 
-/// A patch of a case, and its mean deflection over dbar: minus the force with plain_material.
+/// A patch of a case, with its mean deflection over dbar: minus the force with plain_material.
 struct Rub {
   std::uint32_t n;
   OnePatch patch;
@@ -70,17 +70,18 @@ struct Rub {
   double mean_bend(const Response& r) const { return -r.mean[0] / n / dbar; }
 };
 
-/// Standard error of the mean deflection of n bristles, at most (exponential law: dbar / sqrt(n)).
+/// Returns a bound on the standard error of the mean deflection of n bristles (exponential law: dbar /
+/// sqrt(n)).
 double sampling_error(std::uint32_t n) { return 1.0 / std::sqrt(static_cast<double>(n)); }
 
-/// The first multiple of `step` that the table has at or beyond x, as a number of steps; 0 where it lies
-/// between steps.
+/// Returns the number of steps to the first multiple of `step` at or beyond x that the table has, or 0 if x
+/// lies between steps.
 int steps_to(double x, double step) {
   const double k = x / step;
   return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
 }
 
-/// A path of steps of one length that turns by `turn` rad a step, or that much at random, with the default
+/// A path of equal steps that turns by `turn` rad in each, or at random by that much, with the default
 /// material.
 struct Bends {
   double turn;
@@ -91,13 +92,13 @@ struct Bends {
   void next() { heading += turn * (at_random ? std::normal_distribution<double>()(random) : 1.0); }
 };
 
-/// What a step does: forces along and across the motion, dissipation and snaps by length.
+/// Results of a step: forces along and across the motion, dissipation and snaps per length.
 struct BentStep {
   double end_along = 0.0, end_across = 0.0, mean_along = 0.0, mean_across = 0.0, dissipated = 0.0,
          snaps = 0.0;
 };
 
-/// Takes a step in `parts` equal ones. Forces in newtons, lengths in metres.
+/// Takes a step in `parts` equal parts. Forces in newtons, lengths in metres.
 BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts, double load = 1.0) {
   const double e[2] = {std::cos(heading), std::sin(heading)};
   BentStep sum;
@@ -113,10 +114,10 @@ BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts
   return sum;
 }
 
-/// Load of step k: it ripples by 10 % over 20 steps.
+/// Returns the load of step k, which varies by 10 % over 20 steps.
 double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.141592653589793 * k)) / 1.1; }
 
-/// Slides to steady sliding in the steps given, lengths of dbar.
+/// Slides by `path` to steady sliding, in steps of `step`; lengths in dbar.
 void slide(Rub& rub, double path, double step) {
   for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
 }
@@ -136,7 +137,7 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
         if (steps == 0 || x > 8.0) continue;
         Response r;
         for (; done < steps; ++done) r = rub.move(step);
-        // Pieces of a quarter length err by 0.004 at the most.
+        // Pieces of a quarter length have an error of 0.004 at most.
         expect_near(rub.bend(r), number(row, "f"), 4.0 * sampling_error(n) + (step > 0.1 ? 0.004 : 0.001),
                     "mean deflection");
       }
@@ -145,7 +146,7 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
 }
 
 TEST_CASE("Bristles that are renewed and snap again within a step renew others too", "[rubbing][virgin]") {
-  // Exponential lengths have no memory: whatever came before, a bristle begins anew at a rate of 1 + kappa a
+  // Exponential lengths have no memory: whatever came before, a bristle restarts at a rate of 1 + kappa per
   // mean length.
   const std::uint32_t n = test_size(200000);
   for (double kappa : {1.0, 3.0}) {
@@ -154,7 +155,7 @@ TEST_CASE("Bristles that are renewed and snap again within a step renew others t
     c.law = SnapLength::exponential(dbar);
     c.renewal = kappa;
     Rub rub(c, n, 1);
-    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // the longest that is not cut up
+    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // the longest step that is not cut into pieces
     const double bend = (1.0 - std::exp(-rate * piece)) / rate;
     const double squares =
         2.0 / (rate * rate) * (1.0 - std::exp(-rate * piece) * (1.0 + rate * piece)) - bend * bend;
@@ -181,7 +182,7 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
         bend += rub.mean_bend(r) / steps;
         snaps += static_cast<double>(r.snaps) / n / step / steps;
       }
-      // Over 20 lengths sampling errors shrink to a third. 0.5 % is what pieces may take.
+      // Over 20 lengths sampling errors shrink to a third. Pieces may add 0.5 %.
       expect_near(bend, f, 0.005 * f + sampling_error(n), "kinetic friction");
       expect_near(snaps, rate, 0.01 * rate + sampling_error(n), "snaps per length");
     }
@@ -189,7 +190,8 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
 }
 
 namespace {
-constexpr double variance = 0.151;  // of the mean deflection, times n: bristles one by one, a draw per snap
+constexpr double variance = 0.151;  // variance of the mean deflection, times n, from bristles one by one with
+                                    // a draw per snap
 }
 
 TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of any length", "[rubbing]") {
@@ -213,7 +215,7 @@ TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of
       squares += (rub.bend(r) - f) * (rub.bend(r) - f) / steps;
       snaps += static_cast<double>(r.snaps) / n / step / steps;
     }
-    // Ends within three steps say nearly the same.
+    // Ends of steps within three of each other are correlated.
     const double error = 4.0 * std::sqrt(variance / n * 6.0 / steps);
     expect_near(end, f, 0.001 * f + error, "force at the end");
     expect_near(mean, f, 0.001 * f + error, "mean force");
@@ -261,7 +263,7 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
   c.renewal = 1.0;
   const int steps = static_cast<int>(test_size(20000));
   for (const std::uint32_t n : {3u, 20u}) {
-    // A bristle is not renewed by its own snap: with few the friction is above that of many.
+    // A bristle is not renewed by its own snap, so with few bristles friction exceeds that of many.
     Rub slow(c, n, 1);
     double expected = 0.0;
     for (int k = 0; k < 5 * steps; ++k) expected += slow.bend(slow.move(0.1)) / (5 * steps);
@@ -327,7 +329,8 @@ TEST_CASE("Long steps back take bristles that keep a long residual as far as it 
     const double allowed = 4.0 * sampling_error(n) + 0.005;
     for (double way = 0.0; way < 60.0; way += step) {
       const double bend = rub.bend(rub.move(-step));
-      // The bristles are bent by at most 21.5 and snap at 20.5 or more the other way: until then they stick.
+      // The bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until then
+      // they stick.
       if (way + step <= 40.0) expect_near(bend, f - way - step, allowed, "before any snaps");
       if (way + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
     }
@@ -408,7 +411,7 @@ TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against
 
 namespace {
 
-/// Brute force, in pieces of path so short that order does not matter: bristles snap one by one, then all are
+/// Brute force, in pieces of path so short that order does not matter: bristles snap one by one, then each is
 /// renewed with the probability that these snaps give.
 class BruteRub {
  public:
@@ -429,7 +432,7 @@ class BruteRub {
     for (std::size_t i = 0; i < z_.size(); ++i) {
       z_[i] += d;
       if (z_[i] * e > residual_ + delta_[i]) {
-        z_[i] -= e * delta_[i];  // on along the rest of the piece
+        z_[i] -= e * delta_[i];  // bends on along the rest of the piece
         if (redraw_) delta_[i] = draw();
         ++snaps;
       }
@@ -499,7 +502,7 @@ TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no 
 TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
           "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
-  patch.step(1.2 * dbar, 1.6 * dbar, 100.0);  // |z| = 2 of 3
+  patch.step(1.2 * dbar, 1.6 * dbar, 100.0);  // |z| = 2 of a snap length of 3
   patch.batch.set_material(patch.id, rubbed(SnapLength::single(dbar), SnapRule::keep, 0.5, 0.0));
   const Response r = patch.step(0.0, 0.0, 100.0);
   CHECK(r.snaps == 100);
@@ -529,7 +532,7 @@ TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") 
 }
 
 TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubbing]") {
-  // No length is drawn: what tells the patches apart is who was renewed.
+  // No length is drawn, so only the choice of renewed bristles distinguishes the patches.
   const std::uint32_t n = 2000;
   const auto bristles_of = [&](std::uint32_t seed, std::uint64_t key) {
     OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 0.0, 1.0),
@@ -550,7 +553,7 @@ TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubb
 }
 
 TEST_CASE("A slide on another line than the last begins anew, however long the last one was", "[rubbing]") {
-  // Moves back and aside without a snap: bristles lean across the slide until it has forgotten them.
+  // Moves back and aside without a snap: bristles lean across the slide until the slide has forgotten it.
   const std::uint32_t n = 20000;
   const Material material = rubbed(uniform, SnapRule::redraw, 0.0, 1.0);
   for (const double length : {10.0, 30.0, 200.0}) {
@@ -596,8 +599,9 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
         }
         off_across += std::pow(now.mean_across - right.mean_across, 2) / (steps - settle);
       }
-      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // of one force, in newtons
-      // To first order in the angle: what is left grows with its square and with the curvature.
+      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of one force, in newtons
+      // The carried path is right to first order in the angle; the rest grows with its square and with the
+      // curvature.
       const double allowed = turn > 0.2 ? 0.008 : 0.004;
       CHECK(a.end_along == Approx(b.end_along).epsilon(allowed));
       CHECK(a.mean_along == Approx(b.mean_along).epsilon(allowed));
@@ -623,7 +627,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
       OnePatch judge(material, PatchOptions(options).with_seed(2));
       Bends path{turn, false};
       constexpr int period = 20, cycles = 6;
-      // By phase of the ripple, the first cycle left out.
+      // Sums by phase of the load's variation, without the first cycle.
       std::vector<BentStep> of_patch(period), of_judge(period);
       for (int k = 0; k < period * (cycles + 1); ++k) {
         path.next();
@@ -637,7 +641,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
           of_judge[k % period].*field += right.*field / cycles;
         }
       }
-      // Of the sum over all phases, and the rms over single ones, where the ripple shows.
+      // Noise of the mean over all phases, and rms over single phases, in which the variation shows.
       const double noise = 0.6 / std::sqrt(static_cast<double>(n) * cycles);
       for (const auto field : {&BentStep::end_along, &BentStep::mean_along, &BentStep::dissipated,
                                &BentStep::snaps, &BentStep::end_across, &BentStep::mean_across}) {
@@ -729,8 +733,8 @@ TEST_CASE("A slide that bends keeps its energy, and its bits on any instruction 
 }
 
 TEST_CASE("A bristle that counts in part is renewed alike on one thread and on several", "[rubbing]") {
-  // Many bristles for the threads to share; two of them, one in part, are a block of their own, which others
-  // renew where they do not snap.
+  // Many bristles for the threads to share. The last two of them, one in part, are a block of their own, in
+  // which renewals happen without snaps.
   const std::uint32_t n = 300000;
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);

@@ -1,5 +1,5 @@
-// A contact that can be rubbed still sticks: held loads, taps, encoder noise and sideways tremor, and where
-// creep begins (core/MODEL.md, "Rubbing").
+// A contact that can be rubbed still sticks under held loads, taps, encoder noise and sideways tremor; the
+// tests also show where creep begins (core/MODEL.md, "Rubbing").
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -17,8 +17,8 @@ using namespace bristle_test;
 
 namespace {
 
-/// A patch under a force along x, quasi-static: it moves until friction holds the force. Lengths in those of
-/// the contact (residual plus mean snap length), forces in its kinetic friction.
+/// A patch under a force along x, quasi-static: it moves until friction holds the force. Lengths in units of
+/// the contact's presliding length (residual plus mean snap length), forces over its kinetic friction.
 class Held {
  public:
   Held(double renewal, double residual_share, int axes = 1)
@@ -36,7 +36,8 @@ class Held {
     force_ = -r.elastic[0] / (load_n * dbar * length_);
     place_ += dx;
   }
-  /// Whether friction holds the force. The stiffness of sticking is 1: each step falls short of the target.
+  /// Moves until friction holds the force; returns whether it does. Sticking has stiffness 1, so each step
+  /// falls short of the target.
   bool load_to(double share) {
     const double wanted = share * kinetic_;
     for (int i = 0; i < 400; ++i) {
@@ -45,7 +46,7 @@ class Held {
     }
     return false;
   }
-  /// One to and fro sideways by `shake` lengths.
+  /// Moves to and fro sideways by `shake` lengths.
   bool shake(double shake, double held) {
     double y = 0.0;
     for (int j = 1; j <= 16; ++j) {
@@ -86,7 +87,8 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
-      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);  // lengths a cycle
+      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);  // 2e-6 lengths per cycle, over the last
+                                                                    // tenth
     }
   }
 }
@@ -143,7 +145,7 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
       CHECK(std::abs(drift(renewal, quiet.first, quiet.second)) < 2e-5);
     }
   }
-  // Beyond the limit kappa = 1 creeps, where the paper's brush hardens.
+  // Beyond the limit kappa = 1 creeps, and the paper's brush hardens.
   CHECK(drift(1.0, 0.6, 0.6) > 0.1);
   CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
 }
@@ -179,10 +181,10 @@ TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "
       for (int k = 0; k < 6; ++k)
         for (const Sample& s : stroke) {
           const Response r = tip.step(s.dx, s.dy, s.load);
-          if (s.load < 0.5) continue;  // as it lifts; few bristles hold it
+          if (s.load < 0.5) continue;  // skips the lift, when few bristles hold it
           const double share = std::hypot(r.elastic[0], r.elastic[1]) / s.load;
           highest = std::max(highest, share);
-          if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // slower than 20 mm/s
+          if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // skips speeds below 20 mm/s
           sum += share;
           ++slides;
         }
@@ -209,13 +211,14 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     patch.step(length, 0.0, 4.0);
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
-      if (now[i] > before[i] + 0.999 * length) continue;  // it only bent on
-      sum += (now[i] - residual) / length;                // of the step, what it has slid since
+      if (now[i] > before[i] + 0.999 * length) continue;  // this bristle did not slip, but was bent on
+      sum += (now[i] - residual) / length;                // share of the step since its slip
       ++slips;
     }
     before = now;
   }
   REQUIRE(slips > 2000);
-  // Uniform: 1 / sqrt(12 n); two renewals of one bristle in one step, a few in a hundred, show the later one.
+  // Expected for a uniform law: 1 / sqrt(12 n). Two renewals of one bristle in one step, a few in a hundred,
+  // show only the later one.
   CHECK(sum / slips == Approx(0.5).margin(5.0 / std::sqrt(12.0 * slips) + 0.02));
 }

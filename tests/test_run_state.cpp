@@ -73,7 +73,7 @@ TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit",
         CHECK(rest.bodies[b].velocity[axis] == whole.bodies[b].velocity[axis]);
       }
     }
-    // Time, forces, loads and ways: every digit of the force file.
+    // Time, forces, loads and displacements: the force file agrees in every digit.
     CHECK(read_file(folder.at("first.csv")) + without_header(read_file(folder.at("second.csv"))) ==
           read_file(folder.at("whole.csv")));
   }
@@ -131,7 +131,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
              Contains("bytes") || Contains("options"));
   CHECK_THAT(refused("", "", folder.at("nothing")), Contains("No such file"));
 
-  // A program's state file has patches, but no run.
+  // A state file of a program of one's own has patches, but no run.
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
   CHECK_THAT(refused("", "", folder.at("program")), Contains("not the state of a run"));
@@ -142,7 +142,7 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const std::string file = folder.write("file", "");
   const auto refused = [&](const std::string& place) {
-    // A force file would be there, had anything begun.
+    // A force file would exist if anything had begun.
     const std::string why = refusal([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
     CHECK_THAT(why, Contains(place));
     CHECK_FALSE(std::filesystem::exists(folder.at("f")));

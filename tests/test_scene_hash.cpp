@@ -1,6 +1,7 @@
-// The state hash of each scene in tools/scenes is the one on record, on every instruction set and number of
-// threads. A changed hash means changed bits, or a changed scene. Where that is meant, record it again:
-//   BRISTLE_RECORD_GOLDEN=1 bristle_tests "Each scene*"
+// Compares the state hash of each scene in tools/scenes with the recorded one, on every instruction set and
+// number of threads. A changed hash means changed bits or a changed scene. If that is intended, record it
+// again:
+// BRISTLE_RECORD_GOLDEN=1 bristle_tests "Each scene*"
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,7 +24,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Scenes of patches. Scenes of beds have no state hash: test_beds.cpp compares the bits of beds.
+/// Returns the scenes of patches. Scenes of beds have no state hash; test_beds.cpp compares the bits of beds.
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(BRISTLE_SCENES)) {
@@ -40,8 +41,8 @@ cli::Scene read(const std::string& name) {
   return cli::read_scene(std::string(BRISTLE_SCENES) + "/" + name + ".toml");
 }
 
-/// Steps of a scene whose hash is taken: enough for contact, sliding and reversal where they come early, and
-/// short where a step is long.
+/// Returns the steps of a scene after which its hash is taken: enough for contact, sliding and reversal if
+/// they come early, and few if a step takes long.
 std::uint64_t steps_of(const cli::Scene& scene) {
   std::uint64_t bristles = 0;
   for (const cli::ScenePatch& patch : scene.patches)

@@ -1,4 +1,4 @@
-// What a step may not do on the servo thread, and that the watch would see it.
+// What a step must not do on the servo thread, and checks that the watch would detect it.
 #include <catch2/catch.hpp>
 
 #include <sys/syscall.h>
@@ -20,7 +20,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Patches of many kinds, pushed about: light and heavy, stuck and sliding, some with bad input.
+/// Patches of many kinds, moved about: light and heavy, stuck and sliding, some with bad input.
 class BusyScene {
  public:
   explicit BusyScene(int threads, std::uint32_t large = 200000)
@@ -38,7 +38,7 @@ class BusyScene {
     responses_.resize(ids_.size());
   }
 
-  /// Counts the bristles visited, so that the test notices a step that did nothing.
+  /// Takes step k. Counts the bristles visited, so that the test notices a step that did nothing.
   long step(int k) noexcept {
     for (std::size_t i = 0; i + 1 < motions_.size(); ++i) {
       motions_[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);
@@ -105,7 +105,7 @@ TEST_CASE("With workers a step makes no system call but theirs: futex and sched_
                               },
                               {SYS_futex, SYS_sched_yield});
   check_clean(seen);
-  CHECK(seen.value >= 1);  // threads that took part; with one core it may stay 1
+  CHECK(seen.value >= 1);  // number of threads that took part; on one core it may stay 1
 }
 
 TEST_CASE("Patches that come, go and change on another thread cost the servo thread nothing of the kind",
@@ -115,7 +115,7 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
   std::thread adder;
   std::atomic<bool> stop{false};
   std::atomic<long> changes{0};
-  // Memory is the adding thread's business: only the servo thread's locks and system calls count here.
+  // The adding thread may allocate memory: only the servo thread's locks and system calls count here.
   const Sighting seen = watch(
       [&] {
         scene.emplace(1, 2000);
@@ -137,7 +137,8 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
       [&] {
         const long before = changes;
         long steps = 0;
-        // At least 200 steps, until 500 changes were made (the adding thread may wait for a core).
+        // Takes at least 200 steps, and goes on until 500 changes were made (the adding thread may wait for a
+        // core).
         for (; steps < 200 || (changes < before + 500 && steps < 2000000); ++steps)
           scene->step(static_cast<int>(steps % 1000));
         return static_cast<long>(changes) - before;
@@ -177,7 +178,8 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    CHECK(seen.system_call_count == 0);  // no wait for a free mutex: only the count of locks shows it
+    CHECK(seen.system_call_count == 0);  // a free mutex makes no system call; only the count of locks shows
+                                         // it
     CHECK(seen.counts.locks == 3);
   }
   {

@@ -1,5 +1,5 @@
-// Skipping in patches of several groups of blocks (more than 16,384 bristles), where the patch's own bound
-// comes from groups that were last visited at different places: the same bits as visiting every bristle.
+// Skipping in patches of several groups of blocks (more than 16,384 bristles), where the patch's bound comes
+// from groups that were last visited at different places: it gives the bits of visiting every bristle.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace bristle_test;
 
 namespace {
 
-constexpr std::uint32_t many = 50000;  // 196 blocks, 4 groups
+constexpr std::uint32_t many = 50000;  // 50000 bristles: 196 blocks, 4 groups
 
 /// Two batches that must never differ: one skips, one visits every bristle in every step.
 struct Twins {
@@ -42,17 +42,18 @@ struct Twins {
   void check() {
     CHECK(wrong == 0);
     CHECK(lazy.state_hash() == eager.state_hash());
-    if (!is_scalar(lazy)) CHECK(visited_lazy < visited_eager / 2);  // else nothing was skipped
+    if (!is_scalar(lazy)) CHECK(visited_lazy < visited_eager / 2);  // otherwise nothing was skipped
   }
 };
 
-/// Slides that scatter the deflections, then small steps along `angle` and back, turning by `turn` at each.
+/// Slides to scatter the deflections, then takes small steps along `angle` and back, turning by `turn` each
+/// time.
 void move_about(Twins& twins, double angle, double turn, int steps) {
   std::mt19937 random(3);
   const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
   double there = 0.0;
   for (int k = 0; k < steps; ++k) {
-    if (k % 100 == 0) {  // deflections are scattered again
+    if (k % 100 == 0) {  // scatters the deflections again
       twins.step(2.7 * dbar * std::cos(angle + 1.0), 2.7 * dbar * std::sin(angle + 1.0));
       there = 0.0;
     }
@@ -90,11 +91,11 @@ TEST_CASE("A change of detail forgets how far the patch could go without a snap"
     for (int round = 0; round < 60; ++round) {
       twins.set_detail(round % 2 == 0 ? many / 4 : many);
       const double angle = static_cast<double>(random() % 628) / 100.0;
-      // A slide of another length each time, then small steps: every group learns its bound.
+      // A slide of another length each time, then small steps, so that every group knows its bound.
       const double slide = dbar * (0.2 + 0.05 * (round % 40));
       twins.step(slide * std::cos(angle), slide * std::sin(angle));
       for (int k = 0; k < 4; ++k) twins.step(1e-7 * dbar, 1e-7 * dbar);
-      // More or fewer of them, and on by less than the old bounds may have allowed.
+      // Changes the number of bristles, then moves by less than the old bounds may have allowed.
       twins.set_detail(round % 2 == 0 ? many : many / 4);
       for (int k = 0; k < 12; ++k) {
         const double way = dbar * 1e-6 * std::pow(2.5, k);

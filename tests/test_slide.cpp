@@ -26,7 +26,7 @@ SnapLength law_of(const std::string& name) {
   if (name == "uniform_0.5_1.5") return uniform;
   if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
   if (name == "exponential") return SnapLength::exponential(dbar);
-  // Limits in proportion to 1 - u^2, u uniform on [0, 1], of mean 1: quantiles 1.5 (1 - (1 - q)^2) dbar.
+  // Quantiles of limits in proportion to 1 - u^2, u uniform on [0, 1], of mean 1: 1.5 (1 - (1 - q)^2) dbar.
   std::vector<double> quantiles(SnapLength::max_table_size);
   for (std::size_t k = 0; k < quantiles.size(); ++k) {
     const double u = 1.0 - static_cast<double>(k) / static_cast<double>(quantiles.size() - 1);
@@ -37,13 +37,13 @@ SnapLength law_of(const std::string& name) {
 
 constexpr double load = 3.0;
 
-/// Mean deflection after a path in mean limits, over the mean limit.
+/// Mean deflection after a path; both in mean limits.
 struct Bent {
   double x, y;
 };
 Bent bent(const Response& out) { return {-out.elastic[0] / (load * dbar), -out.elastic[1] / (load * dbar)}; }
 
-/// Bristles one by one, in tiny steps, by the definition.
+/// Bristles one by one, in tiny steps, by the definition of the rule.
 struct Brute {
   bristle::detail::Strata strata;
   std::vector<double> x, y;
@@ -53,7 +53,7 @@ struct Brute {
   Brute(const SnapLength& law, std::uint32_t n, double the_drop = 0.0)
       : strata(bristle::detail::make_strata(law, n)), x(n), y(n), drop(the_drop), slides(n) {}
 
-  /// In mean limits; a tiny step is at most `pace`.
+  /// Moves by (dx, dy), in mean limits, in tiny steps of at most `pace`.
   void move(double dx, double dy, double pace) {
     const int steps = std::max(1, static_cast<int>(std::ceil(std::hypot(dx, dy) / pace)));
     for (int k = 0; k < steps; ++k)
@@ -78,7 +78,7 @@ struct Brute {
   }
 };
 
-/// A path that winds, in metres.
+/// A winding path, in metres.
 struct Winding {
   std::mt19937 random{5};
   double angle = 0.0;
@@ -98,7 +98,8 @@ struct Settings {
 }  // namespace
 
 TEST_CASE("first loading and reversal of bristles that slide are the closed forms", "[slide]") {
-  // 256 strata show the tables' own digits (of the exponential law within 2e-5); 32 what the strata cost.
+  // 256 strata agree with the digits of the tables (the exponential law to 2e-5); 32 show the error of the
+  // strata.
   for (const Settings s : {Settings{256, 3e-5}, Settings{32, 5.5e-4}})
     for (const Precision precision : precisions()) {
       int rows = 0;
@@ -146,7 +147,7 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
       {SnapLength::normal(dbar, 0.3 * dbar), 1e-4}, {uniform, 6.4e-5}};
   for (const auto& [law, allowed] : laws) {
     double error[2] = {0.0, 0.0}, lowest[2] = {0.0, 0.0};
-    int turns = 0;  // extremes of either sign in turn, with 32
+    int turns = 0;  // extremes of alternating sign, with 32 strata
     for (int k = 0; k < 2; ++k) {
       const bristle::detail::Strata strata = bristle::detail::make_strata(law, k == 0 ? 32 : 64);
       double weight = 0.0, mean = 0.0;
@@ -175,11 +176,12 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
     CAPTURE(bristle::to_string(law.law()), law.cv(), error[0], error[1]);
     CHECK(error[0] < allowed);
     CHECK(error[1] < error[0] / 3.5);
-    // As much above as below, at every length and between any two: no other lengths and weights do better.
+    // The error alternates between equal extremes, at every length and between any two, so no other lengths
+    // and weights do better.
     for (const int k : {0, 1}) CHECK(-lowest[k] == Approx(error[k]).epsilon(0.05));
     CHECK(turns >= 2 * 32 - 1);
   }
-  // A few lengths, and laws with atoms: shares are shares, lengths lie within the law.
+  // A few lengths, and laws with atoms: shares sum to 1, lengths lie within the law.
   const SnapLength odd[] = {SnapLength::lognormal(dbar, 0.3), SnapLength::lognormal(dbar, 3.0),
                             SnapLength::exponential(dbar), SnapLength::single(dbar),
                             SnapLength::table(std::vector<double>{dbar, dbar, dbar, 4.0 * dbar, 4.0 * dbar})};
@@ -204,7 +206,8 @@ TEST_CASE("32 and 64 bristles that slide follow a winding path as 20,000 quantil
           "[slide]") {
   for (const double cv : {0.3, 1.0}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
-    // Midpoints that lie close together towards both ends, each by the closed form of a straight step.
+    // Midpoints that lie close together towards both ends, each stepped by the closed form of a straight
+    // step.
     struct One {
       double l, weight, x, y;
     };
@@ -281,10 +284,10 @@ TEST_CASE("bristles that slide follow a winding path as they do in tiny steps, a
         stored = now;
       }
       CAPTURE(drop);
-      // With a drop the reference's small steps resolve the moment of a turn to one small step only.
+      // With a drop, the reference's small steps resolve the moment of a turn only to one small step.
       CHECK(worst < (drop == 0.0 ? 3e-4 : 4e-3));
 
-      // The load changes at every step.
+      // Changes the load at every step.
       for (int k = 0; k < 400; ++k) {
         const auto d = path.next(k % 50 < 10 ? 0.0 : 0.2 * dbar);
         const Response out = patch.step(d[0], d[1], load_of[k % 6]);
@@ -305,7 +308,8 @@ TEST_CASE("a straight step of bristles that slide may be cut anywhere", "[slide]
     for (const double drop : {0.0, 0.3}) {
       const Material material = sliding(SnapLength::lognormal(dbar, 0.5)).with_drop(drop);
       const PatchOptions options =
-          plain_options(600, axes, Precision::double_).with_max_normal_load(load);  // in three blocks
+          plain_options(600, axes, Precision::double_).with_max_normal_load(load);  // 600 strata in three
+                                                                                    // blocks
       OnePatch whole(material, options), parts(material, options);
       Winding path;
       std::mt19937 random(3);
@@ -341,7 +345,7 @@ TEST_CASE("one step however long ends along the motion", "[slide]") {
       const double few = (precision == Precision::double_ ? 1e-13 : 2e-6) + std::exp(-0.2 * lengths);
       CHECK(bent(out).x == Approx(1.0).epsilon(few));
       CHECK(std::abs(bent(out).y) < few);
-      // All of it slid, but for at most two limits.
+      // All bristles slid over the whole path, except for at most two limits.
       CHECK(out.dissipated / (load * dbar * lengths * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(-out.mean[0] / (load * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(bent(patch.step(-0.25 * dbar, 0.0, load)).x == Approx(0.75).epsilon(100.0 * few));
@@ -352,7 +356,7 @@ TEST_CASE("creep below the last digit of a float turns bristles that slide, and 
           "[slide]") {
   OnePatch patch(sliding(uniform), plain_options(32, 2, Precision::single).with_max_normal_load(load));
   patch.step(100.0 * dbar, 0.0, load);
-  // Three limits across, in steps of 2e-8 and a tenth.
+  // Moves three limits across, in steps of 2e-8 and a tenth.
   Response out;
   for (int k = 0; k < 500000; ++k) out = patch.step(0.0, 2e-7 * dbar, load);
   OnePatch truth(sliding(uniform), plain_options(32, 2).with_max_normal_load(load));
@@ -372,10 +376,10 @@ TEST_CASE("a load that rises at rest leaves the force, and one that wavers does 
     CHECK(patch.step(0.0, 0.0, 5.0).end[0] == Approx(held).epsilon(few));
     for (int k = 0; k < 1000; ++k) patch.step(0.0, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(few));
-    // Nor does it where the patch trembles inside its limits.
+    // Tremor within the limits changes nothing either.
     for (int k = 0; k < 1000; ++k) patch.step((k % 2 ? 1e-3 : -1e-3) * dbar, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(10.0 * few));
-    // No contact, no memory.
+    // A loss of contact erases the memory.
     CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == 0.0);
   }
@@ -420,23 +424,23 @@ TEST_CASE("a drop gives the peak of the closed form, again after a rest and afte
         }
         return highest;
       };
-      // A peak between two steps is missed by what is left of a step.
+      // A peak between two steps is missed by up to the rest of a step.
       CHECK(highest_of(1.0, 3.0) == Approx(peak).margin(0.003));
       CHECK(bent(patch.step(0.0, 0.0, load)).x == Approx(kinetic).margin(1e-5));
-      // A rest: they hold 0.7 of their length and slide at the whole: a peak 0.3 of a length on.
+      // After a rest bristles that hold 0.7 of their length slide at the whole: a peak after 0.3 of a length.
       const double after_rest = highest_of(1.0, 2.0);
       CHECK(after_rest > 0.7 + 0.6 * (peak - 0.7));
-      // A turn restores the static limit too, in small steps and in one.
+      // A reversal restores the static limit too, in small steps and in one.
       const double turned = highest_of(-1.0, 4.0);
       CHECK(turned > (law.law() == SnapLaw::single ? 0.997 : 0.72));
       patch.step(5.0 * dbar, 0.0, load);
       if (law.law() == SnapLaw::single) {
-        // -0.7 to +1 is 1.7 on: it holds there in one step, too.
+        // From -0.7 to +1 is a path of 1.7, after which it holds, also in one step.
         patch.step(-10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(1.69 * dbar, 0.0, load)).x == Approx(0.99).margin(1e-4));
       }
     }
-    // First loading as the closed form, before and beyond the peak.
+    // First loading follows the closed form, before and beyond the peak.
     for (const double x : {0.3, 0.7, 0.95, 1.2, 1.8}) {
       OnePatch patch(material, plain_options(2048, 1).with_max_normal_load(load));
       CHECK(bent(patch.step(x * dbar, 0.0, load)).x ==
@@ -456,7 +460,7 @@ TEST_CASE("the limit of bristles that slide grows with rest", "[slide]") {
       for (const double rest : {0.01, 1.0, 100.0}) {
         patch.step(10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(0.0, 0.0, load, rest)).x == Approx(0.8).epsilon(1e-5));
-        // Pulled on fast, it slides at 1 + beta ln(1 + rest / tau), to which the pull adds next to nothing.
+        // Pulled on fast, it slides at 1 + beta ln(1 + rest / tau), to which the pull adds almost nothing.
         const double limit = 1.0 + beta * std::log1p(rest / tau);
         const double way = limit - 0.8;
         CHECK(bent(patch.step((way - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
@@ -502,7 +506,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
       CHECK(again.bristle_stiffness == Approx(m.bristle_stiffness).epsilon(1e-9));
       CHECK(again.snap_length.cv() == Approx(m.snap_length.cv()).epsilon(1e-12));
     }
-  // One length: the whole drop is the peak.
+  // With a single length the whole drop is the peak.
   CHECK(Material::from_coefficients(
             Coefficients{}.with_rule(SnapRule::slide).with_law(SnapLaw::single).with_peak(0.5))
             .drop == Approx(0.2).epsilon(1e-9));
@@ -525,7 +529,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
   CHECK_THAT(message_of([] { plain_material(uniform, SnapRule::keep).with_drop(0.1).validate(); }),
              Contains("drop"));
 
-  // growth_per_decade is that of the peak, to first order.
+  // growth_per_decade is the growth of the peak, to first order.
   const Material aged = Material::from_coefficients(
       Coefficients(slide).with_spread(0.1).with_drop(0.3).with_growth_per_decade(1e-4).with_ageing_time(
           1e-3));
@@ -543,7 +547,7 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
       patch.step(0.4 * dbar, 0.6 * dbar, load);
       patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
 
-      // Fewer strata, and all again: the force stays.
+      // Fewer strata, then all again: the force stays.
       const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
       const double force = patch.step(0.0, 0.0, load).end[0];
       for (const std::uint32_t detail : {31u, 5u, 1u, 70u}) {
@@ -552,7 +556,7 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
         CHECK(patch.step(0.0, 0.0, load).end[0] == Approx(force).epsilon(few));
       }
 
-      // Half the limits: what is beyond them slides at once, and is booked.
+      // Half the limits: bristles beyond them slide at once, and the energy is booked.
       patch.step(60.0 * dbar, 0.0, load);
       const double stored = patch.energy();
       patch.batch.set_material(patch.id, sliding(SnapLength::lognormal(0.5 * dbar, 0.4)).with_drop(drop));
@@ -585,7 +589,7 @@ TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
                  plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, load);
-  // Half the load holds half the length, and of that, once it slides, 0.7: no bristle sticks on the way.
+  // Half the load holds half the length, and in sliding 0.7 of that: no bristle sticks in the step.
   CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
 }
 
@@ -605,7 +609,7 @@ TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]
   OnePatch patch(material, plain_options(64, 2, precisions().back()).with_max_normal_load(load));
   for (const std::uint32_t detail : {64u, 16u, 64u, 1u, 5u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
-    // Each turns over its own limit.
+    // Each bristle turns over its own limit.
     patch.step(60.0 * dbar, 0.0, load);
     const Bristles before = read(patch, detail);
     patch.step(0.0, 0.4 * dbar, load);
@@ -627,7 +631,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
   const PatchOptions options = plain_options(32, 2).with_max_normal_load(load);
   bristle::KeyedPatches keyed(batch, material, options, bristle::KeyedOptions{});
   OnePatch alone(material, options);
-  // Another contact has had the pool's patch before.
+  // The pool's patch has served another contact before.
   PatchId id = keyed.find_or_add(7);
   const auto step = [&](double x, double y) {
     Motion motion{id, {x, y}, load, false, {0.0, 0.0}};
@@ -650,7 +654,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
 }
 
 TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
-  // 192 cells of 32 bristles of 1/100 of the radius.
+  // 192 cells of 32 bristles, of 1/100 of the radius.
   for (const Row& row : read_table("spin_limit.csv")) {
     const auto pressure =
         row.at("pressure") == "hertz" ? bristle::Pressure::hertz : bristle::Pressure::uniform;

@@ -1,5 +1,5 @@
-// The rule of a bristle that slides (kernels/slide.hpp), one bristle at a time: against the table of turns,
-// against the definition in tiny steps, and in vectors.
+// The rule of a bristle that slides (kernels/slide.hpp), for one bristle: against the table of turns, against
+// the definition in tiny steps, and in vectors.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -56,7 +56,7 @@ Slid<T> step(Vector z, double limit, Vector d) {
   return slide<T, 2, true, true>(T(z.x), T(z.y), T(limit), T(d.x / length), T(d.y / length), T(length));
 }
 
-/// A deflection within the disc of radius `limit`; one in three on its edge.
+/// Draws a deflection within the disc of radius `limit`; one in three is on its edge.
 Vector draw_deflection(std::mt19937& random, double limit) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   const double angle = 2.0 * M_PI * share(random);
@@ -163,7 +163,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
     CHECK(still.dissipated == 0.0);
   }
   SECTION("a slide far shorter than the limit keeps its digits") {
-    // z lies across the motion: the force along it grows as s, that across it falls by s^2 / 2 l.
+    // z lies across the motion: the force along it grows as s, the force across it falls by s^2 / 2 l.
     const float s = 1e-4f;
     const Slid<float> end = slide<float, 2, true, true>(0.6f, 0.8f, 1.0f, 1.0f, 0.0f, s);
     CHECK(end.dissipated == Approx(static_cast<double>(s) * 0.6).epsilon(1e-4));
@@ -189,7 +189,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
 }
 
 TEST_CASE("a bristle that creeps round a circle lags as one that strides") {
-  // Every turn is below what a float resolves of an angle; they must add up all the same.
+  // Every turn is below the resolution of an angle in float, but the turns must add up.
   const auto lag = [](auto one, int steps) {
     using T = decltype(one);
     constexpr double radius = 3.0, path = 1.5;

@@ -1,4 +1,4 @@
-// The laws of the snap length, and the elementary functions that they are made of.
+// The laws of the snap length, and the elementary functions from which they are computed.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ namespace own = bristle::detail;
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// Largest error in units of the last place of the expected value.
+/// Returns the largest error in units of the last place of the expected value.
 template <class Own, class Libm>
 double worst_ulp(const Own& f, const Libm& reference, const std::vector<double>& arguments) {
   double worst = 0.0;
@@ -60,7 +60,7 @@ std::vector<double> spread_over_octaves(double low, double high, int n) {
 struct Named {
   std::string name;
   SnapLength law;
-  bristle_test::Quantile quantile;  // independent of the library
+  bristle_test::Quantile quantile;  // quantile function, independent of the library
 };
 
 std::vector<Named> all_laws() {
@@ -85,8 +85,8 @@ std::vector<Named> all_laws() {
   };
 }
 
-/// Integral of g(Q(u)) over u from 0 to `end` with Q written out independently. u = e(t) with
-/// e = t^5 (...) flattens both ends, where Q may grow without bound; midpoint rule.
+/// Returns the integral of g(Q(u)) over u from 0 to `end` with Q written independently. u = e(t) with e = t^5
+/// (...) flattens both ends, where Q may grow without bound; midpoint rule.
 template <class Function>
 double integrate_quantile(const bristle_test::Quantile& quantile, const Function& g, double end = 1.0) {
   constexpr int n = 200000;
@@ -151,7 +151,7 @@ TEST_CASE("exp, log, expm1 and log1p answer at the ends of their range as libm d
 TEST_CASE("The normal distribution function is erfc, its inverse undoes it, down to 1e-300", "[elementary]") {
   double worst = 0.0;
   for (double z : spread_evenly(-37.0, 9.0, 20011)) {
-    // The argument of erfc is rounded; its condition grows with z^2.
+    // The tolerance covers the rounding of erfc's argument, whose condition grows with z^2.
     const double expected = 0.5 * std::erfc(-z / std::sqrt(2.0));
     worst = std::max(worst, std::abs(own::normal_cdf(z) / expected - 1.0) / (1.0 + z * z));
   }
@@ -196,7 +196,7 @@ TEST_CASE("Moments are the integrals of the quantile function", "[snap_length]")
   for (const Named& named : all_laws()) {
     INFO(named.name);
     const double mean = named.law.mean();
-    // The sixth moment of a wide lognormal law lies beyond what a sum over u can see.
+    // A sum over u does not resolve the sixth moment of a wide lognormal law.
     const int most = named.law.cv() > 0.9 && named.law.law() == SnapLaw::lognormal ? 2 : 6;
     for (int k = 0; k <= most; ++k) {
       INFO("k = " << k);
@@ -232,10 +232,10 @@ TEST_CASE("Moments have their closed forms to twelve digits", "[snap_length]") {
   CHECK(normal.moment(2) == Approx(mean + 1.0).epsilon(1e-14));
   CHECK(normal.moment(3) == Approx(mean + 1.0 + 2.0 * mean).epsilon(1e-14));
   CHECK(normal.cv() == Approx(std::sqrt(mean + 1.0 - mean * mean) / mean).epsilon(1e-13));
-  // A narrow one is not cut, and its spread survives the subtraction of squares.
+  // A narrow law is not cut, and its spread survives the subtraction of squares.
   CHECK(SnapLength::normal(1.0, 1e-9).cv() == Approx(1e-9).epsilon(1e-12));
   CHECK(SnapLength::lognormal(1.0, 1e-9).quantile(0.975) - 1.0 == Approx(1.959963984540054e-9).epsilon(1e-6));
-  const std::vector<double> table{1.0, 1.0, 3.0};  // half of them 1, half uniform on [1, 3]
+  const std::vector<double> table{1.0, 1.0, 3.0};  // half of the lengths are 1, half uniform on [1, 3]
   CHECK(SnapLength::table(table).mean() == 1.5);
   CHECK(SnapLength::table(table).moment(2) == Approx(0.5 + 0.5 * 13.0 / 3.0).epsilon(1e-15));
 }
@@ -248,7 +248,7 @@ TEST_CASE("Survival and partial moments are integrals of the quantile function u
     for (double share : {0.01, 0.2, 0.4, 0.7, 0.95}) {
       const double x = named.quantile(share);
       const bool atom = named.name == "table" && (share == 0.2 || share == 0.95);
-      if (atom) continue;  // on a step of the distribution function
+      if (atom) continue;  // x lies on a step of the distribution function
       INFO("share " << share);
       CHECK(named.law.survival(x) == Approx(1.0 - share).epsilon(1e-11));
       CHECK(named.law.partial_moment(0, x) == Approx(share).epsilon(1e-10));
@@ -303,9 +303,9 @@ TEST_CASE("The longest snap length is the bound of the law or its quantile at 1 
   CHECK(SnapLength::table(values).longest() == 5.0);
   const double z = 5.3 - (0.5 * std::erfc(5.3 / std::sqrt(2.0)) - std::ldexp(1.0, -24)) *
                              -std::sqrt(2.0 * M_PI) *
-                             std::exp(0.5 * 5.3 * 5.3);  // one step of Newton from 5.3
+                             std::exp(0.5 * 5.3 * 5.3);  // expected value by one Newton step from 5.3
   CHECK(SnapLength::normal(1.0, 0.1).longest() == Approx(1.0 + 0.1 * z).epsilon(1e-4));
-  // The widest law that is allowed stays below 2^10 mean lengths: fixed-point sums rely on it.
+  // The widest allowed law stays below 2^10 mean lengths, on which fixed-point sums rely.
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() < 1024.0);
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() > 900.0);
 }
@@ -367,7 +367,7 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   CHECK(refuses([&] { SnapLength::table(negative); }, {"quantiles_m[0] = -1"}));
   CHECK(refuses([&] { SnapLength::table(share_of_zeros); }, {"quantiles_m[1] = 0", "1e-12"}));
   std::vector<double> far(257, 1e-6);
-  far.back() = 1.0;  // mean 1/512: allowed, then not
+  far.back() = 1.0;  // the mean is 1/512 of it, which is allowed
   CHECK(SnapLength::table(far).longest() == 1.0);
   std::vector<double> farther(257, 1e-9);
   CHECK(SnapLength::table(farther).law() == SnapLaw::single);

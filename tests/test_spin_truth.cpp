@@ -1,5 +1,5 @@
-// The truth that spinning patches are held against: bristles one by one, renewal theory and the tables give
-// each other; where bristles are long beside the disc the tables spin_long_*.csv are made here.
+// The references for spinning patches (bristles one by one, renewal theory, the tables) agree with each
+// other. For bristles that are long beside the disc the tables spin_long_*.csv are made here.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -19,7 +19,8 @@ using namespace bristle_test;
 
 namespace {
 
-// Of the law uniform_0.5_1.5, redraw: P(delta > l), and the mean deflection in sliding, in mean lengths.
+// For the law uniform_0.5_1.5 with SnapRule::redraw, in mean lengths: P(delta > l), and the mean deflection
+// in sliding.
 double uniform_survival(double l) { return l < 0.5 ? 1.0 : l > 1.5 ? 0.0 : 1.5 - l; }
 constexpr double uniform_kinetic = 13.0 / 24.0;
 
@@ -33,7 +34,7 @@ double mean_arm(BrutePressure pressure) {
 struct Turned {
   std::vector<double> s, torque;
 };
-// Rows of a table of turns from rest, ascending; the row of the peak is left out.
+// Returns the rows of a table of turns from rest, ascending, without the row of the peak.
 Turned turned_rows(const std::string& table, const std::string& pressure, const std::string& length) {
   Turned rows;
   for (const Row& row : read_table(table)) {
@@ -47,7 +48,7 @@ Turned turned_rows(const std::string& table, const std::string& pressure, const 
   return rows;
 }
 
-// Turned from rest, bristles one by one: torque over the kinetic one.
+// Turns a disc from rest, bristle by bristle. Returns the torque over the kinetic torque.
 std::vector<double> brute_turn(const std::vector<double>& s, double length, BrutePressure pressure,
                                std::size_t points, std::size_t bristles) {
   BruteSpin disc(points, bristles, 1.0, pressure, uniform_quantile(0.5 * length, 1.5 * length), 7);
@@ -61,9 +62,9 @@ std::vector<double> brute_turn(const std::vector<double>& s, double length, Brut
   return torque;
 }
 
-// Slides and spins until the disc has forgotten its beginning, and as far again: mean over the second half
-// of force along and aside, over mu N, and torque over mu N R. The fastest point goes `way` mean lengths in
-// each half.
+// Slides and spins until the disc has forgotten its beginning, and as far again. Returns the mean over the
+// second half of force along and aside, over mu N, and torque over mu N R. The fastest point moves by `way`
+// mean lengths in each half.
 SpinDeflection brute_slide(double eps, double length, BrutePressure pressure, std::size_t points,
                            std::size_t bristles, int way, std::uint64_t seed) {
   BruteSpin disc(points, bristles, 1.0, pressure, uniform_quantile(0.5 * length, 1.5 * length), seed);
@@ -146,8 +147,8 @@ TEST_CASE("Sliding and spinning with long bristles, brute force gives its table 
 
 namespace {
 
-// A disc of the infinite brush with the law uniform_0.5_1.5, its radius dbar over `length`. Lengths in radii,
-// deflections as BruteSpin gives them.
+// A disc of the infinite brush with the law uniform_0.5_1.5, radius dbar over `length`. Lengths in radii,
+// deflections in the units of BruteSpin.
 class PatchDisc {
  public:
   PatchDisc(double length, BrutePressure pressure, int rings) : radius_(dbar / length), patches_(batch_) {
@@ -166,7 +167,7 @@ class PatchDisc {
     motion_.displacement[2] = angle;
     bristle::ExtendedResponse r;
     patches_.step(tick, {&motion_, 1}, {&r, 1});
-    // One bristle a newton, of 1 N/m.
+    // One bristle per newton, of 1 N/m.
     const double unit = load_n * radius_;
     return {-r.end[0] / unit, -r.end[1] / unit, -r.end[2] / (unit * radius_)};
   }

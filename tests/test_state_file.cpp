@@ -1,4 +1,4 @@
-// Saved states and state files: the same bits afterwards, nothing else accepted, nothing half written.
+// Saved states and state files: equal bits after restoring, damaged input refused, nothing half written.
 #include <catch2/catch.hpp>
 
 #include <cfenv>
@@ -40,7 +40,7 @@ std::vector<std::byte> read_bytes(const std::string& path) {
 }
 
 void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
-  std::filesystem::remove(path);  // to truncate a file just written waits for the disk
+  std::filesystem::remove(path);  // removed first, because truncating a file just written waits for the disk
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
@@ -51,7 +51,7 @@ std::vector<std::byte> saved_state(const PatchBatch& batch) {
   return state;
 }
 
-/// One patch of each variant, moved as scripted.
+/// One patch of each variant, moved by a script.
 class Scripted {
  public:
   explicit Scripted(const bristle::BatchOptions& options = {}, std::uint32_t bristles = 600)
@@ -80,10 +80,10 @@ class Scripted {
 
  public:
   PatchBatch batch;
-  std::vector<double> forces;  ///< forces of the last step, and its energy losses
+  std::vector<double> forces;  ///< forces and energy losses of the last step
 };
 
-/// Two small patches, bent.
+/// Makes two small patches with bent bristles.
 PatchBatch small_batch() {
   PatchBatch batch;
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
@@ -99,7 +99,7 @@ PatchBatch small_batch() {
   return batch;
 }
 
-/// Where two states of one batch differ, save for their heads.
+/// Finds where two states of one batch differ outside their heads, by a stored value.
 std::size_t find_number(const std::vector<std::byte>& state, double value) {
   for (std::size_t at = 40; at + 8 <= state.size(); ++at)
     if (std::memcmp(state.data() + at, &value, 8) == 0) return at;
@@ -111,7 +111,7 @@ void put(std::vector<std::byte>& state, std::size_t at, const void* what, std::s
   std::memcpy(state.data() + at, what, size);
 }
 
-/// The checksum of core/patches/SAVED_STATE.md, written independently.
+/// Rewrites the checksum of core/patches/SAVED_STATE.md, by an independent implementation.
 void reseal(std::vector<std::byte>& state) {
   std::uint64_t hash = 0x6A09E667F3BCC909u;
   const auto add = [&hash](std::uint64_t word) {
@@ -141,7 +141,7 @@ TEST_CASE("A run taken up from a state file goes on with the same bits", "[state
   bristle::save_state_file(folder.at("state"), first.batch);
   CHECK(bristle::restore_state_file(folder.at("state"), second.batch).empty());
   CHECK(second.batch.state_hash() == first.batch.state_hash());
-  // Forces are sums kept beside the columns, and no part of the hash.
+  // Forces come from sums kept beside the columns, which are not part of the hash.
   second.run(30, 31);
   first.run(30, 31);
   CHECK(second.forces == first.forces);
@@ -169,14 +169,14 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
   CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
   CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
               {folder.at("state"), "bytes", "100"}));
-  // No more than expected is taken into memory.
+  // Does not allocate more memory than expected.
   CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), batch, 2); }),
               {folder.at("state"), "at most"}));
   CHECK(bristle::restore_state_file(folder.at("state"), batch, 3) == extra);
 }
 
 TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
-  // Another seed than the batch has: its first snap lengths are recomputed.
+  // A saved seed other than the batch's: its first snap lengths are recomputed.
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
     OnePatch saved(material, plain_options(1000)), other(material, plain_options(1000));
@@ -257,7 +257,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // and nobody waits for a writer
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // does not wait for a writer of the pipe
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -268,7 +268,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
     CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
   }
   newer[8] = std::byte{1};
-  newer[48] = std::byte{9};  // of the state inside
+  newer[48] = std::byte{9};  // format version of the state inside
   write_bytes(folder.at("newer"), newer);
   CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
 
@@ -284,7 +284,7 @@ TEST_CASE("A state file replaces the old one whole, and nothing that is no file"
   bristle::save_state_file(folder.at("state"), batch);
   CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
-        1);  // nothing left over
+        1);  // no temporary file is left
 
   const auto refusal = [&](const std::string& path) {
     return message_of([&] { bristle::save_state_file(path, batch); });
@@ -321,7 +321,7 @@ TEST_CASE("The name of a state file is UTF-8", "[state]") {
 
 #if defined(__unix__)
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
-  // A limit on the size of files stands for the disk.
+  // A limit on the size of files simulates a full disk.
   const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   bristle::save_state_file(folder.at("state"), batch);
@@ -368,9 +368,10 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
     CHECK(batch.state_hash() == before);
     return message;
   };
-  // The first patch (core/patches/SAVED_STATE.md): head of 40 bytes, patch head of 36, then its contact.
+  // Offset of the first patch's contact (core/patches/SAVED_STATE.md): head of 40 bytes, then patch head of
+  // 36.
   constexpr std::size_t contact = 40 + 36;
-  CHECK(find_number(good, 1.6) == contact);  // the load comes first
+  CHECK(find_number(good, 1.6) == contact);  // the load is its first field
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
   const std::uint32_t many = 1u << 30;
   const std::int64_t far = std::int64_t{1} << 62;
@@ -393,10 +394,10 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   const std::uint32_t none = 0, two = 2;
   CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
   CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
-  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // that of three
+  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // two representatives, but the weight of three
   CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {
-    // Under load, and no bristle in contact.
+    // A state under load without a bristle in contact.
     std::vector<std::byte> bad = good;
     const double nothing = 0.0;
     for (std::size_t field : {80u, 88u}) put(bad, contact + field, &nothing, 8);
@@ -417,7 +418,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(delta + 4, &zero_float, 4), {"snap length"}));
   CHECK(names(refusal(40, &many, 4), {"patch 1", "another material or other options"}));
   CHECK(names(refusal(24, &far, 8), {"saved patches"}));
-  // The third bristle is out of contact (a load of 1.6 N), so its bytes do not count.
+  // The third bristle is out of contact (a load of 1.6 N), so its bytes are ignored.
   std::vector<std::byte> ignored = good;
   put(ignored, zx + 8, &nan_float, 4);
   put(ignored, delta + 8, &nan_float, 4);

@@ -1,4 +1,4 @@
-// One event-exact step, bristle by bristle: against the table of unit vectors and against the brute-force
+// One event-exact step, bristle by bristle: against the table of test vectors and against the brute-force
 // patch.
 #include <catch2/catch.hpp>
 
@@ -14,7 +14,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// One bristle of weight 1 and stiffness 1 whose only snap length is `delta` (m), brought to (zx, zy) from
+/// Returns one bristle of weight 1 and stiffness 1 with the snap length `delta` (m), brought to (zx, zy) from
 /// rest by a straight motion that does not snap it.
 OnePatch bent_bristle(double zx, double zy, double delta, int axes, Precision precision, SnapRule rule) {
   OnePatch patch(plain_material(SnapLength::single(delta), rule), plain_options(1, axes, precision));
@@ -91,7 +91,7 @@ TEST_CASE("One step of one bristle ends where the table of exact vectors says", 
 
 #if BRISTLE_WITH_DOUBLE
 TEST_CASE("Random steps follow the brute-force patch bristle by bristle with keep", "[step]") {
-  constexpr std::uint32_t n = 600;  // blocks and a partly filled one
+  constexpr std::uint32_t n = 600;  // 600 bristles: full blocks and a partly filled one
   for (int axes : {1, 2}) {
     for (const NamedLaw& law : reference_laws()) {
       INFO(law.name << ", axes " << axes);
@@ -114,8 +114,8 @@ TEST_CASE("Random steps follow the brute-force patch bristle by bristle with kee
         const Response r = patch.step(dx, dy, n);
         const BruteStep expected = brute.step(dx, dy);
         const Bristles now = read(patch, n);
-        // A bristle within rounding of its snap length may fall to either side: it is then on the same
-        // lattice one snap apart. None is expected in 300 steps of a continuous law.
+        // A bristle within rounding of its snap length may fall to either side, and is then one snap off on
+        // its lattice. None is expected in 300 steps of a continuous law.
         const double tolerance = 1e-12 * (dbar + travelled);
         int apart = 0;
         for (std::uint32_t i = 0; i < n; ++i) {
@@ -169,10 +169,10 @@ TEST_CASE("A bristle that snaps once with redraw is carried by the remainder and
         const double rest = 0.3 * dbar - to_snap;
         const double z = 0.8 * after.zx[i] + 0.6 * after.zy[i];
         expect_near(0.6 * after.zx[i] - 0.8 * after.zy[i], 0.0, 1e-12 * dbar, "deflection across the motion");
-        // Less than the remainder only where it snapped again.
+        // Less than the remainder only if it snapped again.
         expect(z <= rest + 1e-12 * dbar && z >= -1e-12 * dbar, "the deflection is within the remainder");
         expect(z <= after.delta[i] * (1.0 + 1e-12), "the deflection is within the new snap length");
-        if (law.law.quantile(1e-9) > 0.3 * dbar) {  // no second snap possible
+        if (law.law.quantile(1e-9) > 0.3 * dbar) {  // a second snap is not possible
           expect_near(z, rest, 1e-12 * dbar, "deflection after one snap");
         }
       }
@@ -211,7 +211,7 @@ TEST_CASE("A one-axis patch and a two-axis patch moving along x agree", "[step]"
         const double dx = 0.8 * dbar * flat(random);
         const Response a = one.step(dx, 0.0, n);
         const Response b = two.step(dx, 0.0, n);
-        // A float tie (one bristle on the other side of its snap length) may move a force by one length.
+        // A tie in float (one bristle on the other side of its snap length) may change a force by one length.
         const double tie = precision == Precision::single ? 2.0 * dbar : 0.0;
         expect_near(a.elastic[0], b.elastic[0], rounding * n * dbar + tie, "end force");
         expect_near(a.mean[0], b.mean[0], rounding * n * dbar + tie, "mean force");

@@ -45,7 +45,7 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
       OnePatch with(strengthening_material(), options);
       OnePatch without(Material(strengthening_material()).with_speed_strengthening(0.0, slow), options);
       for (int i = 0; i < 200; ++i) {
-        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // 1e-7 to 1 m/s
+        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // speeds of 1e-7 to 1 m/s
         const double dx = i % 3 == 0 ? -size : 0.6 * size, dy = axes == 2 ? 0.8 * size : 0.0;
         const double load = 1.0 + i % 4;
         Motion motion{with.id, {dx, dy}, load};
@@ -63,19 +63,19 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
                   Approx(r.damper[k] - plain.damper[k]).epsilon(1e-9).margin(1e-12));
           REQUIRE(trial.damper[k] == r.damper[k]);
         }
-        // The secant, so that damping times velocity is the force.
+        // Damping is the secant, so that damping times velocity is the force.
         REQUIRE(r.damping == Approx(plain.damping + force / speed).epsilon(1e-12));
         REQUIRE(r.damper_work == Approx(r.damping * speed * speed * tick).epsilon(1e-12));
         REQUIRE(with.batch.strengthening_damping(with.id, load, speed) ==
                 Approx(force / speed).epsilon(1e-12));
       }
-      // At rest no force, and the limit of the secant.
+      // At rest there is no force, and damping is the limit of the secant.
       const Response rest = with.step(0.0, 0.0, 2.0);
       CHECK(rest.damper[0] == 0.0);
       CHECK(rest.damping ==
             Approx(without.step(0.0, 0.0, 2.0).damping + 2.0 * a / (2.0 * slow)).epsilon(1e-12));
       CHECK(with.step(0.0, 0.0, 2.0).damping == rest.damping);
-      // A given velocity takes the place of displacement over time; out of contact there is nothing.
+      // A given velocity replaces displacement over time; out of contact there is no force.
       Motion given{with.id, {1e-9, 0.0}, 2.0};
       given.has_velocity = 1;
       given.velocity[0] = -0.4;
@@ -96,7 +96,7 @@ namespace {
 
 constexpr double mass = 0.1, load = 1.0;
 
-/// A mass on a rail over a patch whose bristles are almost without force: friction is the strengthening.
+/// A mass on a rail over a patch whose bristles have almost no force, so friction is the strengthening.
 struct Glider : RailBody {
   Glider(bool by_midpoint, double v0, double bristle_stiffness = 1e-9)
       : RailBody(by_midpoint, mass, load,
@@ -109,7 +109,7 @@ struct Glider : RailBody {
   }
 };
 
-/// m v' = push - a N asinh(v / (2 v*)), by Runge and Kutta's rule in a thousandth of the tick.
+/// Integrates m v' = push - a N asinh(v / (2 v*)) by the Runge-Kutta method in a thousandth of the tick.
 struct Flight {
   double v, x = 0.0;
   void step(double push) {
@@ -130,7 +130,7 @@ struct Flight {
 
 TEST_CASE("Strengthening with speed stops a body as its equation of motion says, by either coupling",
           "[strengthening][coupling]") {
-  // 0.02 N per e-fold on 0.1 kg: 2 mm/s per step and more, where v* is 3 um/s.
+  // 0.02 N per e-fold on 0.1 kg changes the speed by 2 mm/s or more per step, while v* is 3 um/s.
   for (const bool midpoint : {false, true}) {
     Glider glider(midpoint, 0.05);
     Flight flight{0.05};
@@ -145,7 +145,7 @@ TEST_CASE("Strengthening with speed stops a body as its equation of motion says,
     }
     CHECK(std::abs(flight.v) < 1e-6);
     CHECK(glider.x == Approx(flight.x).epsilon(0.03));
-    CHECK(last < 1e-9);  // at rest, not to and fro
+    CHECK(last < 1e-9);  // comes to rest and does not swing
   }
 }
 
@@ -214,10 +214,10 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
     }
     CAPTURE(push);
     if (push == 0.25) {
-      // Kinetic friction is 1 N: it is held by bent bristles, and slips by nothing.
+      // Kinetic friction is 1 N, so bent bristles hold it, and it does not slip.
       CHECK(std::abs(x - at_half) < 1e-3 * dbar);
     } else {
-      // Half a second with what is left of the push above kinetic and strengthening friction.
+      // Half a second under the push less kinetic friction and strengthening.
       const double v = plate.velocity[0];
       CHECK(v > 0.05);
       const double acceleration =

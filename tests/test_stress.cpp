@@ -1,6 +1,6 @@
-// Timing, with generous margins: an executable of its own that runs alone (label `stress`).
+// Tests of time, with generous margins, in an executable of their own that runs alone (label `stress`).
 //
-// Thread CPU time, the best of several tries: what else runs on the machine should not decide.
+// Uses thread CPU time, the best of several tries, so that other programs do not decide.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Least over several tries of the median thread CPU time of a step, s.
+/// Returns the least, over several tries, of the median thread CPU time of a step, s.
 template <class Step>
 double step_time(Step&& step, int steps = 60, int tries = 7) {
   double best = 1e9;
@@ -99,7 +99,8 @@ TEST_CASE("Ten thousand patches at rest cost less than as many that slide", "[st
 
 namespace {
 
-/// Thread CPU time of `slow` over that of `usual`, 50 steps at a time, in turns; the best of each.
+/// Returns the thread CPU time of `slow` over that of `usual`, 50 steps at a time, in turns; the best of
+/// each.
 template <class Usual, class Slow>
 double time_ratio(Usual&& usual, Slow&& slow) {
   const auto time = [](auto&& step) {
@@ -142,14 +143,14 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
                                [&](int) { other.step(1.6 * dbar, aside, n); }),
                     2.0, "a denormal way aside against none");
-        // From a snap length down to nothing and on: what a decaying motion does.
+        // Steps from a snap length down to nothing, repeatedly, as in a decaying motion.
         check_below(time_ratio([&](int k) { usual.step(dbar * (k % 50 == 0 ? 1.0 : 1e-8), 0.0, n); },
                                [&](int k) { other.step(dbar * std::pow(10.0, -8.0 * (k % 50)), 0.0, n); }),
                     2.0, "a motion that decays to nothing against one that decays to little");
         check_below(time_ratio([&](int k) { usual.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : 0.0); },
                                [&](int k) { other.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : denormal); }),
                     2.0, "a denormal load against none");
-        // A direction that is denormal in single precision, and the deflections it leaves.
+        // A direction that is denormal in single precision, and the deflections that it leaves.
         const double faint_y = axes == 2 ? 1e-41 : 0.0;
         const auto far_and_near = [&](OnePatch& patch, double y) {
           return [&patch, y](int k) {
@@ -159,7 +160,7 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         };
         check_below(time_ratio(far_and_near(usual, axes == 2 ? 0.3 : 0.0), far_and_near(other, faint_y)), 2.0,
                     "a denormal direction against another");
-        // Deflections shrink under an overload that rises, below what float holds.
+        // Deflections that shrink under a rising overload, below the range of float.
         OnePatch shrunk = make(material);
         for (int round = 0; round < 40; ++round)
           for (double load : {1e8, 1e12, 1e15 / 3.0, 1.0 * n}) shrunk.step(0.0, 0.0, load);

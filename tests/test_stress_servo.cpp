@@ -1,8 +1,9 @@
-// A servo thread under stress: its size, patches that come and go, the worst motions, rivals for the cores.
+// A servo thread under stress: its number of bristles, patches that come and go, the worst motions, and
+// rivals for the cores.
 //
-// Where the machine's speed enters, a plain loop over as many bristles is timed in turns with bristle
-// (bench/plain_loops.hpp), and the ratio is held against at most three times the least that was measured on a
-// quiet machine: a step that takes three times as long fails.
+// Where the machine's speed matters, a plain loop over equally many bristles is timed in turns with bristle
+// (bench/plain_loops.hpp). The ratio may be at most three times the least that was measured on a quiet
+// machine, so a step that takes three times as long fails.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -27,10 +28,10 @@ namespace {
 
 const SnapLength usual_law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
-/// Threads that spin or stream memory for as long as this lives.
+/// Threads that spin or stream memory during the lifetime of this object.
 class Rivals {
  public:
-  /// As many as fill the other cores, at most three: each streams 32 MB.
+  /// Returns the number that fills the other cores, at most three; each streams 32 MB.
   static int for_other_cores() {
     return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) - 1, 1, 3);
   }
@@ -59,7 +60,7 @@ class Rivals {
   std::vector<std::thread> threads_;
 };
 
-/// The yardstick: the same bristles in plain loops, all of which snap in every step.
+/// The comparison: equally many bristles in plain loops, all of which snap in every step.
 struct PlainStep {
   bristle::plain::PlainLoop loop;
   double sum = 0.0;
@@ -70,7 +71,7 @@ struct PlainStep {
           options.mean_snap_length_m = dbar;
           options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
           options.mean = true;
-          // The stronger of the two where all snap: bench/RESULTS.md.
+          // The faster of the two plain loops if all bristles snap: bench/RESULTS.md.
           options.style =
               rule == SnapRule::keep ? bristle::plain::Style::one_loop : bristle::plain::Style::chunked;
           return options;
@@ -85,7 +86,7 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = u
   return patch;
 }
 
-/// Asserted of kernels as wide as the machine's vectors, which the plain loop is compiled for.
+/// Asserts the limit only for kernels as wide as the machine's vectors, for which the plain loop is compiled.
 void check_vectors_below(const PatchBatch& batch, double value, double limit, const char* what) {
   if (is_scalar(batch) || std::getenv("BRISTLE_ISA") != nullptr)
     std::printf("%s, %s kernels: %.4g (not asserted)\n", what, batch.isa(), value);
@@ -93,14 +94,15 @@ void check_vectors_below(const PatchBatch& batch, double value, double limit, co
     check_below(value, limit, what);
 }
 
-constexpr std::uint32_t hundredfold = 90000;  // a hundred times the paper's 900
+constexpr std::uint32_t hundredfold = 90000;  // a hundred times the paper's 900 bristles
 
 void check_hundredfold(const char* when) {
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch = sliding_patch(hundredfold, rule);
     PlainStep plain(hundredfold, rule);
     double p99 = 1e9, ratio = 1e9;
-    // CPU time has in it what a host takes without telling: a machine that others use is given ten seconds.
+    // CPU time includes time that a host takes without reporting it, so a machine shared with others gets ten
+    // seconds.
     const double start = bristle::DeadlineMonitor::wall_now();
     do {
       const auto [ours, theirs] =
@@ -122,7 +124,7 @@ TEST_CASE("Ninety thousand bristles, a hundred times the paper's, all snap withi
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch(plain_material(usual_law, rule), plain_options(hundredfold));
     patch.step(0.0, 0.0, hundredfold);
-    REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);  // beyond every length
+    REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);  // a path beyond every length
   }
   in_rounds([] { check_hundredfold("alone"); });
 }
@@ -136,13 +138,14 @@ TEST_CASE("A rival that streams memory on the other core leaves the servo thread
 
 namespace {
 
-/// A motion made to be hard on a step; k is the number of the step.
+/// A motion chosen to make a step slow; k is the number of the step.
 struct HardMotion {
   const char* name;
   SnapLength law;
   SnapRule rule;
   Motion (*motion)(int k, std::uint32_t n);
-  double limit;  ///< p90 (every fourth step at least is a hard one) over the p50 of a plain loop
+  double limit;  ///< largest ratio of p90 (at least every fourth step is a hard one) to the p50 of a plain
+                 ///< loop
 };
 
 Motion moved(double dx, double dy, double load) {
@@ -154,7 +157,7 @@ Motion moved(double dx, double dy, double load) {
 }
 
 Motion all_at_once(int, std::uint32_t n) { return moved(0.26 * dbar, 0.0, n); }
-// More than twice the longest snap length: less, and bristles find a way to and fro without a snap.
+// Moves by more than twice the longest snap length; otherwise bristles settle into motion without snaps.
 Motion reversal(int k, std::uint32_t n) { return moved(k % 2 ? 3.2 * dbar : -3.2 * dbar, 0.0, n); }
 Motion square_load(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.0, (k % 2 ? 1.0 : 0.1) * n); }
 Motion in_and_out(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.3 * dbar, k % 2 ? n : 0.0); }
@@ -168,7 +171,7 @@ Motion all_together(int k, std::uint32_t n) {
 TEST_CASE("No motion is hard on a step: all snap at once, reversal each tick, load square wave", "[stress]") {
   constexpr std::uint32_t n = 30000;
   const SnapLength nearly_one = SnapLength::uniform(0.99 * dbar, 1.01 * dbar);
-  // Where all lengths are the same to the bit, remainders are taken in double: ten times the time.
+  // With all lengths equal to the bit, remainders are taken in double, which takes ten times as long.
   const SnapLength one = SnapLength::single(dbar);
   const HardMotion motions[] = {
       {"all snap at once", nearly_one, SnapRule::keep, all_at_once, 1.5},
@@ -204,10 +207,10 @@ double median(Times& times) {
   return times[times.size() / 2];
 }
 
-constexpr int come_and_go = 1000;  // patches each tick
+constexpr int come_and_go = 1000;  // patches exchanged in each tick
 constexpr std::uint32_t small = 100;
 
-/// Replaces, in a tick of the adding thread, the patches of four ticks ago.
+/// Replaces, in each tick of the adding thread, the patches of four ticks ago.
 class Adder {
  public:
   explicit Adder(PatchBatch& batch) : batch_(batch), material_(plain_material(usual_law, SnapRule::keep)) {}
@@ -225,7 +228,7 @@ class Adder {
   std::array<std::vector<PatchId>, 4> ids_;
 };
 
-/// A servo loop over two thousand patches that stay, and those that came in the last two ticks.
+/// A servo loop over two thousand permanent patches and those that came in the last two ticks.
 class BusyServo {
  public:
   BusyServo()
@@ -236,7 +239,7 @@ class BusyServo {
     batch.warm_up();
   }
 
-  /// Thread CPU time of the step, s.
+  /// Returns the thread CPU time of the step, s.
   double step(const std::vector<PatchId>& newest, const std::vector<PatchId>& newer) {
     std::size_t at = 0;
     for (const std::vector<PatchId>* ids :
@@ -265,7 +268,8 @@ class BusyServo {
   std::vector<Response> responses_;
 };
 
-/// Median of the steps' CPU time with a thousand patches coming and going each tick on another thread.
+/// Returns the median of the steps' CPU time while a thousand patches come and go in each tick on another
+/// thread.
 double time_of_changing(BusyServo& servo, int ticks) {
   Adder adder(servo.batch);
   std::atomic<int> asked{1}, done{0};
@@ -279,8 +283,10 @@ double time_of_changing(BusyServo& servo, int ticks) {
   std::vector<double> times;
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
-    while (done.load() < k) std::this_thread::yield();  // the patches of ticks k - 1 and k - 2 are there
-    asked.store(k);                                     // those of tick k come during this step
+    while (done.load() < k)
+      std::this_thread::yield();  // waits until the patches of ticks k - 1 and k - 2
+                                  // exist
+    asked.store(k);               // asks for those of tick k during this step
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
         all_known && servo.report.status == Status::ok && servo.report.patches_stepped == 4u * come_and_go;
@@ -301,14 +307,15 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     for (int tries = 0; tries < 3; ++tries) {
       BusyServo with, without;
       changing = std::min(changing, time_of_changing(with, ticks));
-      // Equal motions of as many patches, none of which comes or goes.
+      // Equal motions of equally many patches, none of which comes or goes.
       Adder adder(without.batch);
       adder.tick(0);
       adder.tick(1);
       std::vector<double> times;
       for (int k = 2; k < ticks; ++k) times.push_back(without.step(adder.ids(1), adder.ids(0)));
       steady = std::min(steady, median(times));
-      // Least against least: a machine that others share slows a median and not the best of the plain loop.
+      // Compares least times, because other users of a machine slow a median but not the best run of the
+      // plain loop.
       least = std::min(least, *std::min_element(times.begin(), times.end()));
       for (int k = 0; k < 20; ++k) {
         const double start = bristle::DeadlineMonitor::cpu_now();
@@ -328,8 +335,8 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
 
 namespace {
 
-/// The yardstick of a hand-over: what must be done at least. A thousand allocations go and as many come, in a
-/// list of nodes with one producer and one consumer; the consumer exchanges one pointer a node.
+/// The least work of a hand-over, for comparison. A thousand allocations go and as many come, in a list of
+/// nodes with one producer and one consumer; the consumer exchanges one pointer for each node.
 class PlainHandOver {
  public:
   ~PlainHandOver() { free_until(nullptr); }
@@ -342,7 +349,7 @@ class PlainHandOver {
     const auto first = static_cast<std::size_t>(j % 4 * come_and_go);
     for (std::size_t i = first; i < first + come_and_go; ++i) push(i, nullptr);
     for (std::size_t i = first; i < first + come_and_go; ++i)
-      push(i, std::make_unique<std::array<float, 8 * small>>());  // about the memory of a patch
+      push(i, std::make_unique<std::array<float, 8 * small>>());  // a block as large as the memory of a patch
   }
   void consume() {
     while (Node* next = current_->next.load(std::memory_order_acquire)) {
@@ -382,7 +389,7 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
   PlainHandOver plain;
   int ticks = 0;
   in_rounds([&] {
-    // Both lists are filled by one thread and emptied by another, which finds them in the other's cache.
+    // Both lists are filled by one thread and emptied by another, which finds them in the other core's cache.
     const auto fill = [&] {
       std::thread([&] {
         adder.tick(ticks);
@@ -414,9 +421,9 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
 
 #if BRISTLE_WITH_TBB
 TEST_CASE("Workers that are preempted neither stop a step nor change its bits", "[stress]") {
-  // Slow kernels, so that the pieces of a step take about a millisecond and threads lose their core in them.
-  // More bristles than parallel_from_paused of core/runtime/sharing.hpp: a crowded caller never comes back at
-  // once, and a smaller step it would do alone.
+  // Slow kernels, so that the pieces of a step take about a millisecond and threads are preempted within
+  // them. The number of bristles exceeds parallel_from_paused of core/runtime/sharing.hpp, because a
+  // preempted caller never returns at once, and would take a smaller step alone.
   const std::uint32_t n = test_size(240000);
   const int cores = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
   const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
@@ -437,14 +444,16 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // Workers come when the system lets them: not in every step.
+    // Workers come when the system lets them, so not in every step.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
     CHECK(shared.hash() == alone.hash());
-    if (n > 200000) CHECK(most_tasks > 1);  // of some: a caller that was held up steps alone for a while
+    if (n > 200000)
+      CHECK(most_tasks > 1);  // shared in some steps; a caller that was held up steps alone for
+                              // a while
     CHECK(most_threads > 1);
-    // Waiting for a worker that was taken off its core may spin, though not for long.
+    // Waiting for a worker that was preempted may spin, though not for long.
     std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,
                 most_threads);
     check_below(crowded.p50 / single.p50, 1.8, "CPU time of the calling thread against doing all alone");

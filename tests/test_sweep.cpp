@@ -1,5 +1,5 @@
-// `bristle sweep`: ranges and samples by hand and by tables, rows against `bristle run`, and one table
-// whoever computes it, however often it is interrupted.
+// `bristle sweep`: ranges and samples given by hand and by tables, rows compared with `bristle run`, and one
+// result whoever computes it and however often it is interrupted.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -122,7 +122,7 @@ std::string complaint_of(Call call) {
   return "";
 }
 
-/// Twelve rows, milliseconds each.
+/// A sweep of twelve rows, milliseconds each.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
 
@@ -164,9 +164,9 @@ TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOM
 
 TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sweep]") {
   const std::vector<double> points = cli::sobol_points(2, 6, 0);
-  // Numerical Recipes and ACM 659 give these.
+  // Expected points from Numerical Recipes and ACM 659.
   CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
-  // Each of the 4 x 4 cells holds one of the first 16 points, with and without a shift of digits.
+  // Each of the 4 x 4 cells holds one of the first 16 points, with or without a shift of digits.
   for (const std::uint64_t seed : {0u, 7u}) {
     const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
     std::set<int> cells;
@@ -234,7 +234,7 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
   cli::set_key(root, "material.a.peak", 0.5);
-  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);  // a scene takes one of the two
+  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);  // a scene takes only one of the two keys
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
 }
 
@@ -286,7 +286,7 @@ TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]")
     CHECK(number(table, row, "tip.dissipated[J]") == patch["energy"]["dissipated"].get<double>());
     CHECK(number(table, row, "tip.snaps") == patch["energy"]["snaps"].get<double>());
     CHECK(number(table, row, "tip.kinetic_in_theory") == Approx(row == 0 ? 0.3 : 0.4));
-    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // 1 mm/s for 0.3 s
+    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // path of 1 mm/s for 0.3 s
     CHECK(number(table, row, "tip.load_mean[N]") == Approx(0.8));
   }
 }
@@ -319,7 +319,7 @@ TEST_CASE("Values that a scene refuses make a row that says so, and the others r
     CHECK(cell(table, row, "tip.kinetic").empty());
     CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
     CHECK(cell(table, row, "failure").find(folder.path.string()) ==
-          std::string::npos);  // the same on any machine
+          std::string::npos);  // the message is identical on every machine
   }
 }
 
@@ -371,7 +371,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   options.scene = folder.write("trace.toml", scene);
   options.vary = {"material.wood.kinetic=0.3,0.4"};
   const cli::Study first(options);
-  // A study made from the recipe alone, in another folder.
+  // A study repeated from the recipe alone, in another folder.
   const Folder elsewhere;
   const cli::Study copy(first.recipe(), elsewhere.path.string());
   CHECK(copy.hash() == first.hash());
@@ -432,7 +432,7 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
     for (std::uint64_t i = 0; i < 4; ++i) {
       rows.push_back(study.run_row(i));
       journal.add(rows.back());
-      journal.add(rows.back());  // once is enough
+      journal.add(rows.back());  // a second copy of the row does not count
     }
   }
   const std::string whole = read_file(path);
@@ -480,7 +480,7 @@ TEST_CASE(
   CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
-  // Rows whose hash is right though no row of the study is so.
+  // Rows with a right hash that are not rows of the study.
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
   const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
   for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
@@ -490,7 +490,7 @@ TEST_CASE(
     CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
   }
 
-  // A comment in the scene changes nothing, a number does.
+  // A comment in the scene changes nothing; a number does.
   folder.write("slide.toml", "# a comment\n" + slide_scene);
   CHECK(cli::Study(study_options(scene)).hash() == study.hash());
   std::string changed = slide_scene;
@@ -503,7 +503,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
           "[sweep][determinism]") {
   const Folder folder;
   const std::string scene = folder.write("slide.toml", slide_scene), journal = folder.at("journal");
-  // Rows of about 10 ms, so that a signal comes while some are done and others not.
+  // Rows of about 10 ms, so that a signal comes when some are done and others are not.
   const std::string vary =
       " --vary material.wood.kinetic=0.3:0.45:40 --vary patch.tip.bristles=10000 --report default";
   const std::string table = table_of(folder, "'" + scene + "'" + vary);
@@ -545,7 +545,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK_THAT(resumed.err, Contains("of 40 rows are in"));
   CHECK(read_file(folder.at("killed.csv")) == table);
   const std::string text = read_file(journal);
-  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // every row once, and the head
+  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // every row once, and the header
 }
 
 // ---------------------------------------------------------------------------------------------------------------

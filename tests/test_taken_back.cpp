@@ -1,6 +1,6 @@
-// A patch restores any state that it saved, also at the edge of what numbers can represent: a few units of
-// mass, times that the clock hardly counts or counts no more, one bristle that others renew. And what was
-// forged is refused.
+// A patch restores any state that it saved, even at the edge of what numbers can represent: a few units of
+// mass, times at which the clock hardly advances or stands still, one bristle that others renew. Forged
+// states are refused.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::vector<std::byte> saved(const PatchBatch& batch) {
   return state;
 }
 
-/// Whether saving, restoring and saving again gives equal bytes.
+/// Checks that saving, restoring and saving again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
   const std::vector<std::byte> state = saved(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));
@@ -57,7 +57,7 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
       const double load = units * unit_of_mass;
       const Response far = patch.step(1.0, 0.0, load);
       expect_taken_back(patch);
-      // All of them slide: no more than the longest that is bent, and no less than straight.
+      // All bristles slide: the force is between that of straight bristles and that of the longest.
       CHECK(far.elastic[0] < 0.0);
       CHECK(far.elastic[0] > -100.0 * dbar * load);
       CHECK(patch.step(0.0, 0.0, 0.0).elastic[0] == 0.0);
@@ -68,7 +68,7 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
 
 TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
           "[state][cohorts][determinism]") {
-  // Each of many cohorts rounds the little mass that it keeps; their sum may exceed the mass of the load.
+  // Each of many cohorts rounds the little mass that it keeps, so their sum may exceed the mass of the load.
   for (const double cv : {0.15, 0.3}) {
     std::vector<OnePatch> patches;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())
@@ -96,7 +96,7 @@ TEST_CASE("An infinite brush is the same everywhere when its load falls to a few
 
 TEST_CASE("An infinite brush of any lengths is taken back after its lengths became shorter",
           "[state][cohorts]") {
-  // The share that is stronger than the longest length is 0 but for its rounding.
+  // The share of bristles longer than the longest length is 0 except for rounding.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   for (int k = 0; k < 40; ++k) {
@@ -125,7 +125,7 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
     for (const double left : {residual, 0.0}) {
       patch.batch.set_material(patch.id, Material(plain).with_residual_length(left));
       patch.step(0.0, 0.0, many);
-      CHECK(shortest() > 0.0);  // beyond the residual
+      CHECK(shortest() > 0.0);  // every snap length exceeds the residual
       expect_taken_back(patch);
     }
   }
@@ -152,7 +152,7 @@ TEST_CASE("A patch that ages is taken back after steps below its time's rounding
     OnePatch patch(ages, options);
     const double load = options.max_normal_load;
     for (int k = 0; k < 60; ++k) {
-      // It holds where it is, for a time whose end is rounded; then it goes away in next to no time.
+      // Holds for a time whose end is rounded, then moves away in almost no time.
       patch.step(0.1 * dbar, 0.0, load, 1e3 * (1.0 + static_cast<double>(random() >> 11) * 0x1p-53));
       for (int n = 0; n < 2; ++n) {
         patch.step(3.0 * dbar, 0.0, load, 1e-15);
@@ -170,7 +170,7 @@ TEST_CASE("A patch that ages and is rubbed is taken back after a slide in no tim
     for (const double dt : {1e-300, 1e-12, 1.0}) {
       OnePatch patch(redrawn().with_ageing(ageing).with_shared_renewal(0.3), plain_options(40));
       const double load = plain_options(40).max_normal_load;
-      // A speed beyond any number, a rest, and on at the usual one.
+      // A speed beyond any number, a rest, and a step at the usual speed.
       patch.step(1e300, 0.0, load, dt);
       expect_taken_back(patch);
       patch.step(0.0, 0.0, load, 1e9);
@@ -185,8 +185,8 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
   const std::vector<std::byte> good = saved(patch.batch);
-  // By core/MODEL.md: heads, contact, remainders, the two halves of the patch's time; then since when it
-  // held.
+  // Offset by core/MODEL.md: heads, contact, remainders, the two halves of the patch's time; then since when
+  // it has held.
   constexpr std::size_t oldest =
       bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;
@@ -206,8 +206,8 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
   constexpr std::uint32_t many = 1u << 20;
   const SnapLength law = SnapLength::exponential(dbar);
   for (Precision precision : precisions()) {
-    // The bristle that a long slide ends on has two draws, its age and what is left: one of a million is
-    // longer than the longest draw.
+    // The bristle at the end of a long slide combines two draws, its age and the rest of its length: one of a
+    // million exceeds the longest draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
     std::vector<double> x(many), y(many), length(many);
     double longest = 0.0;
@@ -251,7 +251,7 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
     if (isa.usable) patches.emplace_back(material, plain_options(300), BatchOptions{}.with_isa(isa.name));
   patches.emplace_back(material, plain_options(300), stepped_eagerly());
   for (OnePatch& patch : patches) {
-    patch.step(0.0, 0.0, 1.0, 1e300);  // now it stands
+    patch.step(0.0, 0.0, 1.0, 1e300);  // now the clock stands still
     patch.batch.remove(patch.id);
     patch.id = patch.batch.add(material, plain_options(300));
   }
@@ -272,7 +272,8 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
 TEST_CASE(
     "Where the clock of a batch is coarser than bristles age, patches have the same bits lazy and eager",
     "[determinism][ageing]") {
-  // At 1e15 s times are an eighth of a second apart: an age may be less when it is looked at again.
+  // At 1e15 s times have a resolution of an eighth of a second, so an age may be less when it is computed
+  // again.
   for (const double clock : {1e6, 1e12, 1e15})
     for (const double renewal : {0.0, 0.3, 8.0})
       for (const bool infinite : {false, true}) {
@@ -307,7 +308,7 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
     for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
     expect_taken_back(patch);
   }
-  // Set down it slides as one that was never saved.
+  // In contact again, it slides as a patch that was never saved.
   for (int k = 0; k < 5; ++k) {
     for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
     expect_taken_back(patch);
@@ -317,7 +318,7 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
 
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
-  // Law and ways: of wide laws a step may be longer than any other bristle is bent.
+  // Laws and paths: under wide laws a step may be longer than any other bristle is bent.
   for (const double cv : {0.3, 3.0}) {
     for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
       if (!isa.usable) continue;
@@ -344,10 +345,10 @@ TEST_CASE("An infinite brush that is lifted, carried away and set down slides as
 
 namespace {
 
-/// Calls `take` with copies of `good` in which each word behind `first` bytes is forged in turn: as the
-/// largest and the smallest number, the largest of 62 and 60 bits, with its highest bits turned, and as
-/// numbers near the largest of single and double precision, then, in every further round (BRISTLE_ROUNDS), as
-/// numbers of any size. Those states that `take` accepts are counted.
+/// Calls `take` with copies of `good` in which each word after the first `first` bytes is forged in turn: as
+/// the largest and the smallest number, the largest of 62 and 60 bits, with its highest bits inverted, and as
+/// numbers near the largest of single and double precision; then, in every further round (BRISTLE_ROUNDS), as
+/// numbers of any size. Counts the states that `take` accepts.
 template <class Take>
 int forge_words(const std::vector<std::byte>& good, std::size_t first, Take&& take) {
   const char* wanted = std::getenv("BRISTLE_ROUNDS");
@@ -404,7 +405,7 @@ TEST_CASE("Times and paths that nobody gave are refused, or step on without over
       } catch (const bristle::Error&) {
         return false;
       }
-      // A restored state can be saved and restored again, and steps on (sanitizers see what overflows).
+      // A restored state can be saved and restored again, and steps on (sanitizers detect overflows).
       for (int k = 0; k < 4; ++k) patch.step((k % 2 == 0 ? 1.7 : -0.3) * dbar, 0.2 * dbar, 0.5 + 0.1 * k);
       REQUIRE_NOTHROW(patch.batch.restore_state(saved(patch.batch)));
       return true;
@@ -461,7 +462,7 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
     if (lifted) motion.normal_load = 0.0;
     if (lifted) rest();
     const std::vector<std::byte> good = save();
-    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // magic, count, checksum
+    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // the head: magic number, count, checksum
     const int taken = forge_words(good, head, [&](std::vector<std::byte>& bad) {
       bristle::detail::Hasher checksum;
       for (std::size_t at = head; at < bad.size(); ++at) checksum.add(static_cast<std::uint64_t>(bad[at]));
@@ -488,9 +489,9 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
 
 namespace {
 
-/// The saved state of a batch of one bed, number by number.
+/// The saved state of a batch of one bed, as numbers.
 struct SavedBed {
-  // Behind magic, count and checksum of the batch, slot and count of the bed.
+  // Offsets after the batch's magic number, count and checksum, and the bed's slot and count.
   static constexpr std::size_t head = 24, rolled_last = head + 8, numbers = rolled_last + 8,
                                columns = numbers + 17 * 8;
   enum Number {
@@ -543,7 +544,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
   using namespace bristle::detail;
   using bristle::BedMaterial, bristle::BedShape, bristle::BedPressure;
   using S = SavedBed;
-  constexpr std::size_t bristles = 24, padded = 32;  // padding has no stiffness
+  constexpr std::size_t bristles = 24, padded = 32;  // 24 bristles, padded to 32; padding has no stiffness
   const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4),
                     drops = BedMaterial(0.9, 0.6).with_presliding(1e-4);
   enum Kind { ball, wheel, disc, any };
@@ -554,7 +555,8 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
     const char* bound;
     Kind kind;
     void (*forge)(S&, std::size_t in,
-                  std::size_t out);  ///< a bristle in contact that bears little, one without
+                  std::size_t out);  ///< forges a state; `in` is a bristle in contact with little load, `out`
+                                     ///< one out of contact
   };
   const Forged table[] = {
       {"load", disc,
@@ -581,7 +583,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
       {"energy below 0", any, [](S& s, auto, auto) { s.set(S::energy, -1.0); }},
       {"energy", any, [](S& s, auto, auto) { s.set(S::energy + 1, 1e46); }},
       {"root", wheel,
-       [](S& s, auto, auto) {  // the tips follow it
+       [](S& s, auto, auto) {  // moves the tips along, so that only the root is wrong
          const double far = 1e12 + s.get(S::root);
          s.set(S::root, far);
          for (std::size_t i = 0; i < bristles; ++i) s.put(bed_tip_x, i, far);
@@ -674,8 +676,8 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
 }
 
 TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state][cohorts]") {
-  // Two layers of half the load each, bent apart: 2^45 units of mass, in the rows of both, with
-  // a rest below a unit.
+  // Two layers of half the load each, bent differently: 2^45 units of mass in the rows of each, with a rest
+  // below a unit.
   OnePatch patch(redrawn(), infinite_options());
   patch.step(0.0, 0.0, 0.5);
   patch.step(0.2 * dbar, 0.0, 0.5);
@@ -703,5 +705,6 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
     }
   }
   CHECK(found >= 2);
-  CHECK(refused == 3 * 2);  // a mass in each row; the rest are ranks
+  CHECK(refused == 3 * 2);  // three refused values for the mass in each of two rows; the other words are
+                            // ranks
 }

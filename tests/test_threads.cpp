@@ -1,5 +1,5 @@
-// Who takes part in a step: as many threads as asked for in a large one, the caller alone in a small one, and
-// workers off the servo core.
+// Which threads take part in a step: as many as asked for in a large one, the caller alone in a small one,
+// and workers off the servo core.
 #include <catch2/catch.hpp>
 
 #include <sched.h>
@@ -36,8 +36,8 @@ namespace {
 
 #if BRISTLE_WITH_TBB
 
-/// Patches whose step takes some tens of milliseconds of slow kernels: where threads are more than cores,
-/// eight of them get their turn only in pieces of work that take about a millisecond each (measured).
+/// Patches whose step takes some tens of milliseconds of slow kernels. With more threads than cores, eight
+/// threads all get their turn only if pieces of work take about a millisecond each (measured).
 struct LongStep {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -59,7 +59,7 @@ struct LongStep {
   bristle::StepReport step() { return batch.step(tick, motions, responses); }
 };
 
-/// Other threads of this process, by number, with a line of their status in /proc.
+/// Returns the other threads of this process, by number, with a line of their status in /proc.
 std::map<int, std::string> other_threads(const char* key) {
   std::map<int, std::string> found;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -70,12 +70,12 @@ std::map<int, std::string> other_threads(const char* key) {
       if (line.rfind(key, 0) == 0) found[thread] = line.substr(std::strlen(key));
   }
 #if defined(__SANITIZE_THREAD__)
-  if (!found.empty()) found.erase(found.begin());  // the sanitizer's own, which began first
+  if (!found.empty()) found.erase(found.begin());  // the first is the sanitizer's own
 #endif
   return found;
 }
 
-/// Context switches of each other thread, as the system counts them.
+/// Returns the context switches of each other thread, as the system counts them.
 std::map<int, std::string> switches() {
   std::map<int, std::string> found = other_threads("voluntary_ctxt_switches:");
   for (const auto& [thread, count] : other_threads("nonvoluntary_ctxt_switches:")) found[thread] += count;
@@ -102,7 +102,7 @@ std::vector<int> cores_of_thread(int thread) {
   return cores_of(set);
 }
 
-/// Runs one test case of this program in a process of its own that may use the given cores only, as taskset
+/// Runs one test case of this program in a process of its own that may use only the given cores, as taskset
 /// does.
 int run_on_cores(const std::vector<int>& cores, const char* test) {
   const pid_t child = fork();
@@ -134,7 +134,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       std::set<std::thread::id> threads;
       int done = 0;
     } seen;
-    // Pieces that take 3 ms on any core: eight threads of two cores do some each.
+    // Pieces take 3 ms on any core, so that each of eight threads on two cores does some.
     const auto piece = [](void* context, int) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
       Seen& s = *static_cast<Seen*>(context);
@@ -142,7 +142,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       s.threads.insert(std::this_thread::get_id());
       ++s.done;
     };
-    // On a machine that is busy a thread that was woken may be late for many runs.
+    // On a busy machine a thread that was woken may come late in many runs.
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     int runs = 0;
     for (; seen.threads.size() < static_cast<std::size_t>(threads) && std::chrono::steady_clock::now() < end;
@@ -166,8 +166,8 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
     INFO(threads << " threads");
     CHECK(scene.batch.state_hash() == expected);
     CHECK(most <= static_cast<std::uint32_t>(threads));
-    // A busy machine may hold the caller up, which then works alone for a while, or give the workers no core:
-    // look at batches that know nothing of it.
+    // On a busy machine the caller may be held up and then work alone for a while, or workers get no core, so
+    // the test tries fresh batches.
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     while (threads > 1 && most < 2 && std::chrono::steady_clock::now() < until) {
       LongStep other(BatchOptions{}.with_threads(threads));
@@ -178,7 +178,7 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
 }
 
 TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
-  // The worker's first task lasts until all others are done: so nobody else may wait for the worker.
+  // The worker's first task lasts until all others are done, so no other thread may wait for the worker.
   constexpr int tasks = 64;
   bristle::detail::Workers workers(2);
   workers.warm_up();
@@ -228,10 +228,10 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
 
 TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
-  // Lengths of one piece and of several, turns, and long slides in which most of the way is carried.
+  // Paths of one piece and of several, turns, and long slides that are mostly carried.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = 70000;  // several ranges, of which the last holds less than the others
+  const std::uint32_t n = 70000;  // several ranges of blocks, of which the last has fewer
   setenv("BRISTLE_SHARING", "0,4096,100", 1);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const bool ages : {false, true}) {
@@ -245,7 +245,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
         OnePatch patch(material, plain_options(n, 2), BatchOptions{}.with_threads(threads));
         INFO(threads << " threads, ages: " << ages);
         std::size_t k = 0;
-        std::uint32_t tasks = 0;  // of the first step: a caller that is held up makes the others alone
+        std::uint32_t tasks = 0;  // tasks of the first step; a caller that is held up takes later ones alone
         for (const auto& way : ways) {
           const Response response = patch.step(way[0] * dbar, way[1] * dbar, 0.97 * n);
           if (threads == 1)
@@ -266,7 +266,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
 TEST_CASE("A small step wakes no worker", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);
-  // The paper's patch, and a scene of some small ones.
+  // The paper's patch, and a scene of a few small ones.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
     Motion motion;
@@ -281,7 +281,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   large.normal_load = 400000.0;
   batch.warm_up();
 
-  // Other threads sleep when nobody has been put on a core for 20 ms.
+  // Waits until no other thread has been put on a core for 20 ms.
   const auto wait_for_sleep = [] {
     for (int i = 0; i < 200; ++i) {
       const auto before = switches();
@@ -297,13 +297,14 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
   return;
 #endif
-  // A worker on its way to sleep may be put on a core once more on a busy machine: tried up to five times.
+  // A worker on its way to sleep may be put on a core once more on a busy machine, so this tries up to five
+  // times.
   auto before = switches();
   bool undisturbed = false;
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
     REQUIRE(wait_for_sleep());
     before = switches();
-    REQUIRE(!before.empty());  // the worker is there
+    REQUIRE(!before.empty());  // the worker exists
     large.displacement[0] = 0.0;
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
@@ -318,7 +319,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
-    wait_for_sleep();  // a switch counts when the thread goes to sleep
+    wait_for_sleep();  // a switch is counted when the thread goes to sleep
   }
   CHECK(switches() != before);
 }
@@ -332,12 +333,12 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
   motion.displacement[0] = 1.3 * dbar;
   Response response;
   batch.warm_up();
-  // As in a servo loop: a pause before every step.
+  // Pauses before every step, as a servo loop does.
   for (int k = 0; k < 20; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
   }
-  // 200 steps back to back: the machine may stop the caller between two of them, but not each time.
+  // Takes 200 steps back to back: the machine may stop the caller between two of them, but not each time.
   int shared = 0;
   for (int k = 0; k < 200; ++k) shared += batch.step(tick, {&motion, 1}, {&response, 1}).tasks > 1;
   CHECK(shared > 0);
@@ -369,7 +370,8 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
 
 TEST_CASE("In a shared step each motion gets the answer that one thread gives: good, bad, unknown, twice",
           "[threads][determinism]") {
-  // Large patches, which are cut, among small ones, and between them whatever can be refused.
+  // Large patches, which are split, among small ones, and between them every kind of motion that can be
+  // refused.
   const auto run = [](int threads, bool repeats) {
     PatchBatch batch(BatchOptions{}.with_threads(threads));
     const Material material = plain_material(uniform, SnapRule::keep);
@@ -389,12 +391,12 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     }
     const Motion gone = motions[30];
     batch.remove(gone.id);
-    add(90);                            // in the same slot, so that this slot is named twice
-    motions[60].displacement[0] = NAN;  // large
-    motions[61].normal_load = -1.0;     // small
+    add(90);                            // the new patch takes the slot, so that the slot is named twice
+    motions[60].displacement[0] = NAN;  // motion of a large patch
+    motions[61].normal_load = -1.0;     // motion of a small patch
     motions[100].id = bristle::PatchId{};
     if (!repeats) motions.erase(motions.begin() + 30);
-    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // large
+    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // motion of a large patch
     std::vector<Response> responses(motions.size());
     std::vector<Status> seen;
     std::uint32_t tasks = 0;
@@ -420,7 +422,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
       const auto shared = run(threads, repeats);
       CHECK(std::get<0>(shared) == status);
       CHECK(std::get<1>(shared) == std::get<1>(alone));
-      if (!repeats) CHECK(std::get<2>(shared) > 1);  // it was shared
+      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step was shared
     }
   }
 }
@@ -431,7 +433,7 @@ TEST_CASE("A step whose patches all hold still was done by the calling thread", 
                  plain_options(n), BatchOptions{}.with_threads(2));
   patch.step(0.1 * dbar, 0.0, n);
   for (int k = 0; k < 10; ++k) {
-    patch.step(1e-6 * dbar, 0.0, n);  // within every bound
+    patch.step(1e-6 * dbar, 0.0, n);  // a step within every bound
     CHECK(patch.report.patches_stepped == 1);
     CHECK(patch.report.tasks >= 1);
     CHECK(patch.report.threads >= 1);
@@ -444,7 +446,7 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
   }
   if (std::thread::hardware_concurrency() < 2) {
     std::printf("skipped: one core only, no other to keep to\n");
-    CHECK(scene.batch.unbound_workers() > 0);  // told, and stepped all the same
+    CHECK(scene.batch.unbound_workers() > 0);  // reported, and stepped all the same
     return;
   }
   CHECK(scene.batch.unbound_workers() == 0);
@@ -465,8 +467,9 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
   CHECK(cores({2, 3}, {3}, 3) == List{2});
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});  // a core that the process has not
-  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});      // no core is left by both: off its own at least
+  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});  // a servo core that the process does not have
+  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});      // all cores are servo cores, so it stays off its own at
+                                                   // least
   CHECK(cores({1}, {1}, 1).empty());
 }
 
@@ -476,13 +479,15 @@ TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]"
     std::printf("skipped: one core only\n");
     return;
   }
-  // The last core, or the last two: bound to a part of what there is.
+  // Takes the last core, or the last two, so that the process is bound to a part of the machine.
   const std::vector<int> some(all.end() - (all.size() > 2 ? 2 : 1), all.end());
   CHECK(run_on_cores(some, "In a process of its own: workers stay on its cores") == 0);
 }
 
 TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // among other tests' workers it says nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
+    return;  // among the workers of other tests it proves
+             // nothing
   const std::vector<int> mine = cores_of_thread(0);
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
@@ -507,12 +512,14 @@ TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[thre
 }
 
 TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // among other tests' workers it says nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
+    return;  // among the workers of other tests it proves
+             // nothing
   const std::vector<int> mine = cores_of_thread(0);
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // no such core
+    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // the machine has no such core
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {
         for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {

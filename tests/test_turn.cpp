@@ -1,5 +1,4 @@
-// A turn of the motion by 90 and 180 degrees out of steady sliding, in two dimensions
-// (tests/data/turn_2d.csv).
+// A turn of the motion by 90 and 180 degrees from steady sliding, in two dimensions (tests/data/turn_2d.csv).
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -13,7 +12,7 @@ using namespace bristle_test;
 TEST_CASE("After a turn the force along and across the new direction follow the tables", "[physics]") {
   const std::vector<Row> rows = read_table("turn_2d.csv");
   const std::uint32_t n = test_size(100000);
-  const double start = 0.4;  // rad: steady sliding aslant, so that no axis is special
+  const double start = 0.4;  // rad: direction of steady sliding, oblique so that no axis is special
   int points = 0;
   for (Precision precision : precisions()) {
     for (const char* turn : {"90", "180"}) {

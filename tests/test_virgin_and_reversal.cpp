@@ -1,4 +1,4 @@
-// First loading from rest, and reversal out of steady sliding, against quadrature (tests/data).
+// First loading from rest, and reversal from steady sliding, against quadrature (tests/data).
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -16,10 +16,10 @@ struct Direction {
   int axes;
   double x, y;
 };
-// Along x on a one-axis patch and aslant on a two-axis patch.
+// Along x with one axis, and in an oblique direction with two.
 const Direction directions[] = {{1, 1.0, 0.0}, {2, std::cos(2.2), std::sin(2.2)}};
 
-/// Quantiles of the reference laws, in mean snap lengths, independent of the library.
+/// Returns the quantile function of a reference law, in mean snap lengths, independent of the library.
 Quantile quantile_of(const std::string& name) {
   if (name == "uniform_0.5_1.5") return uniform_quantile(0.5, 1.5);
   if (name == "lognormal_cv0.3") return lognormal_quantile(1.0, 0.3);
@@ -27,9 +27,10 @@ Quantile quantile_of(const std::string& name) {
   return single_quantile(1.0);
 }
 
-/// Bound on the error of the virgin curve with keep, for snap lengths Q(u_i) with u_i of discrepancy D
-/// (Koksma): variation of x mod Q(u) over u > u0, times D, plus what the shortest bristles can do. The
-/// sawtooth x mod delta has a tooth of height x/k for every whole k between x/longest and x/Q(u0).
+/// Returns a bound on the error of the virgin curve with SnapRule::keep, for snap lengths Q(u_i) with u_i of
+/// discrepancy D (Koksma): variation of x mod Q(u) over u > u0, times D, plus the contribution of the
+/// shortest bristles. The sawtooth x mod delta has a tooth of height x/k for every whole k between x/longest
+/// and x/Q(u0).
 double stratified_bound(const Quantile& quantile, double x, double discrepancy) {
   double best = INFINITY;
   for (double u0 : {1e-9, 1e-4, 1e-3, 1e-2, 1e-1}) {
@@ -71,8 +72,8 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
               const double rounding = sampling_tolerance(0.0, n, precision);
               tolerance = std::min(tolerance, stratified_bound(quantile, x, discrepancy) + rounding);
             }
-            // Bristles too rare for the Monte Carlo to have met one (lognormal, below 0.2): one of them at
-            // the most.
+            // Bristles so rare that the Monte Carlo run need not have met one (lognormal, below 0.2): one of
+            // them at most.
             if (law.law.law() == bristle::SnapLaw::lognormal) tolerance += std::min(x, 1.0) / n;
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");
             expect_near(f.x * e.y - f.y * e.x, 0.0, 1e-5, "deflection across the motion");
@@ -103,8 +104,7 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
             const Deflection f = brush.step((y - to) * e.x, (y - to) * e.y);
             y = to;
             INFO("y = " << y << " mean snap lengths after the reversal");
-            // With a single length phases are spread evenly, and one bristle may be on the other side of its
-            // snap.
+            // With a single length phases are uniform, and one bristle may be on the other side of its snap.
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");

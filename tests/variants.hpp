@@ -1,4 +1,4 @@
-// Patches of every kind, and a scripted motion for each: what tests of equal bits run.
+// Patches of every kind, with a scripted motion for each, for tests of equal bits.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@ namespace bristle_test {
 struct PatchCase {
   std::string name;
   Material material;
-  Material later;  ///< set half-way
+  Material later;  ///< material to which the patch changes half-way
   PatchOptions options;
 };
 
-/// Every law, some with small and with large spread.
+/// Returns every law, some with small and with large spread.
 inline std::vector<SnapLength> all_laws() {
   const double quantiles[] = {0.3 * dbar, 0.6 * dbar, 1.0 * dbar, 1.2 * dbar, 2.0 * dbar};
   return {SnapLength::single(dbar),
@@ -31,7 +31,7 @@ inline std::vector<SnapLength> all_laws() {
           SnapLength::table(quantiles)};
 }
 
-/// The infinite brush for every combination of axes, outputs and law that it takes.
+/// Adds the infinite brush for every combination of axes, outputs and law that it accepts.
 inline void add_infinite_variants(std::vector<PatchCase>& cases) {
   for (int axes : {1, 2}) {
     for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
@@ -72,8 +72,8 @@ inline void add_infinite_variants(std::vector<PatchCase>& cases) {
   }
 }
 
-/// Representatives that can be rubbed, for every combination of axes, rule, outputs, precision and law: with
-/// a residual, with shared renewal, with both.
+/// Adds representatives that can be rubbed, for every combination of axes, rule, outputs, precision and law:
+/// with a residual, with shared renewal, with both.
 inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   std::uint32_t seed = 700;
   for (int axes : {1, 2}) {
@@ -84,7 +84,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
           for (const SnapLength& law : all_laws()) {
             ++kind;
             const double residual = kind % 3 == 1 ? 0.0 : 0.4 * dbar;
-            // keep with shared renewal takes no law with bristles near no length.
+            // SnapRule::keep with shared renewal refuses laws with bristles of almost no length.
             const bool refused = rule == SnapRule::keep && law.survival(dbar / 64.0) < 1.0 - 1e-4;
             const double renewal = kind % 3 == 0 || refused ? 0.0 : 1.5;
             std::ostringstream name;
@@ -121,7 +121,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
   cases.push_back(large);
 }
 
-/// The infinite brush that fluctuates as few, many and very many bristles do.
+/// Adds the infinite brush that fluctuates as few, many and very many bristles.
 inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
   std::vector<PatchCase> infinite;
   add_infinite_variants(infinite);
@@ -135,8 +135,8 @@ inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
   }
 }
 
-/// Representatives that age, for every combination of axes, rule, precision and law: both forms, with and
-/// without residual and shared renewal; some begin to age half-way, some cease to.
+/// Adds representatives that age, for every combination of axes, rule, precision and law: both forms, with
+/// and without residual and shared renewal; some begin to age half-way, some stop.
 inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   std::uint32_t seed = 1300;
   for (int axes : {1, 2}) {
@@ -180,8 +180,8 @@ inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t brist
   cases.push_back(large);
 }
 
-/// Bristles that slide, for every combination of axes, outputs, precision and law; some with a drop, some of
-/// limits that grow with rest, some later.
+/// Adds bristles that slide, for every combination of axes, outputs, precision and law; some with a drop,
+/// some with limits that grow at rest, some that change to these half-way.
 inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   unsigned kind = 0;
   for (int axes : {1, 2}) {
@@ -222,9 +222,8 @@ inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bris
   }
 }
 
-/// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
-/// split over workers, infinite ones, ones that can be rubbed, and ones that
-/// age.
+/// Returns a patch for every combination of axes, rule, outputs, precision, step rule and law; large ones
+/// that are split over workers, infinite ones, ones that can be rubbed, and ones that age.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
   std::uint32_t seed = 100;
@@ -279,7 +278,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   return cases;
 }
 
-/// As every_variant(), with one in `every` of the infinite brushes, which take most of the time.
+/// Returns every_variant() with only one in `every` of the infinite brushes, which take most of the time.
 inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t bristles, int every) {
   std::vector<PatchCase> cases;
   int infinite = 0;
@@ -289,13 +288,13 @@ inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t brist
   return cases;
 }
 
-/// Motion of patch `p` in step `k`: the same whoever asks, in whatever order. Sticks, creeps, slides,
-/// reverses, jumps; the load wobbles, jumps, overloads and is lost.
+/// Returns the motion of patch `p` in step `k`, which depends on nothing else. It sticks, creeps, slides,
+/// reverses, jumps; the load varies slightly, jumps, overloads and is lost.
 inline Motion scripted_motion(std::size_t p, int k, int axes) {
   std::mt19937_64 random(1000003u * p + static_cast<unsigned>(k));
   const auto flat = [&] {
     return static_cast<double>(random() >> 11) * 0x1p-53;
-  };  // the same with every library
+  };  // numbers that do not depend on the standard library
   static constexpr double lengths[] = {0.0, 1e-3, 0.05, 0.3, 0.9, 2.5, 7.0, 30.0, 5000.0};
   Motion m;
   const double length = dbar * lengths[random() % 9] * (0.5 + flat());

@@ -5,7 +5,7 @@ cmake_minimum_required(VERSION 3.25)
 set(commit "")
 find_program(git git)
 if(git AND EXISTS ${SOURCE_DIR}/.git)
-  # Not `describe --dirty`: it locks the index, and a commit made during a build would fail.
+  # Does not use `describe --dirty`, which locks the index: a commit made during a build would fail.
   execute_process(COMMAND ${git} -C ${SOURCE_DIR} describe --always
     OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
   execute_process(COMMAND ${git} -C ${SOURCE_DIR} --no-optional-locks status --porcelain --untracked-files=no

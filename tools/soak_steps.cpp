@@ -1,12 +1,12 @@
-// So many steps at random of each contact model, for the longest time that one of them takes.
+// Runs a number of random steps of each contact model, to find the longest time that one of them takes.
 //
-//   bristle_soak_steps MODEL STEPS [FOLDER]       goes on to STEPS in all; MODEL `all`: each in turn
-//   bristle_soak_steps MODEL --replay PART STEP   that step once more, and what it was
+//   bristle_soak_steps MODEL STEPS [FOLDER]       continues to STEPS in all; MODEL `all`: each model in turn
+//   bristle_soak_steps MODEL --replay PART STEP   repeats that step, and prints what it was
 //
-// Steps come in parts of a million, each with a patch of its own that the number of the part makes: FOLDER
-// has a line of JSON a part, a run that was stopped is taken up after the last of them, and any step can be
+// Steps come in parts of a million, each with a patch of its own, determined by the number of the part.
+// FOLDER gets a line of JSON per part; a stopped run resumes after the last of them, and any step can be
 // replayed. A step that seems longer than all before it was perhaps interrupted by the machine: its block of
-// steps is run again from a saved state, and the least of its times counts.
+// steps is repeated from a saved state, and the least of its times counts.
 #include <time.h>
 #include <unistd.h>
 
@@ -42,7 +42,7 @@ using bristle::TimeHistogram;
 constexpr std::uint64_t steps_of_part = 1000000;
 constexpr std::uint64_t steps_of_block = 500;
 constexpr int most_repeats = 30;
-constexpr double mean_length = 1e-5;  // m, of the snap lengths
+constexpr double mean_length = 1e-5;  // m, mean snap length
 constexpr std::uint32_t bristles = 100;
 
 struct Model {
@@ -68,7 +68,7 @@ constexpr Model models[] = {
     {"infinite-fluctuating", as_it_is, SnapRule::redraw, true, 300},
 };
 
-/// SplitMix64, and numbers out of it by arithmetic alone: the same on every machine.
+/// Random numbers by SplitMix64 and plain arithmetic, equal on every machine.
 struct Random {
   std::uint64_t state;
 
@@ -80,7 +80,7 @@ struct Random {
   }
   double share() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   unsigned below(unsigned count) { return static_cast<unsigned>((bits() >> 32) * count >> 32); }
-  /// 2^low to 2^high, each octave as often.
+  /// Returns a number from 2^low to 2^high, uniform in its logarithm.
   double octaves(int low, int high) {
     return std::ldexp(1.0 + share(), low + static_cast<int>(below(static_cast<unsigned>(high - low))));
   }
@@ -91,8 +91,9 @@ struct Step {
   Motion motion;
 };
 
-/// Paths that are straight, turn, go back and rest; lengths of 1e-6 to 1e6 means; loads of 1e-6 to 1.5 of the
-/// highest, which mostly stay; times of a microsecond to twenty minutes, mostly a tenth of a millisecond.
+/// Random path that goes straight, turns, reverses and rests. Lengths are 1e-6 to 1e6 means; loads, which
+/// mostly stay constant, 1e-6 to 1.5 of the highest; times from a microsecond to twenty minutes, mostly a
+/// tenth of a millisecond.
 class Path {
  public:
   explicit Path(std::uint64_t part) : random{part * 0xD1B54A32D192ED03u + 1} {}
@@ -144,13 +145,13 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Part and step that run at present, to name them after a crash.
+/// Part and step that run at present, for the message after a crash.
 struct UnderWay {
   const char* model;
   std::uint64_t part, step;
 } under_way{};
 
-/// A patch on its path.
+/// Patch on its path.
 struct Walk {
   PatchBatch batch;
   PatchId id;
@@ -186,7 +187,7 @@ struct Walk {
   }
 };
 
-/// Runs a part up to `steps`. `worst`: what is known to be the longest step so far.
+/// Runs a part up to `steps`. `worst` is the longest step known so far.
 Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std::uint64_t worst) {
   under_way = {model.name, number, 0};
   Walk walk(model, number);
@@ -233,7 +234,7 @@ void print_step(const Step& step, std::uint64_t ns) {
               step.dt, step.motion.displacement[0], step.motion.displacement[1], step.motion.normal_load);
 }
 
-/// The sum of all parts in the file.
+/// Sum of all parts in the file.
 struct Total {
   std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;
@@ -252,7 +253,7 @@ struct Total {
     for (const auto& [bucket, count] : line.at("histogram").items())
       counts.at(std::stoul(bucket)) += count.get<std::uint64_t>();
   }
-  /// Upper end of the bucket in which the share lies, ns.
+  /// Returns the upper end of the bucket in which the quantile `share` lies, ns.
   std::uint64_t quantile(double share) const {
     double left = share * static_cast<double>(parts * steps_of_part);
     for (int b = 0; b < TimeHistogram::buckets; ++b)
@@ -288,7 +289,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  std::uintmax_t whole = 0;  // bytes of whole lines: a killed run may leave half a one
+  std::uintmax_t whole = 0;  // bytes of whole lines: a killed run may leave half a line
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
       total.add(nlohmann::json::parse(line));
@@ -315,7 +316,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // All of its block, as the run repeats it: what the library remembers of the steps before is there.
+  // Repeats the whole block, as the run did, because the library remembers earlier steps.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());

@@ -1,11 +1,11 @@
-# Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the
-# result by wine: tools/check_windows uses it. Not g++ of mingw: it keeps the stack at 16
-# bytes and may move 32- and 64-byte vectors to it as if they were aligned (GCC bug 54412).
+# Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the result by
+# wine, for tools/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and may move 32- and
+# 64-byte vectors to it as if they were aligned (GCC bug 54412).
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 foreach(language C CXX)
   set(CMAKE_${language}_COMPILER_TARGET x86_64-w64-mingw32)
-  # libstdc++ of mingw keeps thread-local variables in a table of its own.
+  # mingw's libstdc++ keeps thread-local variables in an emulated table.
   set(CMAKE_${language}_FLAGS_INIT -femulated-tls)
 endforeach()
 set(CMAKE_C_COMPILER clang-19)
@@ -16,7 +16,7 @@ foreach(kind EXE SHARED MODULE)
 endforeach()
 set(CMAKE_CXX_STANDARD_LIBRARIES "-lstdc++ -lwinpthread")
 set(CMAKE_CROSSCOMPILING_EMULATOR wine)
-# Header-only packages alone, from a folder without the headers of the building machine's C library.
+# Searches only a folder of header-only packages, without the building machine's C headers.
 set(CMAKE_FIND_ROOT_PATH ${CMAKE_CURRENT_LIST_DIR}/../build/windows-headers)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind PACKAGE INCLUDE LIBRARY)

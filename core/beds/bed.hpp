@@ -1,4 +1,4 @@
-// One bed: its constants, its state, its columns.
+// One bed of bristles: its constants, state and columns.
 #pragma once
 
 #include <cstdint>
@@ -20,41 +20,42 @@ BedMemory make_columns(std::uint32_t count);
 /// State of a bed beside its columns. Plain data; scaled as in bed_table.hpp unless a unit is named.
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
-  double size = 0.0;               ///< of the contact, in its size at full load
-  double load = 0.0;               ///< N
-  double pressure_sum = 0.0;       ///< of stiffness x relative pressure
-  double limit_of_pressure = 0.0;  ///< BedStep::limit_of_pressure
-  double rolled[2] = {0.0, 0.0};   ///< m, not yet carried
-  double along[2] = {1.0, 0.0};    ///< direction of the rows
+  double size = 0.0;               ///< size of the contact, relative to that at full load
+  double load = 0.0;               ///< N, present normal load
+  double pressure_sum = 0.0;       ///< sum of stiffness x relative pressure
+  double limit_of_pressure = 0.0;  ///< last value of BedStep::limit_of_pressure
+  double rolled[2] = {0.0, 0.0};   ///< m, rolling that waits to be carried out
+  double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};    ///< BedSums::force, torque and energy of the last step
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether the columns of shares are those of rolling.
+  bool rolled_last = false;  ///< Whether bed_kept and bed_moved hold the values of rolling.
 };
 
 struct Bed {
-  std::uint32_t generation = 0;  ///< 0: none lives here
-  std::uint32_t count = 0;       ///< bristles with padding
+  std::uint32_t generation = 0;  ///< generation of the bed in this slot; 0: none
+  std::uint32_t count = 0;       ///< number of bristles, padding included
   std::uint32_t bristles = 0;
   BedProfile profile = BedProfile::uniform;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false, turns_rows = false, has_chords = false, resists_spin = false, all_outputs = false,
        drops = false;
-  bool isotropic = true;        ///< Whether all three gains are 1: then the kernels' account of energy holds.
-  double half[2] = {0.0, 0.0};  ///< m, at full load
+  bool isotropic = true;        ///< Whether all three gains are 1, so that the kernels' account of energy
+                                ///< holds.
+  double half[2] = {0.0, 0.0};  ///< m, half widths at full load
   double length = 0.0;          ///< m, unit of places
   double deflection = 0.0;      ///< m, unit of deflections
   double stiffness = 0.0;       ///< N/m, unit of stiffnesses
   double gain[2] = {1.0, 1.0};  ///< scaled deflection over displacement, along x and y
-  double spin_gain[2] = {1.0, 1.0};              ///< likewise, of the displacement by spin
-  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion over displacement and spin
-  double friction = 0.0;                         ///< kinetic
+  double spin_gain[2] = {1.0, 1.0};              ///< gains of the displacement by spin, along x and y
+  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion per displacement and per spin
+  double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
-  double full_load = 0.0;       ///< N
-  double longest_piece = 0.0;   ///< m, of rolling
-  double cell = 0.0;            ///< BedPlaces::cell
+  double full_load = 0.0;       ///< N, full load
+  double longest_piece = 0.0;   ///< m, longest piece of rolling
+  double cell = 0.0;            ///< value of BedPlaces::cell
   double most_pressure = 0.0;   ///< largest relative pressure at full load
-  std::uint64_t last_step = 0;  ///< number of the step that named it last
+  std::uint64_t last_step = 0;  ///< number of the last step that named the bed
   BedState state;
   BedMemory columns;
 
@@ -64,16 +65,18 @@ struct Bed {
 /// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
-/// Writes places, stiffnesses and pressures under the present size, after rolling by a distance (m) along the
-/// rows, which may have turned since the last time. Returns the sum of stiffness x pressure.
+/// Writes places, stiffnesses and pressures at the present size, after rolling by a distance (m) along the
+/// rows; `turned` says whether the rows have turned since the last call. Returns the sum of stiffness x
+/// pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
-/// Unbends all bristles, out of contact.
+/// Unbends all bristles and takes the bed out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
-/// Steps a bed by a motion whose id and rolling are known to be good.
+/// Steps a bed by a motion that accepts() takes.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a bed can make this motion.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
-/// Whether steps can bring a bed into this state. `columns` are as the bed's; their constants are not read.
+/// Whether steps can bring a bed into this state. `columns` are laid out as the bed's; their constants are
+/// not read.
 bool is_possible(const Bed& bed, const BedState& state, const float* columns) noexcept;
 
 }  // namespace bristle::detail

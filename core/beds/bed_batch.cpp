@@ -7,6 +7,7 @@
 #include "core/beds/bed.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
@@ -25,7 +26,7 @@ constexpr std::size_t cache_line = 64;
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3244454220425242u;
 
-/// Calls `visit` with each number of a state.
+/// Calls `visit` with each number of a bed's state.
 template <class State, class Visit>
 void for_each_number(State& s, Visit&& visit) {
   for (auto& x : s.root) visit(x);
@@ -46,7 +47,7 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the numbers of state of each block of bristles: the columns before the constants.
+/// Calls `visit` with the saved numbers of each block of bristles: the columns before the constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -72,12 +73,12 @@ struct BedBatch::Impl {
   std::vector<Bed> beds;
   std::vector<std::uint32_t> free_slots;
   std::vector<std::uint32_t> generations;
-  BedMemory scratch;  ///< as large as the largest bed's columns
+  BedMemory scratch;  ///< memory as large as the largest bed's columns
   std::uint32_t scratch_count = 0;
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 
-  // Input of a step, for the threads that share it.
+  // Input of the step under way, for the threads that share it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -99,7 +100,7 @@ struct BedBatch::Impl {
     }
   }
 
-  /// Requests the memory of a bed that is stepped soon: its record, then its first bristles.
+  /// Prefetches the memory of a bed that is stepped soon: its record, then its first bristles.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -113,13 +114,13 @@ struct BedBatch::Impl {
     for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears a response, or writes why its motion is refused. Returns the cost of the motion in bristles.
+  /// Clears a response, or writes why its motion is refused. Returns the cost of the motion, in bristles.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;
     Bed* bed = find(motion.id);
     if (bed == nullptr) {
-      response.status = Status::unknown_id;
+      response.status = why_missing(motion.id.value);
     } else if (bed->last_step == step_number) {
       response.status = Status::repeated_id;
     } else if (bed->last_step = step_number; !accepts(*bed, motion)) {
@@ -339,7 +340,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
-  // Two passes: the first checks all values, the second writes.
+  // Makes two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

@@ -50,7 +50,7 @@ constexpr const char* material_text = "BedMaterial";
 /// A bristle before it is scaled: positions are in units of the contact's half widths.
 struct Cell {
   double x = 0.0, y = 0.0;
-  double area = 0.0;  ///< any unit
+  double area = 0.0;  ///< area of the cell, relative to the others
   double inner = -1.0, outer = 0.0;
   double share = 1.0;
   double along = 0.0;
@@ -68,7 +68,7 @@ std::vector<Cell> sphere_cells(int n) {
   return cells;
 }
 
-/// Makes rings at Gauss nodes of r^2, their areas the weights.
+/// Makes rings of cells at Gauss nodes of r^2, with the weights as areas.
 std::vector<Cell> ring_cells(int rings, int around) {
   Nodes nodes = legendre_nodes(rings);
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.at < b.at; });
@@ -93,8 +93,8 @@ std::vector<Cell> ring_cells(int rings, int around) {
   return cells;
 }
 
-/// Makes rows at Gauss nodes across, with cells of equal width along. A row of a rolling ellipse is as long
-/// as its chord.
+/// Makes rows of cells at Gauss nodes across the contact, with cells of equal width along each row. A row of
+/// a rolling ellipse is as long as its chord.
 std::vector<Cell> row_cells(const BedShape& shape) {
   const bool chords = shape.kind == BedShape::Kind::ellipse;
   const int n = shape.cells[0];
@@ -111,7 +111,7 @@ std::vector<Cell> row_cells(const BedShape& shape) {
       cell.y = node.at;
       cell.area = node.weight * square_root(inside) / n;
       if (shape.rolls) {
-        // Rows have different phases, equal on either side of the middle.
+        // Shifts each row by a phase of its own, equal for the two rows at equal distance from the middle.
         const double phase = 0.6180339887498949 * std::min(j, rows - 1 - j);
         const double h = 2.0 / (n - 1);
         cell.along = -1.0 - 0.5 * h + h * (i + (phase - static_cast<int>(phase)));
@@ -142,7 +142,7 @@ std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   return cells;
 }
 
-/// Fills the sizes that follow from the material, and checks all others.
+/// Returns the shape with the sizes that follow from the material, and checks all other sizes.
 BedShape complete(const BedShape& given, const BedMaterial& material, const BedOptions& options) {
   using Kind = BedShape::Kind;
   BedShape shape = given;
@@ -199,8 +199,8 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
   return shape;
 }
 
-/// Returns the whole stiffness along x at full load, N/m; 0 where the presliding displacement determines it.
-/// Sets the gains.
+/// Returns the stiffness of all bristles along x at full load, N/m, or 0 if the presliding displacement
+/// determines it. Sets the gains.
 double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed) {
   using Kind = BedShape::Kind;
   const bool is_sphere = shape.kind == Kind::row && !shape.rolls;
@@ -290,7 +290,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.length = std::max({shape.half[0], shape.half[1], 1e-12});
   bed.longest_piece = options.longest_piece * 2.0 * shape.half[0];
   const bool rings = shape.kind == BedShape::Kind::ellipse && !shape.rolls;
-  const bool shaped = is_sphere || rings || shape.rolls;  // else the shares hold the pressure
+  const bool shaped = is_sphere || rings || shape.rolls;  // whether the shape determines the pressure; else
+                                                          // the shares do
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
   if (shape.rolls) bed.cell = 2.0 / (shape.cells[0] - 1);

@@ -8,23 +8,23 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance of a root, in units of deflection, beyond which tips are written relative to it: single precision
-/// holds a deflection to 5e-7 only where the tip is no farther away.
+/// Distance of a root, in units of deflection, beyond which tips are rewritten relative to it: single
+/// precision holds a deflection to 5e-7 only if the tip is no further away.
 constexpr double farthest_root = 8.0;
 /// Limits of friction below this, in units of deflection, count as none.
 constexpr double least_limit = 1e-12;
-/// Motion, in largest limits, after which every bristle has turned into it.
+/// Motion, in units of the largest limit, after which every bristle points along it.
 constexpr double longest_motion = 1e6;
 /// Rolling shorter than this, in half lengths of the contact, is accumulated before it is carried out.
 constexpr double least_rolled = 0x1p-13;
-/// Rolling farther than this, in half lengths of the contact, leaves cells where this distance leaves them:
-/// every cell has entered since, and single precision would lose the place of a cell that goes round more
-/// often.
+/// Longer rolling, in half lengths of the contact, moves the cells by this distance only: every cell has
+/// entered since, and single precision would lose the place of a cell that goes round more often.
 constexpr double longest_roll = 64.0;
-/// Pieces of rolling are no shorter than for a contact of this size.
+/// Least relative size of a contact for the length of pieces of rolling: smaller contacts use pieces of this
+/// size.
 constexpr double least_size = 0.05;
-/// Rolling that is cut into pieces, at the beginning and at the end of a longer step, in lengths of the
-/// contact: afterwards a bed is in its steady state.
+/// A longer rolling step is cut into pieces only along this distance at its beginning and at its end, in
+/// lengths of the contact: in between a bed is in its steady state.
 constexpr double cut_lengths = 1.5;
 
 /// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
@@ -32,7 +32,8 @@ constexpr double highest_load = 1e15, most_moved = 1e5, most_spin = 3.2;
 
 bool within(double x, double most) noexcept { return x >= -most && x <= most; }
 
-/// Cube root of 0 to 1, error 7e-15 of it: two of Halley's steps from a third of the exponent.
+/// Returns the cube root of a number from 0 to 1, with a relative error of 7e-15: two of Halley's steps from
+/// a third of the exponent.
 double cube_root(double x) noexcept {
   if (x < 1e-300) return 0.0;
   if (x == 1.0) return 1.0;
@@ -56,12 +57,12 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the longest scaled motion that is stepped unchanged where only the end counts.
+/// Returns the longest scaled motion that is stepped without shortening if only the end counts.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the largest rolling that may wait to add up, m.
+/// Returns the largest rolling that may be accumulated, m.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -95,7 +96,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles where they are.
+/// Unbends all bristles at their present places.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -112,7 +113,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Places the bristles once more: those of a contact of fixed size are in contact before any load, unbent.
+  // Repeats, so that the bristles of a contact of fixed size count as in contact before any load, unbent.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
 
@@ -127,7 +128,7 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
 }
 
 bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // No sum of sixteen lanes of single precision is larger.
+  // Exceeds any sum of sixteen lanes of single precision.
   constexpr double most_sum = 1e45;
   bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
               within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
@@ -138,7 +139,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Farthest place of a root: one motion beyond the distance from which it is brought back.
+  // Largest distance of a root: one motion beyond the distance at which tips are rewritten.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -148,9 +149,10 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
   }
   if (!good) return false;
 
-  constexpr double widest = 4.0;         // place of a bristle
-  constexpr double rounding = 1e-6;      // of a tip's place, relative
-  constexpr double most_added = 0x1p25;  // numbers of a size that single precision adds up before it stops
+  constexpr double widest = 4.0;         // largest place of a bristle, scaled
+  constexpr double rounding = 1e-6;      // relative rounding error of a tip's place
+  constexpr double most_added = 0x1p25;  // number of equal terms that single precision adds up before the sum
+                                         // stalls
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
@@ -169,35 +171,35 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
-      // Bounds the deflection of a cell in contact by its limit, plus the rounding of a place far away. Out
-      // of contact the tip stays behind, so only its place is bounded.
+      // Bounds the deflection of a cell in contact by its limit, plus the rounding error of a far place. Out
+      // of contact only the tip's place is bounded, because the tip stays behind.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
     }
     if (!good) return false;
     sum += k * pressure;
   }
-  // The sum of pressures scales the limits under every later load, so it must be that of the columns.
+  // Checks the sum of pressures against the columns, because it scales the limits under every later load.
   return within(s.pressure_sum - sum, 0.01 * sum + 1e-30);
 }
 
 namespace {
 
-/// Motion of a step or of a piece of one.
+/// Motion of a step, or of one of its pieces.
 struct Piece {
-  double motion[4];  ///< scaled
-  double rolled[2];  ///< m
+  double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
+  double rolled[2];  ///< m, distance rolled along x and y
   bool carried;
 };
 
-/// Sums of a step, over its pieces.
+/// Sums over the pieces of a step.
 struct StepSum {
   BedSums last;
   double mean[2] = {0.0, 0.0};
   double mean_torque = 0.0;
 };
 
-/// Makes tips relative to roots at zero.
+/// Moves all roots to zero and makes the tips relative to them.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   BedPlaces places{};
   places.count = bed.count;
@@ -231,8 +233,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
-  // Where only the end counts, a longer motion is cut to one with the same end, whose square single precision
-  // can hold.
+  // If only the end counts, a longer motion is replaced by one with an equal end, whose square single
+  // precision can hold.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && any_above(piece.motion, longest))
@@ -255,7 +257,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!holds) straighten(bed);
 }
 
-/// Carries the rows by a distance and steps. The mean is the trapezium of the forces before and after.
+/// Carries the rows by the distance of a piece and steps. The mean follows from the forces before and after,
+/// by the trapezoidal rule.
 void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -273,8 +276,8 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   sum.mean_torque += share * 0.5 * (before[2] + s.torque);
 }
 
-/// Turns the rows of a disc into the direction of rolling, by less than a quarter turn. Returns whether they
-/// turned.
+/// Turns the rows of a disc into the direction of rolling, if by less than a quarter turn. Returns whether
+/// they turned.
 bool turn_rows(BedState& s) noexcept {
   const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
   const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;
@@ -287,7 +290,7 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by s.rolled, in pieces where the direction of slip may turn, or the mean is asked for.
+/// Rolls by s.rolled, in pieces if the direction of slip may turn or the mean is asked for.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
   bool turned = bed.turns_rows && turn_rows(s);
@@ -349,7 +352,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Applies the load, and the size of the contact that goes with it.
+  // Applies the load and the size of the contact that it gives.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -357,7 +360,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Also where the size stays equal, so that parts that have come into contact are not diluted twice.
+    // Also places at an unchanged size, so that parts that have come into contact do not dilute deflections
+    // twice.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
@@ -372,7 +376,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   if (rests && !bed.all_outputs) {
     // Nothing has changed, so the force stays.
   } else if (rolls) {
-    if (carried) {  // the load first, at rest
+    if (carried) {  // applies the load first, at rest
       Piece piece{};
       piece.carried = true;
       run_kernel(bed, kernels, piece, sum.last);

@@ -1,5 +1,5 @@
-// The C interface over the C++ one. Motions and responses are the C++ structs themselves: a step copies
-// nothing.
+// The C interface over the C++ one. C motions and responses have the layout of the C++ structs, so a step
+// copies nothing.
 #include "bristle/bristle.h"
 
 #include <algorithm>
@@ -93,7 +93,10 @@ static_assert(same_value<BRISTLE_PRESSURE_UNIFORM, Pressure::uniform> &&
 static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_REPEATED_ID, Status::repeated_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
-              same_value<BRISTLE_STATUS_OVERLOAD, Status::overload>);
+              same_value<BRISTLE_STATUS_OVERLOAD, Status::overload> &&
+              same_value<BRISTLE_STATUS_NO_CAPACITY, Status::no_capacity>);
+static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value &&
+              BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 
 /// A handle: the C++ object that a caller in C refers to.
 template <class Part>
@@ -108,7 +111,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// A pool by key: of patches (points or outlines) or of beds.
+/// A pool by key, of patches (points or outlines) or of beds.
 struct KeyedPool {
   std::variant<KeyedPatches, KeyedBeds> pool;
 
@@ -150,13 +153,13 @@ bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
   return BRISTLE_REFUSED;
 }
 
-/// A null pointer or a wrong size, found before anything is done.
+/// Thrown for a null pointer or a wrong size, before anything is done.
 struct BadArgument {
   std::string text;
   const char* detail = "";
 };
 
-/// Runs a call and turns what it throws into its result.
+/// Runs a call and turns an exception into its result.
 template <class Call>
 bristle_result guarded(Call&& call) noexcept {
   try {
@@ -179,7 +182,7 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// The three calls on the saved state of the object in a handle.
+/// Defines the three calls on the saved state of the object in a handle.
 #define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
   size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
     return handle != nullptr ? handle->it.state_size() : 0;                                        \
@@ -213,7 +216,7 @@ bristle_result remove_id(Handle* handle, const char* name, bristle_id id) {
   });
 }
 
-/// Returns the state hash of one id, or of all patches where the id is 0.
+/// Returns the state hash of one id, or of all patches if the id is 0.
 template <class Handle>
 uint64_t hash_of(const Handle* handle, bristle_id id) {
   if (handle == nullptr) return 0;
@@ -244,15 +247,15 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Options whose last field, `compared`, is no part of the interface.
+/// Options whose last field, `compared`, is not part of the interface.
 template <class Cpp>
 constexpr std::size_t compared_modes = requires {
   &Cpp::compared;
 }
 ? 1 : 0;
 
-/// Lists each pair of fields once. The list copies both ways and is counted, so that no field is forgotten.
-/// `unused`: reserved fields.
+/// Lists each pair of fields once. The list serves to copy in both directions and is counted, so that no
+/// field is forgotten. `unused`: reserved fields.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
   struct Mirror<c_type> {                                                                                 \
@@ -333,7 +336,8 @@ constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
-/// Refuses a struct whose size differs from the library's: the program was built against another header.
+/// Refuses a struct whose size differs from the library's, since the program was then built against another
+/// header.
 template <class Struct>
 void check_size(std::size_t size, const std::string& name, const char* advice = "") {
   if (size != sizeof(Struct))
@@ -354,7 +358,7 @@ void write_struct(Struct from, Struct* to, const char* name) {
   *to = from;
 }
 
-/// Writes `function` of each value: all of them or, where it refuses one, none.
+/// Writes `function` of each value; writes nothing if it refuses one of them.
 template <class Function>
 void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
                   const Function& function) {
@@ -374,7 +378,7 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   });
 }
 
-/// bristle_init_KIND; `name` is that of the caller's argument.
+/// Defines bristle_init_KIND; `name` is the name of the caller's argument.
 #define BRISTLE_INIT(kind, name, defaults)                                       \
   bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
     return init_struct(kind, struct_size, defaults, #name);                      \
@@ -404,7 +408,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap length. A table is not copied: it belongs to `s`.
+/// Converts a snap length. A table is not copied: it stays the property of `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -415,7 +419,7 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts a struct. The table of a snap length is not copied: it belongs to `cpp`.
+/// Converts a struct. The table of a snap length is not copied: it stays the property of `cpp`.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -430,7 +434,7 @@ C to_c(const typename Mirror<C>::Cpp& cpp) {
   return c;
 }
 
-/// Converts a struct. Throws where an enumeration has no such value.
+/// Converts a struct. Throws if an enumeration has no such value.
 template <class C>
 typename Mirror<C>::Cpp to_cpp(const C& c) {
   typename Mirror<C>::Cpp cpp;
@@ -451,7 +455,7 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   return cpp;
 }
 
-/// Reads the caller's struct. `name` is that of the caller's argument.
+/// Reads the caller's struct. `name` is the name of the caller's argument.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   need(from, name);
@@ -464,7 +468,7 @@ typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
 }
 
-/// Takes a step and reports it. Checks the size of `report` first: a step cannot be undone.
+/// Takes a step and reports it. Checks the size of `report` first, because a step cannot be undone.
 template <class Step>
 void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) check_size(*report, "report");
@@ -472,7 +476,7 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Tries motions one by one.
+/// Tries motions one by one, without a change of state.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -549,7 +553,8 @@ const char* bristle_version(void) { return library_version(); }
 
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
-           BuildSignature headers = header_build;  // struct sizes travel with the structs
+           BuildSignature headers = header_build;  // struct sizes need no check here, because each struct
+                                                   // carries its own
            headers.version = version_number;
            headers.options = build_options;
            check_build(headers);
@@ -571,6 +576,18 @@ const char* bristle_instruction_set(size_t index, uint32_t* usable) {
 BRISTLE_INIT(material, material, to_c<bristle_material>(Material{}))
 BRISTLE_INIT(coefficients, coefficients, to_c<bristle_coefficients>(Coefficients{}))
 BRISTLE_INIT(material_facts, facts, bristle_material_facts{})
+
+const char* bristle_typical_name(size_t index) {
+  const Span<const TypicalMaterial> all = typical_materials();
+  return index < all.size() ? all[index].name : nullptr;
+}
+
+bristle_result bristle_typical_coefficients(const char* name, bristle_coefficients* coefficients) {
+  return guarded([&] {
+    need(name, "name");
+    write_struct(to_c<bristle_coefficients>(typical_coefficients(name)), coefficients, "coefficients");
+  });
+}
 
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {
@@ -703,7 +720,7 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    std::vector<PatchOptions> all(count);  // looked through before anything is added
+    std::vector<PatchOptions> all(count);  // all options are read and checked before anything is added
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;
@@ -746,7 +763,7 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
   if (report != nullptr &&
-      report->struct_size != sizeof *report)  // before the step, which cannot be taken back
+      report->struct_size != sizeof *report)  // checked before the step, which cannot be undone
     return guarded([&] { check_size(*report, "report"); });
   const StepReport done = batch->it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
                                          {reinterpret_cast<Response*>(responses), count});
@@ -786,7 +803,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // The C++ call skips a column of length 0.
+  // an empty column, for a null pointer, is skipped by the C++ call
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -17,7 +17,7 @@ constexpr bool takes(std::index_sequence<i...>) {
   return requires { Struct{(static_cast<void>(i), Anything{})...}; };
 }
 
-/// Number of fields of an aggregate without arrays and base classes.
+/// Returns the number of fields of an aggregate without arrays and base classes.
 template <class Struct, std::size_t count = 0>
 constexpr std::size_t count_fields() {
   if constexpr (takes<Struct>(std::make_index_sequence<count + 1>{}))

@@ -17,7 +17,7 @@ inline std::string number_text(double value) {
 #if defined(__cpp_lib_to_chars) || defined(__GLIBCXX__)
   const auto result = std::to_chars(text, text + sizeof text, value);
   return std::string(text, result.ptr);
-#else  // libc++ before 14, of Debian's emscripten, has none for floating numbers
+#else  // libc++ before 14, as in Debian's emscripten, has no std::to_chars for floating numbers
   for (int digits = 6; digits <= 17; ++digits) {
     std::snprintf(text, sizeof text, "%.*g", digits, value);
     if (std::strtod(text, nullptr) == value) break;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // "brstmtch"
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch"
 constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
@@ -28,27 +28,27 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
 }  // namespace
 
 struct ContactMatcher::Impl {
-  /// A contact of this step or of the one before. Contacts of one pair form a list, in the order in which
+  /// A contact of this step or of the previous one. Contacts of one pair are linked in the order in which
   /// they were listed.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
-    std::uint32_t place = 0;    ///< new: in the caller's list
-    std::uint32_t ordinal = 0;  ///< among the contacts of the pair
-    std::uint32_t missed = 0;   ///< old: steps without it
+    std::uint32_t place = 0;    ///< new contact: its index in the caller's list
+    std::uint32_t ordinal = 0;  ///< number among the contacts of the pair
+    std::uint32_t missed = 0;   ///< old contact: steps in which it was missing
     std::uint32_t after = none;
-    std::uint32_t partner = none;  ///< matched with
-    std::uint32_t nearest = none;  ///< of the other side, not matched yet
-    double distance = 0.0;         ///< to it, squared
+    std::uint32_t partner = none;  ///< index of the contact it was matched with
+    std::uint32_t nearest = none;  ///< nearest contact of the other step without a partner
+    double distance = 0.0;         ///< squared distance to `nearest`
   };
   struct Pair {
     std::uint64_t pair;
-    std::uint32_t first[2], last[2];  ///< old, new
+    std::uint32_t first[2], last[2];  ///< first and last contact in the lists of the old and the new step
   };
 
   explicit Impl(const MatcherOptions& its_options)
       : options(its_options), reach_squared(options.reach * options.reach), table(3u * options.capacity) {
-    // Room for the present contacts, and for as many missing ones that are remembered.
+    // Makes room for the present contacts, and for an equal number of missing ones.
     points[0].resize(2 * std::size_t{options.capacity});
     points[1].resize(2 * std::size_t{options.capacity});
     pairs.resize(3 * std::size_t{options.capacity});
@@ -68,7 +68,7 @@ struct ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest point of the other side that has no partner; of equal ones the first listed.
+  /// Finds the nearest point of the other step without a partner; of equally near ones the first listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -86,7 +86,7 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Searches again for points without a partner whose nearest point is taken.
+  /// Searches again for points without a partner whose nearest point was taken.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];
@@ -146,7 +146,7 @@ struct ContactMatcher::Impl {
 
   const MatcherOptions options;
   const double reach_squared;
-  KeyTable table;  ///< pair to its place in `pairs`; empty between steps
+  KeyTable table;  ///< pair to its index in `pairs`; empty between steps
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::uint32_t old_count = 0;

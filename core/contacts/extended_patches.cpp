@@ -11,6 +11,7 @@
 
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
 #include "core/materials/turn.hpp"
@@ -29,12 +30,12 @@ constexpr double largest_scale = 1e6;
 
 /// Orientation and scale of an outline.
 struct Pose {
-  Turn turn;           ///< of the outline's axes in those of the surface
-  double scale = 1.0;  ///< as set_scale set it
+  Turn turn;           ///< turn from the axes of the surface to those of the outline
+  double scale = 1.0;  ///< scale of the outline, given by set_scale
 };
 
-/// Sum of k J^T J over the cells, where the cell at `at` slips by J (v, omega) = v + omega x at. Kept in the
-/// outline's axes at its full size; write() turns and scales it.
+/// Sum of k J^T J over the cells, where the cell at `at` slips by J (v, omega) = v + omega x at. Stored in
+/// the outline's axes at its full size; write() turns and scales it.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -51,12 +52,13 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // never -0: a light step writes 0 where nothing damps
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 avoids -0, because a light step writes 0 if nothing
+                                              // damps
     sum[2][2] = square * (size * size);
   }
 };
 
-/// Stiffnesses and limits of the cells' responses, valid while load and material stay.
+/// Stiffnesses and limits from the cells' responses, valid while load and material stay.
 struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
@@ -65,18 +67,18 @@ struct Stiffnesses {
   Status status = Status::ok;
 };
 
-/// Rotation and size of a patch's outline in one step.
+/// Rotation and size of a patch's outline during one step.
 struct Course {
-  Turn midway, after;        ///< of the outline's axes
-  double chord = 0.0;        ///< 2 sin(spin / 2): the way of a point at distance 1 from the centre
-  double chord_share = 1.0;  ///< chord / spin
+  Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
+  double chord = 0.0;        ///< 2 sin(spin / 2): displacement of a point at distance 1 from the centre
+  double chord_share = 1.0;  ///< chord of the turn over its arc
   double size = 1.0;
 };
 
 struct ExtendedPatch {
   std::uint32_t generation = 0;  ///< 0: the slot is free
-  std::vector<PatchCell> cells;  ///< in the outline's axes
-  std::vector<PatchId> patches;  ///< of the cells
+  std::vector<PatchCell> cells;  ///< cells in the outline's axes
+  std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
   double normal_load = 0.0;
   double max_normal_load = 0.0;
@@ -84,11 +86,11 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
-  Stiffnesses common;           ///< a cache
-  bool light_material = false;  ///< nothing damps or ages, and the end force is all that is asked for
+  Stiffnesses common;           ///< cache of stiffnesses and limits
+  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for
   // Data of the step under way:
   Course course;
-  bool light = false;  ///< as is_light() says
+  bool light = false;  ///< result of is_light() for the step
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -98,7 +100,7 @@ struct ExtendedPatch {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
     const double known =
-        std::min(load, detail::highest_load);  // more is refused, and has a size all the same
+        std::min(load, detail::highest_load);  // a higher load is refused, but still needs a size
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -111,13 +113,13 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Whether spin and total load are allowed. Cells cannot check that: a share of a forbidden load may be
+/// Whether spin and total load are allowed. Cells cannot check this, since a share of a forbidden load may be
 /// allowed.
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// Finds the rotation of a step. An invalid spin turns nothing: the cells then refuse their motions.
+/// Finds the rotation of a step. An invalid spin turns nothing; the cells then refuse their motions.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -137,8 +139,8 @@ void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2])
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
-/// Finds the velocity (or displacement) of the surface of a body at `at`, from that of its centre and its
-/// spin.
+/// Finds the velocity (or displacement) of a body's surface at `at`, from the body's velocity at the centre
+/// and its spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
                 double (&moved)[2]) noexcept {
   moved[0] = of_centre[0];
@@ -170,10 +172,10 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Whether the response to a step is the sum of elastic forces, with the stiffness and limits of the step
-/// before.
+/// Whether a step is light: its response is the sum of elastic forces, with the stiffness and limits of the
+/// previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Beyond this distance the displacement of a cell may not be finite.
+  // Beyond 1e300 the displacement of a cell may not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -200,10 +202,6 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-bool was_stepped(Status status) noexcept {
-  return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input);
-}
-
 /// Writes the part of a response that load, material and pose alone determine.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
@@ -212,7 +210,7 @@ void write_common(const Stiffnesses& common, const Course& course, ExtendedRespo
   out.status = common.status;
 }
 
-/// Sums up what the cells answered. All cells have the same flags, but for Status::overload.
+/// Sums up the responses of the cells. All cells have equal flags, but for Status::overload.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
@@ -255,7 +253,8 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// As sum_up(), from elastic forces alone, where nothing damps and load and material are those of `common`.
+/// Sums up elastic forces alone, for a light step: nothing damps, and load and material are those of
+/// `common`.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
@@ -282,7 +281,7 @@ Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
   return why;
 }
 
-/// Returns the options of a cell: its share of the options of the outline.
+/// Returns the options of a cell, with its share of the outline's options.
 PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, std::size_t cell) {
   PatchOptions options = whole;
   if (p.is_point()) return options;
@@ -297,8 +296,8 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Returns the material of a cell. Viscous friction is the only coefficient by patch and not by load, so
-/// cells share it.
+/// Returns the material of a cell. Viscous friction is the only coefficient that belongs to a patch and not
+/// to its load, so cells share it.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
@@ -334,7 +333,7 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
 constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
 
-/// State of an outline beside its cells, and the outline that it belongs to.
+/// State of an outline beside its cells, with the outline to which it belongs.
 struct SavedOutline {
   std::uint32_t slot = 0, generation = 0, cells = 0, seed = 0;
   std::uint64_t key = 0;
@@ -352,14 +351,14 @@ SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept 
           p.pose, p.normal_load};
 }
 
-/// Working memory of a step, for all cells.
+/// Working memory of a step, enough for all cells.
 struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<CellMotion> light;  ///< of outlines in light steps, one after the other
-  std::vector<Motion> motions;    ///< of the others
-  std::vector<Response> answers;  ///< to them
+  std::vector<CellMotion> light;  ///< cells of outlines in light steps, one outline after the other
+  std::vector<Motion> motions;    ///< motions of the cells of other outlines
+  std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 
 /// Data of the stepping side: its calls read and write it.
@@ -388,12 +387,12 @@ struct Stepped : Room {
     return status;
   }
 
-  /// As finish(), after a step for which is_light() holds.
+  /// Finishes a light step: see finish() and is_light().
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
     const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
-    if (gone) p.common = Stiffnesses{};  // what was refused has neither stiffness nor limits
+    if (gone) p.common = Stiffnesses{};  // a refused step leaves no stiffness and no limits
     sum_up_lightly(p, id, cells, out);
     if (gone) out.status = out.status | Status::unknown_id;
     p.common.known = !gone;
@@ -401,8 +400,8 @@ struct Stepped : Room {
     return out.status;
   }
 
-  /// Finds the responses to the motions of the cells of `p`, from number `at` on: those of patches removed
-  /// after write_motions() are skipped. Moves `at` past them. Empty where there are none.
+  /// Finds the responses to the motions of the cells of `p`, from index `at` on, and moves `at` past them;
+  /// skips those of patches that were removed after write_motions(). Empty if there are none.
   static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
                                            std::size_t& at) noexcept {
     std::size_t first = at;
@@ -413,13 +412,13 @@ struct Stepped : Room {
   }
 
   PatchBatch* batch;
-  std::vector<ExtendedPatch> patches;  ///< by slot
+  std::vector<ExtendedPatch> patches;  ///< indexed by slot
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 };
 
-// A change that the adding side makes on the stepping side. It holds what it needs, because ExtendedPatches
-// may be gone when the batch applies it.
+// A change that the adding side makes on the stepping side. It owns the data it needs, because
+// ExtendedPatches may be gone when the batch applies it.
 struct AddOutline final : Change {
   void apply() noexcept override {
     if (places.size() > to->patches.size()) {
@@ -433,8 +432,8 @@ struct AddOutline final : Change {
   std::shared_ptr<Stepped> to;
   std::uint32_t slot = 0;
   ExtendedPatch made;
-  std::vector<ExtendedPatch> places;  ///< more of them, when all are taken
-  Room room;                          ///< a larger one
+  std::vector<ExtendedPatch> places;  ///< longer list of places, when all are taken
+  Room room;                          ///< larger working memory, when the present one is too small
 };
 
 struct RemoveOutline final : Change {
@@ -482,7 +481,7 @@ struct ExtendedPatches::Impl {
     for (const PatchId id : ids) {
       try {
         batch->remove(id);
-      } catch (...) {  // somebody else removed it, or there is no memory for the command
+      } catch (...) {  // the patch was already removed, or there is no memory for the command
       }
     }
   }
@@ -503,10 +502,10 @@ struct ExtendedPatches::Impl {
   PatchBatch* const batch;
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
-  std::vector<Record> records;  ///< by slot
-  std::size_t cells = 0;        ///< of all patches
-  std::size_t room = 0;         ///< the stepping side has, in cells
-  std::size_t places = 0;       ///< and in patches
+  std::vector<Record> records;  ///< indexed by slot
+  std::size_t cells = 0;        ///< number of cells of all patches
+  std::size_t room = 0;         ///< cells for which the stepping side has room
+  std::size_t places = 0;       ///< patches for which the stepping side has room
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
@@ -603,15 +602,15 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Refuses repeated ids, since the room for cells is that of all patches. The other motions are answered in
-  // the second pass.
+  // Refuses repeated ids, because there is room for the cells of each patch once. The other motions are
+  // answered in the second pass.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     ExtendedPatch* p = impl.find(in[i].id);
     const bool first = p != nullptr && p->last_step != impl.step_number;
     if (!first) {
-      const Status why = p == nullptr ? Status::unknown_id : Status::repeated_id;
+      const Status why = p == nullptr ? why_missing(in[i].id.value) : Status::repeated_id;
       report.status = report.status | refuse_motion(in[i].id, why, out[i]);
       continue;
     }
@@ -654,7 +653,7 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
   ExtendedResponse out;
   const ExtendedPatch* p = impl.find(motion.id);
   if (p == nullptr) {
-    refuse_motion(motion.id, Status::unknown_id, out);
+    refuse_motion(motion.id, why_missing(motion.id.value), out);
     return out;
   }
   const std::size_t count = p->cells.size();
@@ -719,7 +718,7 @@ Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const
   for (std::size_t i = 0; i < std::min(in.size(), out.size()); ++i) {
     ExtendedPatch* p = call.patches.find(in[i].id);
     if (p == nullptr) {
-      all = all | refuse_motion(in[i].id, Status::unknown_id, out[i]);
+      all = all | refuse_motion(in[i].id, why_missing(in[i].id.value), out[i]);
       continue;
     }
     const Span<const Response> answers = Stepped::find_answers(*p, cells, at);

@@ -1,5 +1,5 @@
-// A hash table from 64-bit keys to small numbers, of fixed size: open addressing, linear probing. An erased
-// key leaves no mark (the cluster behind it moves up), so the cost does not grow with the table's history.
+// A hash table from 64-bit keys to small numbers, of fixed size: open addressing, linear probing. Erasing a
+// key leaves no mark (entries behind it move up), so the cost does not grow with the table's history.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
+/// Mixes a key by SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
 constexpr std::uint64_t mix_key(std::uint64_t x) noexcept {
   x += 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -22,7 +22,7 @@ class KeyTable {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFFu;
 
-  /// Makes room for `keys` keys, at most half full.
+  /// Makes a table for `keys` keys that is at most half full.
   explicit KeyTable(std::size_t keys) {
     std::size_t size = 16;
     while (size < 2 * keys) size *= 2;

@@ -25,7 +25,7 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // "brstkeys"
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys"
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
@@ -33,8 +33,7 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Owner of the patches or beds in a pool: one of the three pointers is set, and an `id` is one of that
-/// owner's.
+/// Owner of a pool's patches or beds: one of the three pointers is set, and `id` is an id of that owner.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;
@@ -50,7 +49,8 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Returns the key of the patch or of its first cell; 0 if there is no such patch. Beds have none.
+  /// Returns the key of the patch or of its first cell, 0 if there is no such patch, and nothing for beds,
+  /// which have no keys.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;
@@ -60,11 +60,12 @@ struct Owner {
 };
 
 struct KeyedPool {
-  /// A patch of the pool. Held ones hang in a list, the longest unseen first.
+  /// A patch in use by a contact. Patches in use are linked in a list that begins with the one unseen for
+  /// longest.
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
-    std::uint64_t seen = 0;  ///< number of the step
+    std::uint64_t seen = 0;  ///< number of the step in which its key was last seen
     std::uint32_t before = none, after = none;
   };
 
@@ -99,7 +100,7 @@ struct KeyedPool {
     for (const Held& held : pool) {
       try {
         owner.remove(held.id);
-      } catch (...) {  // somebody else removed it, or there is no memory for the command
+      } catch (...) {  // the patch was already removed, or there is no memory for the command
       }
     }
   }
@@ -130,14 +131,15 @@ struct KeyedPool {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
-  /// Calls `visit` for each place of the pool: the held ones, the longest unseen first, then the free ones.
+  /// Calls `visit` for each place of the pool: those in use, from the one unseen for longest, then the free
+  /// ones.
   template <class Visit>
   void for_each_place(Visit&& visit) const {
     for (std::uint32_t i = first; i != none; i = pool[i].after) visit(i, pool[i].key, pool[i].seen);
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  std::uint64_t find_or_add(std::uint64_t key) noexcept;
+  KeyedContact find_or_add(std::uint64_t key) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
   void clear() noexcept;
@@ -153,23 +155,24 @@ struct KeyedPool {
   const KeyedOptions options;
   const std::uint32_t seed;
   std::vector<Held> pool;
-  std::vector<std::uint32_t> free;  ///< the one last given back comes first: its memory is warm
+  std::vector<std::uint32_t> free;  ///< free places; the one freed last is taken first, because its memory is
+                                    ///< warm
   KeyTable table;                   ///< key to place in the pool
   std::uint32_t first = none, last = none;
   std::uint64_t step = 0;
   std::uint64_t refused = 0;
 };
 
-std::uint64_t KeyedPool::find_or_add(std::uint64_t key) noexcept {
+KeyedContact KeyedPool::find_or_add(std::uint64_t key) noexcept {
   const SteppingCall call(stepping_side);
-  if (key == no_contact_key) return 0;
-  std::uint32_t i = table.find(key);
-  if (i != none) {
+  std::uint32_t i = key == no_contact_key ? none : table.find(key);
+  const bool is_new = i == none;
+  if (!is_new) {
     unlink(i);
   } else {
-    if (free.empty()) {
+    if (free.empty() || key == no_contact_key) {
       ++refused;
-      return 0;
+      return {PatchId::no_capacity(), options.capacity, true};
     }
     i = free.back();
     free.pop_back();
@@ -179,7 +182,7 @@ std::uint64_t KeyedPool::find_or_add(std::uint64_t key) noexcept {
   }
   append(i);
   pool[i].seen = step;
-  return pool[i].id;
+  return {{pool[i].id}, i, is_new};
 }
 
 std::uint64_t KeyedPool::find(std::uint64_t key) const noexcept {
@@ -295,7 +298,8 @@ KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, c
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
-PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return impl_->find_or_add(key).id; }
+KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept { return impl_->find_or_add(key); }
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedPatches::clear() noexcept { impl_->clear(); }
@@ -326,7 +330,7 @@ KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape
 KeyedBeds::~KeyedBeds() = default;
 KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
 KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;
-BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key).id.value}; }
 BedId KeyedBeds::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 bool KeyedBeds::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedBeds::clear() noexcept { impl_->clear(); }

@@ -27,8 +27,8 @@ Nodes cylinder_nodes(int n) {
   return nodes;
 }
 
-/// Returns the distribution of the load over the distance r from the centre of a disc of radius 1, as a fine
-/// sum.
+/// Returns the distribution of the load over the distance r from the centre of a disc of radius 1, as points
+/// and weights of a fine sum.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
   double sum = 0.0;
@@ -36,7 +36,7 @@ Nodes radial_density(Pressure pressure) {
     const double s = 0.5 * (1.0 + node.at);
     if (pressure == Pressure::uniform) {
       node = {s, node.weight * s};
-    } else {  // r (1 - r^2)^1/2 dr with r = 1 - s^2, which is smooth in s
+    } else {  // r (1 - r^2)^1/2 dr with the substitution r = 1 - s^2, smooth in s
       const double r = 1.0 - s * s;
       node = {r, node.weight * r * s * s * std::sqrt(2.0 - s * s)};
     }
@@ -132,7 +132,7 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
-      // Each ring is turned by half a cell against the ring before.
+      // Turns each ring by half a cell against the previous one.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

@@ -1,4 +1,4 @@
-// Saved bytes of keys and matchers behind a head of 16 bytes: a magic number and a checksum of the rest.
+// Saved bytes of pools and matchers behind a head of 16 bytes: a magic number and a checksum of the rest.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ inline std::uint64_t checksum_behind_seal(Span<const std::byte> bytes) noexcept 
   return hasher.value();
 }
 
-/// Writes the head before bytes that are already written.
+/// Writes the head of bytes that are already written.
 inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   ByteWriter head(bytes.data());
   head(magic);

@@ -28,8 +28,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints. Not zeroed: a step has rows that no kernel of its variant reads or
-/// fills.
+/// One number for each of 16 joints. Not zeroed: a step has rows that the kernel of its variant neither reads
+/// nor fills.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -63,7 +63,7 @@ void read_material(const JointMaterial& material, Numbers& numbers) {
   }
 }
 
-/// Returns the parameters that this material uses, as bits of the variant.
+/// Returns the bits of the kernel variant that this material needs.
 std::uint32_t features_of(const Numbers& numbers) {
   std::uint32_t features = 0;
   for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
@@ -103,9 +103,11 @@ struct JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // where a decay is 0
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // value for a joint without a decay of
+                                                                     // the static part
     }
-    // Derivatives by numbers that are 0 in all materials too: a gradient's descent may begin there.
+    // With gradients, also computes derivatives by numbers that are 0 in all materials, because a gradient
+    // descent may begin there.
     if (options.gradients) variant |= joint_gradients | joint_loaded | joint_drops;
     layout = JointLayout(variant, bristles);
     const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
@@ -125,8 +127,8 @@ struct JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
-    // Lanes behind the last joint stay at 0 rad: never at their first step, so that a block of few joints is
-    // as quick as a full one.
+    // Sets unused lanes behind the last joint to 0 rad: they are never at their first step, so a block of few
+    // joints is as fast as a full one.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
@@ -139,11 +141,11 @@ struct JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  std::size_t patterns = 1;       ///< blocks of different materials, which repeat
-  std::vector<Column> constants;  ///< of each pattern
-  std::vector<Column> columns;    ///< of all blocks of 16 joints, one after the other
+  std::size_t patterns = 1;       ///< number of different blocks of materials, which repeat
+  std::vector<Column> constants;  ///< columns of constants of each pattern of materials
+  std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
-  // Input of a step, for the threads that share it.
+  // Input of the step under way, for the threads that share it.
   JointInput in;
   JointOutput out;
   bool commits = true;
@@ -164,7 +166,7 @@ struct JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies a caller's numbers of a block; zero behind the last joint, and where there are none.
+  /// Copies a caller's numbers of a block; writes zeros behind the last joint, and if the caller gave none.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
     if (from.empty() || n < lane_count) to = Column{};
     if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
@@ -173,17 +175,17 @@ struct JointFriction::Impl {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
   }
 
-  /// Lanes of a block that do not just step on.
+  /// Lanes of a block that need special treatment.
   struct Odd {
-    bool bad[lane_count] = {};    ///< input out of range
-    bool fresh[lane_count] = {};  ///< first step since reset
+    bool bad[lane_count] = {};    ///< whether the joint's input is out of range
+    bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
   };
   static bool is_good(const Column* input, std::size_t i) noexcept {
     return is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &
            is_within(input[in_motor].lane[i], most_torque) &
            is_within(input[in_outside].lane[i], most_torque);
   }
-  /// Makes bad lanes harmless and fresh ones begin where they are.
+  /// Replaces the input of bad lanes by harmless values, and starts fresh lanes at their angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -210,7 +212,7 @@ struct JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    std::int64_t usual = 0;  // as wide as a double: the loop is one of vectors
+    std::int64_t usual = 0;  // 64 bits as a double has, so that the loop becomes vectors
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
     const bool has_odd = usual != lane_count;
@@ -371,7 +373,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Two passes: the first checks all values, the second writes.
+  // Makes two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i) {
@@ -385,7 +387,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         double x = 0.0;
         read(x);
         if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // no limit over a stiffness is longer
+          good = good && is_within(x, 1e24);  // no limit divided by a stiffness is longer
         else if (c < layout.gradients)
           good = good && (x == 0.0 || x == 1.0);
         else

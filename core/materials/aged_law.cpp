@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Cutting a normal law at 0 raises its mean and narrows it, so the uncut law is stretched by as much as the
-/// cut one.
+/// Makes a normal law with this mean and cv. Cutting at 0 raises the mean and narrows the law, so the uncut
+/// law is stretched by the ratio that the cut one needs.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
@@ -57,7 +57,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  constexpr double step = 1e-3;  // of ln v: an error of 1e-7 of the fall, from the third derivative
+  constexpr double step = 1e-3;  // step in ln v; causes an error of 1e-7 of the fall, through the third
+                                 // derivative
   const auto force = [&](double factor) {
     WayAgeing other = ageing;
     other.path *= factor;

@@ -17,12 +17,12 @@ constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect that ageing must have, lengths in mean snap lengths. The strength of ageing follows from it and the
-/// law.
+/// Effect that the caller wants of ageing, lengths in mean snap lengths. It determines, with the law, the
+/// strength of ageing.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  double fall = 0.0;    ///< of the kinetic friction per e-fold of speed, or
-  double growth = 0.0;  ///< of the static friction per e-fold of rest; both over kinetic friction
+  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; or
+  double growth = 0.0;  ///< growth of static friction per e-fold of rest, over kinetic friction
   double path = 0.0;    ///< speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
@@ -30,8 +30,8 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// The root of a function between two places, by the false position; the value at an end that stays is
-/// halved.
+/// Brackets the root of a function by the false position; halves the value at an end that stays (Illinois
+/// rule).
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -51,18 +51,20 @@ struct FalsePosition {
 struct Family {
   SnapLaw law;
   SnapRule rule;
-  double residual = 0.0;  ///< in mean snap lengths
+  double residual = 0.0;  ///< residual length in mean snap lengths
   double renewal = 0.0;
   AgeingWish wish;
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Largest spread of a law that Material::validate takes: of few short bristles with keep and renewal.
+  /// Returns the largest spread that Material::validate takes; SnapRule::keep with renewal allows few short
+  /// bristles.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        return few_short ? 0.568 : 0.5773502691896257;  // keep: until the minimum is 0
+        return few_short ? 0.568 : 0.5773502691896257;  // SnapRule::keep: the spread at which the minimum is
+                                                        // 0
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
       case SnapLaw::lognormal:
@@ -72,11 +74,11 @@ struct Family {
     }
   }
 
-  /// Returns a spread up to which peak / kinetic falls: far enough to reach `wanted`, or else the spread of
-  /// its least value.
+  /// Returns a spread up to which peak / kinetic falls: large enough to reach `wanted`, or else the spread of
+  /// the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
-      return 0.6;  // wider ones take longer
+      return 0.6;  // wider laws take longer to solve
     if (law != SnapLaw::uniform) return widest_allowed();
     if (of_paper()) return rule == SnapRule::redraw ? widest_falling_uniform : widest_allowed();
     return search_uniform(wanted);
@@ -89,7 +91,7 @@ struct Family {
         return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
       }
       case SnapLaw::normal: {
-        // Cutting at 0 raises the mean, so the uncut law gets a lower one.
+        // Cutting at 0 raises the mean, so the uncut law gets a lower mean.
         const double raised = SnapLength::normal(1.0, spread).mean();
         return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
       }
@@ -102,7 +104,7 @@ struct Family {
     }
   }
 
-  /// Returns the wished-for effect (fall or growth) that ageing of this strength has.
+  /// Returns the effect (fall or growth) of ageing of this strength.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -113,12 +115,12 @@ struct Family {
            (residual + sliding.deflection);
   }
 
-  /// Returns the strength that fulfils the wish, or the largest one where none does.
+  /// Returns the strength that has the wanted effect, or the largest strength if none has.
   double find_strength(const SnapLength& unit) const {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
     const double highest_excess = effect(unit, largest_ageing) - wanted;
-    if (wish.path == 0.0)  // a straight line
+    if (wish.path == 0.0)  // the effect is a straight line in the strength
       return std::min(wanted / (highest_excess + wanted), 1.0) * largest_ageing;
     if (highest_excess <= 0.0) return largest_ageing;
     // The effect is concave in the strength.
@@ -179,10 +181,11 @@ struct Family {
     return value1 < value2 ? x1 : x2;
   }
 
-  // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value (1 + w^2/12)
-  // / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between 1.153 and 1.159.
+  // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value
+  // (1 + w^2/12) / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between
+  // 1.153 and 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Up to this spread the ratio falls for any residual and renewal, and the peak lies in the first pass.
+  // Spread up to which the ratio falls for any residual and renewal, with the peak in the first pass.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -195,7 +198,7 @@ double solve_spread(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(0.0) - wanted, high_excess = family.ratio(high) - wanted;
   if (low_excess <= 0.0) return 0.0;
-  // Bisection and the secant in turn: the ratio is flat at both ends of some families.
+  // Alternates bisection and secant, because the ratio is flat at both ends of some families.
   for (int i = 0; i < 80 && high - low > 1e-13 * high; ++i) {
     double middle = 0.5 * (low + high);
     if (i % 2 == 1 && high_excess < -1e-7) {
@@ -217,13 +220,13 @@ double solve_spread(const Family& family, double widest, double wanted) {
   return low_excess < -high_excess ? low : high;
 }
 
-/// As solve_spread(), in a third of the steps and with other last bits: the false position.
+/// Solves as solve_spread(), by the false position, in a third of the steps. The last bits differ.
 double solve_spread_fast(const Family& family, double widest, double wanted) {
   FalsePosition root{0.0, widest, family.ratio(0.0) - wanted, family.ratio(widest) - wanted};
   if (root.low_excess <= 0.0) return 0.0;
   constexpr double close = 3e-8;  // the peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Where the wider laws have no hump at all the ratio is 1 and tells nothing.
+    // A wide law without a hump has the ratio 1, whose excess tells nothing about the root.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;
@@ -252,7 +255,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Ratios outside the range by a rounding count as its ends.
+  // Ratios outside the range by no more than this count as its ends.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding)) {
@@ -320,7 +323,7 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// For SnapRule::slide: returns the given spread, or else 0.3 for a family that has a spread.
+/// Returns, for SnapRule::slide, the given spread, or else 0.3 for a family that has a spread.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -331,7 +334,7 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
   return spread;
 }
 
-/// For SnapRule::slide: returns the drop at which the peak is `ratio` times the kinetic friction, or throws
+/// Returns, for SnapRule::slide, the drop at which the peak is `ratio` times the kinetic friction, or throws
 /// an error that says what can be reached.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
@@ -363,7 +366,7 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   return 0.5 * (low + high);
 }
 
-/// For SnapRule::slide: returns the strength of ageing with the wanted growth, for bristles of this law and
+/// Returns, for SnapRule::slide, the strength of ageing with the wanted growth, for bristles of this law and
 /// drop.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
@@ -425,7 +428,7 @@ double spread_of(const SnapLength& length) noexcept {
   }
 }
 
-/// Throws where no strength of ageing has the wished-for effect.
+/// Throws if no strength of ageing has the wanted effect.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
   const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;
@@ -490,7 +493,8 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.residual_length = c.presliding_length * residual_share;
   material.shared_renewal = renewal;
   material.snap_rule = c.rule;
-  material.asperity_height_deviation = 1e-6;  // suits most industrial surfaces (paper, section 2.3)
+  material.asperity_height_deviation = 1e-6;  // a value that suits most industrial surfaces (paper, section
+                                              // 2.3)
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
   material.ageing_form = c.ageing_form;

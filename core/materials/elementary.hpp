@@ -31,7 +31,7 @@ inline double from_bits(std::uint64_t bits) noexcept {
 /// Returns 2^k for -1022 <= k <= 1023.
 inline double power_of_two(int k) noexcept { return from_bits(static_cast<std::uint64_t>(k + 1023) << 52); }
 
-/// (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
+/// Returns (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
 inline double exp_remainder(double r) noexcept {
   constexpr double inverse_factorial[] = {1.0 / 2,          1.0 / 6,        1.0 / 24,        1.0 / 120,
                                           1.0 / 720,        1.0 / 5040,     1.0 / 40320,     1.0 / 362880,
@@ -42,11 +42,11 @@ inline double exp_remainder(double r) noexcept {
   return sum;
 }
 
-// ln 2 in two parts; up to 2^11 times the first is exact.
+// ln 2 in two parts; products of the first with integers up to 2^11 are exact.
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
-/// exp(x), error below 1 ulp; 0 and infinity beyond the range of double.
+/// Returns exp(x), error below 1 ulp; 0 and infinity beyond the range of double.
 inline double exp(double x) noexcept {
   if (x != x) return x;
   if (x > 709.79) return infinity;
@@ -61,13 +61,13 @@ inline double exp(double x) noexcept {
   return y * power_of_two(half) * power_of_two(k - half);
 }
 
-/// exp(x) - 1 without cancellation at small x.
+/// Returns exp(x) - 1 without cancellation at small x.
 inline double expm1(double x) noexcept {
   if (magnitude(x) < 0.35) return x + x * x * exp_remainder(x);
   return exp(x) - 1.0;
 }
 
-/// Natural logarithm, error below 1 ulp. log(0) = -infinity, NaN below 0.
+/// Returns the natural logarithm, error below 1 ulp. log(0) = -infinity, NaN below 0.
 inline double log(double x) noexcept {
   if (x != x || x < 0.0) return not_a_number;
   if (x == 0.0) return -infinity;
@@ -96,7 +96,7 @@ inline double log(double x) noexcept {
   return k * ln2_high - ((half_f2 - (s * (half_f2 + series) + k * ln2_low)) - f);
 }
 
-/// log(1 + x) without cancellation at small x.
+/// Returns log(1 + x) without cancellation at small x.
 inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
@@ -105,13 +105,13 @@ inline double log1p(double x) noexcept {
   return log(u) + (x - (u - 1.0)) / u;
 }
 
-/// asinh(x) for x >= 0.
+/// Returns asinh(x) for x >= 0.
 inline double asinh(double x) noexcept {
   if (x > 1e8) return log(x) + 0.6931471805599453;
   return log1p(x + x * x / (1.0 + square_root(1.0 + x * x)));
 }
 
-/// exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
+/// Returns exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
 inline double exp_half_square(double x) noexcept {
   const double high = from_bits(bits_of(x) & 0xfffffffff8000000ULL);
   const double low = x - high;
@@ -119,12 +119,12 @@ inline double exp_half_square(double x) noexcept {
   return exp(-0.5 * high * high) * exp(-0.5 * low * (x + high));
 }
 
-/// Density of the standard normal law.
+/// Returns the density of the standard normal law.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
-/// P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z) times
-/// the ratio is smooth in t = (z - 4) / (z + 4); Chebyshev coefficients computed in 113-bit arithmetic.
-/// Several at a time, since each step of the recurrence waits for the one before.
+/// Calculates P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z)
+/// times the ratio is smooth in t = (z - 4) / (z + 4); Chebyshev coefficients computed in 113-bit arithmetic.
+/// Takes several z at a time, since each step of the recurrence waits for the one before.
 template <int n>
 inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {
@@ -135,9 +135,9 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       1.84248068447049385e-12,  -1.31286164667109651e-12, -1.74153626526548131e-13, 4.90727403170442438e-14,
       1.29313843261655758e-14,  -1.21806635217263412e-15, -8.05214737262093315e-16, -2.86049414426162132e-17,
       4.05706442433535364e-17,  7.00640077281459613e-18};
-  double t[n], b1[n] = {}, b2[n] = {};  // Clenshaw's recurrence
+  double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
-    const double within = z[i] > 40.0 ? 40.0 : z[i];  // infinity is no number to divide by
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division
     t[i] = (within - 4.0) / (within + 4.0);
   }
   for (int k = 25; k >= 1; --k)
@@ -158,14 +158,14 @@ inline double normal_upper_tail(double z) noexcept {
   return tail[0];
 }
 
-/// Distribution function of the standard normal law; small relative error in the lower tail.
+/// Returns the distribution function of the standard normal law; small relative error in the lower tail.
 inline double normal_cdf(double z) noexcept {
   if (z != z) return z;
   return z < 0.0 ? normal_upper_tail(-z) : 1.0 - normal_upper_tail(z);
 }
 
-/// Inverse of normal_cdf, relative error 1e-16 or so (Wichura, algorithm AS 241, PPND16, Appl. Statist.
-/// 37, 1988). -infinity at 0, infinity at 1, NaN outside.
+/// Returns the inverse of normal_cdf, relative error 1e-16 or so (Wichura, algorithm AS 241, PPND16, Appl.
+/// Statist. 37, 1988). -infinity at 0, infinity at 1, NaN outside.
 inline double normal_quantile(double p) noexcept {
   if (!(p >= 0.0 && p <= 1.0)) return not_a_number;
   const double q = p - 0.5;

@@ -13,24 +13,24 @@
 namespace bristle::detail {
 namespace {
 
-// Below this spread the fresh length of a redraw cannot be told from the old one.
+// Below this spread the fresh length of a redraw differs from the old one by nothing that matters.
 constexpr double negligible_cv = 1e-6;
-// Shares beyond which no number is drawn: the kernels' numbers are (h + 1/2) 2^-23.
+// Smallest share of the law for which a length is drawn: the kernels' random numbers are (h + 1/2) 2^-23.
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
-// Most renewals of a bristle per mean snap length. Beyond, a step would draw without end.
+// Most renewals of a bristle per mean snap length, so that a step does not draw without end.
 constexpr double most_renewals = 1000.0;
 
 /// Finds the remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
 /// within 1e-3 of its steady value, by the renewal equation on a grid (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
-  constexpr int reach = 40;  // mean lengths; heavier laws jump there all the same
+  constexpr int reach = 40;  // mean lengths; laws with a longer memory jump from there all the same
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
   const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
-  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // P((k-1) h < delta <= k h)
+  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h)
   double before = 1.0;
   for (int k = 1; k <= n; ++k) {
     const double now = law.survival(k * h);
@@ -69,7 +69,7 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   }
 }
 
-/// A table of lines for the kernels (kernels/cells.hpp), of the law times `scale`.
+/// A piecewise linear table of quantiles for the kernels (kernels/cells.hpp), of the law times `scale`.
 class CellTable {
  public:
   CellTable(const SnapLength& the_law, double the_scale, double the_shortest, double the_longest)
@@ -111,7 +111,7 @@ class CellTable {
                                   0.17392742256872692};
     const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
     const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
-    if (cell == 0) return {at(octave), 0.0};  // of one share
+    if (cell == 0) return {at(octave), 0.0};  // a cell of a single share
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
@@ -121,10 +121,10 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// Lengthens the longest lengths, the shares above 1 - 2^-16 except the last, in two groups, to make up for
-  /// lengths too rare to be drawn: mean and mean square are then the law's.
+  /// Lengthens the longest lengths (the shares above 1 - 2^-16 except the last) in two groups, to make up for
+  /// lengths too rare to be drawn, so that mean and mean square are those of the law.
   void match_tail() {
-    constexpr double step = 1.0 / 8388608.0;  // of shares
+    constexpr double step = 1.0 / 8388608.0;  // distance of two shares
     constexpr int shares = 128, outer = 8;
     const double from = law.quantile(1.0 - shares * step);
     double lack[3], sum[2] = {0.0, 0.0};
@@ -146,7 +146,7 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // too wide a law
+      return;  // too wide a law: its tail stays as it is
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
@@ -156,7 +156,7 @@ class CellTable {
   /// Returns the length at the distance w from the upper end of (0, 1).
   double length_at(double w) const {
     int exponent = 0;
-    const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
+    const double mantissa = std::frexp(w, &exponent);  // mantissa is in [1/2, 1)
     const int cell =
         (exponent + octaves) * per_octave + static_cast<int>((2.0 * mantissa - 1.0) * per_octave);
     return lines[half + cell].a + lines[half + cell].b * w;
@@ -200,8 +200,8 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Makes negative zeros positive. Materials that compare equal are one (a batch keeps the first of them), so
-/// they must have the same hash and give the same bits.
+/// Makes negative zeros positive. Materials that compare equal count as one (a batch keeps the first of
+/// them), so they must have equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
@@ -303,7 +303,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   const SnapLength& length = material.snap_length;
 
   int exponent = 0;
-  const double mantissa = std::frexp(length.mean(), &exponent);  // [0.5, 1)
+  const double mantissa = std::frexp(length.mean(), &exponent);  // mantissa is in [0.5, 1)
   c.metres_per_length = std::ldexp(1.0, mantissa < 0.7071067811865476 ? exponent - 1 : exponent);
   const double per_metre = 1.0 / c.metres_per_length;
   c.lengths_per_metre = per_metre;
@@ -341,7 +341,7 @@ std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
 }
 
 void CompiledMaterial::make_draws() const {
-  // Wider laws are for Population::infinite alone (Material::validate_for_representatives).
+  // Wider laws serve Population::infinite alone (Material::validate_for_representatives) and need no draws.
   if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
   std::call_once(draws_made_, [this] { fill_draws(); });
 }

@@ -19,29 +19,31 @@ namespace bristle::detail {
 /// shared by patches.
 struct CompiledMaterial {
   Material material;
-  double metres_per_length = 1.0;  ///< power of two near the mean snap length: one scaled length
+  double metres_per_length = 1.0;  ///< m per scaled length, a power of two near the mean snap length
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
-  double residual = 0.0;          ///< Material::residual_length, scaled
+  double residual = 0.0;          ///< value of Material::residual_length, scaled
   double snap_rate = 0.0;         ///< Material::snap_rate, per scaled length: without ageing
   double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
-  bool redraw = false;            ///< needs the redraw kernels: the rule, and a spread worth the name
-  bool single_length = false;     ///< a single length: remainders in double at every speed
-  double peak_coefficient = 0.0;  ///< without ageing
-  std::uint64_t hash = 0;         ///< of every parameter
-  mutable KernelLaw law{};        ///< points into the tables below; both made by make_draws()
+  bool redraw = false;            ///< whether it needs the redraw kernels: by its rule and a spread that is
+                                  ///< not negligible
+  bool single_length = false;     ///< whether the law is a single length: remainders in double at every speed
+  double peak_coefficient = 0.0;  ///< value of Material::peak_coefficient without ageing
+  std::uint64_t hash = 0;         ///< hash of all parameters of the material
+  mutable KernelLaw law{};        ///< constants for the kernels; points into the tables below, both made by
+                                  ///< make_draws()
 
   mutable std::vector<double> table, biased_table;
   std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
-  /// Makes the tables from which representatives with redraw sample their lengths; the infinite brush does
-  /// not need them. Takes milliseconds. Acts once, on any thread that adds patches.
+  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
+  /// brush does not need them. Takes milliseconds. Acts once, on any thread that adds patches.
   void make_draws() const;
   /// Returns the survival function for the infinite brush, which the first call makes. For any thread that
   /// adds patches.
   const SurvivalTable& survival() const;
-  /// Returns steady sliding under shared renewal, for representatives, which the first call computes.
+  /// Returns the constants of shared renewal for representatives, which the first call computes.
   const RenewalLaw& renewal() const;
 
   /// Returns the law as n strata, for bristles that slide. The first call with this n makes them, on any
@@ -63,8 +65,8 @@ struct CompiledMaterial {
   mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
-/// Shares of the snap-length law for sums over it, close to each other towards both ends, and their weights:
-/// a midpoint rule in t with u = t^3 (10 - 15 t + 6 t^2).
+/// Number of shares of the snap-length law in sums over it; they lie close to each other towards both ends. A
+/// midpoint rule in t, with u = t^3 (10 - 15 t + 6 t^2), gives shares and weights.
 inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
@@ -75,7 +77,7 @@ void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
 /// Fills the constants for jumping k renewals at once under a narrow law, and the range of such jumps.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
-/// Throws bristle::Error when the material is out of range.
+/// Prepares a material for the kernels. Throws bristle::Error when the material is out of range.
 std::shared_ptr<const CompiledMaterial> compile_material(const Material& material);
 
 }  // namespace bristle::detail

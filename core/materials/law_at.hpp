@@ -11,8 +11,8 @@ struct LawAt {
   double mass, first, survival;
 };
 
-/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has),
-/// with the bits of those functions. The three values of a lognormal law share most of their work.
+/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has), to
+/// the bits of SnapLength's functions. The three values of a lognormal law share most of their work.
 void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at);
 
 }  // namespace bristle::detail

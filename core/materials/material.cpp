@@ -81,8 +81,9 @@ void Material::validate_for_representatives() const {
 }
 
 double Material::kinetic_coefficient() const {
-  // keep: a bristle of length delta is on average bent by delta / 2. redraw: a bristle met in sliding
-  // is long in proportion to its length, so the mean is m2 / (2 m1).
+  // Mean deflection. SnapRule::keep: a bristle of length delta is on average bent by delta / 2.
+  // SnapRule::redraw: the share of sliding bristles of a length is in proportion to that length, so the mean
+  // is m2 / (2 m1).
   const double mean = snap_length.mean();
   if (snap_rule == SnapRule::slide)
     return bristle_stiffness * (1.0 - drop) * mean / (normal_stiffness * asperity_height_deviation);
@@ -155,7 +156,7 @@ double Material::strengthening_damping(double speed_m_per_s) const noexcept {
 }
 
 double Material::steady_force(double speed_m_per_s, double normal_load_n) const {
-  if (!(normal_load_n > 0.0)) return 0.0;  // no contact, no force: the lubricant term included
+  if (!(normal_load_n > 0.0)) return 0.0;  // without contact there is no force, and no lubricant term
   const double speed = detail::magnitude(speed_m_per_s);
   const double dampers = bristles_in_contact(normal_load_n) * damping_at(speed) * speed;
   return kinetic_coefficient(speed) * normal_load_n + dampers + viscous_friction * speed +
@@ -177,7 +178,7 @@ double virgin_deflection(const Material& material, double x_over_mean) {
     return x_over_mean < 0.0 ? -f : f;
   }
   const double residual = material.residual_length / material.snap_length.mean();
-  // Up to the residual length nothing snaps; beyond it the deflection counts from there.
+  // Nothing snaps up to the residual length; beyond it the virgin curve begins.
   const double f = x <= residual ? x
                                  : residual + detail::virgin_curve(material.snap_length, material.snap_rule,
                                                                    material.shared_renewal, x - residual);

@@ -13,13 +13,14 @@ namespace bristle::detail {
 namespace {
 
 constexpr int per_mean = 32;  ///< cells of a mean snap length
-constexpr int reach = 40;     ///< mean lengths; what forgets more slowly is taken to have forgotten there
+constexpr int reach = 40;     ///< mean lengths; a law that forgets more slowly is taken to have forgotten at
+                              ///< this path
 constexpr int cells = per_mean * reach;
-constexpr double near_steady = 1e-3;  ///< of the steady deflection
-constexpr int classes = 64;           ///< bristles of keep, by their snap length
+constexpr double near_steady = 1e-3;  ///< tolerance, relative to the steady deflection
+constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// A slide from straight bristles: mass of bristles by the cell that their deflection has reached. A step
-/// moves all of them by a cell.
+/// A slide from straight bristles: mass of the bristles by the cell that their deflection has reached. A step
+/// moves all of them by one cell.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -42,13 +43,13 @@ class Slide {
     }
   }
 
-  /// Moves all bristles by a cell. Returns the mean deflection after it.
+  /// Moves all bristles by a cell. Returns the mean deflection after the move.
   double step() {
     double snapped = 0.0;
     std::vector<double> born(mass_.size(), 0.0);
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
-      const std::size_t reached = std::min(steps_, mass.size() - 1);  // cells beyond are empty
+      const std::size_t reached = std::min(steps_, mass.size() - 1);  // cells beyond `reached` are empty
       for (std::size_t k = reached + 1; k-- > 0;) {
         double lost = k + 1 == mass.size() ? mass[k] : 0.0;
         if (k + 1 < mass.size()) {
@@ -79,7 +80,7 @@ class Slide {
   double renewal_;
   bool redraw_;
   std::vector<std::vector<double>> mass_;
-  std::vector<double> snapping_;  ///< share of a cell's bristles that the next cell does not get
+  std::vector<double> snapping_;  ///< share of a cell's bristles that snap before the next cell
   std::size_t steps_ = 0;
 };
 
@@ -100,7 +101,7 @@ struct Known {
   SnapLaw law;
   SnapRule rule;
   double first, second, renewal;
-  double forget;  ///< 0 = nothing yet
+  double forget;  ///< result of find_forget(); 0 = not yet computed
 
   bool fits(const Material& m) const noexcept {
     const SnapLength& length = m.snap_length;
@@ -109,12 +110,13 @@ struct Known {
   }
 };
 
-/// find_forget() with the results of the last materials of this thread remembered. A list for each thread
-/// needs no lock, which a fork could leave closed; plain numbers do not keep a library from being unloaded.
+/// Calls find_forget() or returns its remembered result; each thread remembers its last materials. A list for
+/// each thread needs no lock, which a fork could leave closed; plain numbers do not keep a library from being
+/// unloaded.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // has more than two parameters
+  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // a table has more than two parameters
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
   const double forget = find_forget(m);

@@ -8,12 +8,12 @@ namespace bristle::detail {
 
 /// Constants in units of the mean snap length.
 struct RenewalLaw {
-  double forget = 0.0;  ///< path after which a straight slide is steady, whatever was before
+  double forget = 0.0;  ///< path after which a straight slide is steady, whatever came before
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;
-  /// Share of the bristles renewed evenly along a short path that snap before its end, at paths of k
-  /// again_reach / again_knots.
+  /// again[k]: share of the bristles renewed evenly along a path k again_reach / again_knots that snap before
+  /// its end.
   double again[again_knots + 1] = {};
 };
 

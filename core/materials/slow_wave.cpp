@@ -22,13 +22,13 @@ Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.r
 double squared(Complex a) { return a.re * a.re + a.im * a.im; }
 Complex operator/(Complex a, Complex b) { return (1.0 / squared(b)) * (a * Complex{b.re, -b.im}); }
 
-/// 1 - p(s), and its derivative, the integral of x p(x) exp(-s x).
+/// 1 - p(s), p the Laplace transform of the density, and its derivative, the integral of x p(x) exp(-s x).
 struct Transform {
   Complex missing, slope;
 };
 
-/// Transforms the density, which is even in a cell, so that each integral is a difference of values at its
-/// ends. `at(k)`: exp(-s x) at the start of cell k.
+/// Transforms the density, which is constant in a cell, so that each integral is a difference of values at
+/// its ends. `at(k)`: exp(-s x) at the start of cell k.
 template <class At>
 Transform transform(const std::vector<SurvivalCell>& cells, Complex s, At&& at) {
   const Complex over = Complex{1.0, 0.0} / s;
@@ -106,7 +106,8 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots that are no decaying wave. Newton may escape to one, such as s = 0, steady sliding.
+    // Rejects roots that are no decaying wave, such as s = 0 (steady sliding), to which Newton's method may
+    // escape.
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

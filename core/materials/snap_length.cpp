@@ -17,7 +17,7 @@ namespace {
 
 constexpr double shortest_allowed_m = 1e-12;
 constexpr double longest_allowed_m = 1e3;
-constexpr double longest_share = 1.0 - 0x1p-24;  // longest() is the quantile at this probability
+constexpr double longest_share = 1.0 - 0x1p-24;  // probability whose quantile is longest()
 constexpr double root_of_three = 1.7320508075688772;
 
 double whole_power(double x, int k) noexcept {
@@ -26,7 +26,7 @@ double whole_power(double x, int k) noexcept {
   return power;
 }
 
-/// E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
+/// Returns E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
 /// that nothing cancels: x^(k+1) - a^(k+1) = (x - a) (x^k + x^(k-1) a + ... + a^k).
 double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   if (x <= a) return 0.0;
@@ -36,7 +36,8 @@ double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   return (x - a) / (b - a) * sum / (k + 1);
 }
 
-/// E[delta^k; delta < x] of one segment of a table, which is an atom where a = b.
+/// Returns E[delta^k; delta < x] of one segment of a table, which is an atom (one length with a probability)
+/// where a = b.
 double segment_partial_moment(int k, double a, double b, double x) noexcept {
   if (a == b) return a < x ? whole_power(a, k) : 0.0;
   return uniform_partial_moment(k, a, b, x);
@@ -45,8 +46,8 @@ double segment_partial_moment(int k, double a, double b, double x) noexcept {
 /// The normal law cut at 0, delta = mean + deviation z given z > -mean/deviation.
 struct CutNormal {
   double mean, deviation;
-  double cut;   // -mean / deviation
-  double kept;  // P(z > cut)
+  double cut;   // place of the cut in standard deviations, -mean / deviation
+  double kept;  // share of the uncut law that is kept, P(z > cut)
   double edge;  // density of the cut law at the cut, in units of 1 / deviation
 
   CutNormal(double mean_m, double deviation_m) noexcept
@@ -59,7 +60,8 @@ struct CutNormal {
   double standard(double x) const noexcept { return (x - mean) / deviation; }
 
   double quantile(double u) const noexcept {
-    // Starts from the smaller tail, so that neither loses digits: from below the share is u0 + u (1 - u0).
+    // Starts from the smaller tail, so that neither tail loses digits: from below the share is u0 + u (1 -
+    // u0).
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
@@ -68,7 +70,7 @@ struct CutNormal {
   }
 
   double moment(int k) const noexcept {
-    // Integration by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), and at k = 1 the edge.
+    // Integrates by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), and at k = 1 the edge term.
     double before = 0.0, last = 1.0;
     for (int j = 1; j <= k; ++j) {
       const double next =
@@ -92,7 +94,7 @@ struct CutNormal {
   }
 };
 
-/// log(x / reference) without loss of digits where the two are close.
+/// Returns log(x / reference) without loss of digits where the two are close.
 double log_ratio(double x, double reference) noexcept {
   if (x > 0.5 * reference && x < 2.0 * reference) return detail::log1p((x - reference) / reference);
   return detail::log(x / reference);
@@ -108,7 +110,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Argument of the normal distribution function in E[delta^k; delta < x].
+  /// Returns the argument of the normal distribution function in E[delta^k; delta < x].
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -116,7 +118,7 @@ struct Lognormal {
   }
 };
 
-/// E[t^k; t < x] of the exponential law of mean 1.
+/// Returns E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
   // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x it cancels, so the series of the
   // terms beyond x^k serves there.

@@ -1,11 +1,12 @@
+// Steady sliding of infinitely many bristles under shared renewal and ageing.
+//
 // In sliding a bristle is renewed at the rate lambda = kappa nu, so the deflections r of the bristles of one
-// snap length d have the density exp(-lambda r) on 0 to d.
-//   redraw: (1 + kappa) births per snap keep their number: E[exp(-lambda d)] = 1 / (1 + kappa); mean
-//   deflection
-//           E[w2(d)] / E[w1(d)]
+// snap length d have the density exp(-lambda r) on 0 to d. With w1 = integral over 0 to d of exp(-lambda r)
+// and w2 = integral over 0 to d of r exp(-lambda r):
+//   redraw: (1 + kappa) births per snap keep the number of bristles: E[exp(-lambda d)] = 1 / (1 + kappa);
+//           mean deflection E[w2(d)] / E[w1(d)]
 //   keep:   E[1 / (exp(lambda d) - 1)] = 1 / kappa; mean deflection E[w2(d) / w1(d)]
-// with w1 = integral over 0 to d of exp(-lambda r), w2 = that of r exp(-lambda r).
-// Ageing: at a speed v a bristle that was drawn the length d snaps at l = d g(l / v), and l stands for d.
+// Ageing: at a speed v a bristle that was drawn the length d snaps at l = d g(l / v), and l replaces d.
 #include "core/materials/steady_sliding.hpp"
 
 #include <algorithm>
@@ -19,8 +20,8 @@ namespace {
 
 using Node = AgedNode;
 
-/// Adds the nodes of Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the
-/// length.
+/// Adds the nodes of Gauss's eight-point rule on `low` to `high`, weighted by `density` (of bristles over
+/// length).
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
   constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -57,7 +58,7 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
-  if (deviation < 1e-12 * mean) {  // panels so narrow would end where they began
+  if (deviation < 1e-12 * mean) {  // a narrower law gives panels that end where they begin
     nodes.push_back({1.0, 1.0});
     return;
   }
@@ -119,7 +120,7 @@ double expectation(Span<const Node> nodes, const Function& f) {
   return sum;
 }
 
-/// log of the expectation that must reach log(target), and its derivative, at a growth.
+/// log of the expectation E in the equation of steady sliding at some growth, and its derivative.
 struct LogValue {
   double value, slope;
 };
@@ -163,10 +164,10 @@ double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double 
   return growth;
 }
 
-/// Integral over 0 to d of exp(-growth r).
+/// Returns the integral over 0 to d of exp(-growth r).
 double path_share(double growth, double d) { return growth == 0.0 ? d : -expm1(-growth * d) / growth; }
 
-/// Integral over 0 to d of r exp(-growth r).
+/// Returns the integral over 0 to d of r exp(-growth r).
 double deflection_share(double growth, double d) {
   const double t = growth * d;
   if (t < 0.35) return d * d * (1.0 - (1.0 + t) * exp_remainder(-t));
@@ -205,7 +206,8 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
   // l - length g(l) is convex, so Newton's steps fall onto the root from a start beyond it. No strength
-  // brings l to a thousandfold length. From `length` they can fly off: near path 0 its slope can be 0.
+  // brings l to a thousandfold length. A start at `length` could fly off, because the slope can be 0 there
+  // when path is near 0.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
   double l = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
@@ -237,7 +239,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // A renewal below the rounding of the number of bristles counts as none; 1 / kappa squared would overflow.
+  // A renewal below the rounding of the number of bristles counts as none, because 1 / kappa squared would
+  // overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

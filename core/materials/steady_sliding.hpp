@@ -8,18 +8,19 @@
 
 namespace bristle::detail {
 
-/// With SnapRule::keep the shorter bristles, in mean lengths, are left out of the closed forms: they are few
-/// (Material::validate), and how often they snap depends on the number of bristles.
+/// Bristles with shorter snap lengths (in mean lengths) are left out of the closed forms of SnapRule::keep:
+/// they are few (Material::validate), and how often they snap depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
 /// Ageing at a constant speed, as a function of a bristle's path r since its snap, in mean snap lengths: g =
 /// 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< 0 = none
+  double strength = 0.0;  ///< 0 = no ageing
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
-  /// Growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its derivative.
+  /// Returns the growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its
+  /// derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };
@@ -27,10 +28,11 @@ struct WayAgeing {
 /// Returns the ageing of a material in sliding at a speed (Material::kinetic_coefficient).
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
-/// The deflection beyond the residual at which a bristle that was drawn this length snaps: l = length g(l).
+/// Returns the deflection beyond the residual at which a bristle that was drawn this length snaps: l = length
+/// g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
-/// Mean and spread of l, the length at which a bristle snaps that ages, in mean snap lengths as drawn.
+/// Mean and spread of the lengths at which ageing bristles snap, in mean snap lengths as drawn.
 struct AgedMoments {
   double mean, cv;
 };
@@ -52,11 +54,11 @@ struct SteadySliding {
 /// tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
-/// As above, for a law given by its nodes, and the mean length at which they snap, in their unit of length.
-/// Allocates nothing.
+/// Computes steady sliding for a law given by its nodes, and the mean length at which they snap, in their
+/// unit of length. Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
-/// Snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with keep.
+/// Returns snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with SnapRule::keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 
 }  // namespace bristle::detail

@@ -6,10 +6,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the law: even steps of t lie close to each other at both ends.
+/// Maps t in [0, 1] to a share of the law: equal steps of t give shares that lie close to each other at both
+/// ends.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// The law that make_strata() divides: cells of its quantiles, with the integral of p^(1/2) up to each.
+/// The law that make_strata() divides, as cells of its quantiles, with the integral of p^(1/2) up to each.
 class Cells {
  public:
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
@@ -19,7 +20,7 @@ class Cells {
       length_[k] = k == count ? law.longest() : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
       if (k > 0) {
         length_[k] = std::min(std::max(length_[k], length_[k - 1]), law.longest());
-        // Over a cell of probability u and width x it is u^(1/2) x^(1/2).
+        // The integral of p^(1/2) over a cell of probability u and width x is u^(1/2) x^(1/2).
         integral_[k] =
             integral_[k - 1] + std::sqrt(std::max(u - before, 0.0) * (length_[k] - length_[k - 1]));
       }
@@ -31,11 +32,11 @@ class Cells {
   double integral_at(double x) const noexcept { return interpolate(length_, integral_, x); }
   double length_at(double integral) const noexcept { return interpolate(integral_, length_, integral); }
 
-  double shorter(double x) const { return 1.0 - law_.survival(x); }          ///< P(l < x)
-  double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< E[l; l < x]
+  double shorter(double x) const { return 1.0 - law_.survival(x); }          ///< Returns P(l < x).
+  double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds, to some digits, where a non-decreasing function reaches 0.
+  /// Finds, to a few digits, where a non-decreasing function reaches 0.
   template <class Function>
   double find_zero(Function&& function) const {
     double low = 0.0, high = law_.longest();
@@ -59,10 +60,11 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Ends of the first and the last stratum, on either side of which the error alternates between +e and -e.
+/// Inner ends of the first and the last stratum. On either side of each the error alternates between +e and
+/// -e.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
-  double error;        ///< e, m
+  double error;        ///< the error e, m
 
   Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
     const double shortest =
@@ -102,14 +104,14 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
 
   const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
   const double all = cells.integral();
-  double first = 0.0, last = all, error = 0.0;  // two strata: halves of the integral
+  double first = 0.0, last = all, error = 0.0;  // for two strata, each gets half of the integral
   if (n > 2) {
     const Edges edges = find_edges(law, cells, n);
     first = cells.integral_at(edges.first);
     last = cells.integral_at(edges.last);
     error = edges.error;
   }
-  double low = 0.0, above = 1.0, first_moment = 0.0;  // of the stratum's lower end
+  double low = 0.0, above = 1.0, first_moment = 0.0;  // values at the stratum's lower end
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();
     if (i + 1 < n) {

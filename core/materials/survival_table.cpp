@@ -10,9 +10,9 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double negligible_share = 0x1p-47;  // of bristles: less than half a unit of mass
+constexpr double negligible_share = 0x1p-47;  // share of bristles that is less than half a unit of mass
 
-constexpr double farthest_end = 2048.0;  // of a table, mean snap lengths: within unused_reach
+constexpr double farthest_end = 2048.0;  // end of a table, mean snap lengths; lies within unused_reach
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
@@ -50,7 +50,7 @@ double find_tail(const SurvivalTable& table, double share) {
 /// slower and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
-  double finest;  ///< SurvivalTable::finest
+  double finest;  ///< value of SurvivalTable::finest
 };
 Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double per_square = 19.739208802178716;  // 2 pi^2
@@ -58,10 +58,11 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  constexpr double farthest = 1e5;  // mean lengths: groups in step with each other never forget
+  constexpr double farthest = 1e5;  // mean lengths; needed because groups that snap in step never forget
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // Pieces are as short as those of a narrow law whose waves decay as slowly, and resolve the wave itself.
+  // Makes pieces as short as those of a narrow law whose waves decay as slowly, and short enough to resolve
+  // the wave itself.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
@@ -72,8 +73,9 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   return waves;
 }
 
-/// Path after which a long slide does not depend on how it began: its waves have decayed, and older bristles
-/// carry little of the force. Bristles bent the other way snap after twice their length.
+/// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
+/// older bristles carry little of the force. Counts twice the length, because bristles bent the other way
+/// snap only after that.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
@@ -91,12 +93,12 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
   return survival;
 }
 
-/// Returns means of S for a table law: of each node by the hat that falls from it to both neighbours. The law
-/// as tabulated then has the mean of the law, and E[delta^2] within a sixth of a cell's square. An atom
-/// spreads over two cells; with S at the nodes it would lie in the middle of one, up to half a cell from its
-/// place.
+/// Returns means of S for a table law: S at each node averaged over the hat function that falls to 0 at both
+/// neighbours. The law as tabulated then has the mean of the law, and E[delta^2] within a sixth of a cell's
+/// square. An atom (one length with a probability) spreads over two cells; S at the nodes would put it in the
+/// middle of one, up to half a cell from its place.
 std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres, double longest) {
-  // E[(x - delta)^2; delta < x]: its second derivative is 2 (1 - S).
+  // E[(x - delta)^2; delta < x], whose second derivative is 2 (1 - S).
   const auto squares = [&](double x) {
     const auto moment = [&](int k) { return law.partial_moment(k, x * metres); };
     return x * x * moment(0) - 2.0 * x * (moment(1) / metres) + moment(2) / metres / metres;
@@ -160,8 +162,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Strict, because strokes add up what they forget: 3e-4 each would raise friction by a twelfth in 200
-  // strokes (spread 0.4).
+  // The tolerance is strict because strokes add up what they forget: 3e-4 each would raise friction by a
+  // twelfth in 200 strokes (spread 0.4).
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

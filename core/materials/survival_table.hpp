@@ -14,22 +14,23 @@ namespace bristle::detail {
 struct SurvivalTable {
   std::vector<SurvivalCell> cells;
   std::vector<double> squares;  ///< E[delta^2; delta < start] of each cell
-  double end = 0.0;             ///< S(end) = 0
-  double sure = 0.0;            ///< S(sure) = 1 to 2^-47
-  double mean = 0.0;            ///< of the law as tabulated
+  double end = 0.0;             ///< length at which S becomes 0
+  double sure = 0.0;            ///< length up to which S is 1, to 2^-47
+  double mean = 0.0;            ///< E[delta] of the law as tabulated
   double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
   double cube = 0.0;    ///< E[delta^3]
-  double weak =
-      0.0;  ///< share of bristles that are left at the deflection beyond which 1e-4 of the force lies
-  double finest = 1.0;  ///< pieces of path that the law wants, over those of one of spread 0.25 or more
-  bool smooth = true;   ///< without corners
+  double weak = 0.0;    ///< share of bristles left at the deflection beyond which 1e-4 of the force lies
+  double finest = 1.0;  ///< number of pieces of path that the law needs, relative to a law of spread 0.25 or
+                        ///< more
+  bool smooth = true;   ///< whether S has no corners
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
-  double follow = 0.0;  ///< after which what it left behind is nothing, be it for ever
+  double follow = 0.0;  ///< straight path after which nothing that was left behind matters, however long one
+                        ///< goes on
 };
 
-/// Makes the table; lengths in m times `per_metre` are scaled lengths. S at the nodes is that of the law,
-/// straight in between: at most h^2 / 8 |S''| off, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of
-/// S is cut by h). The nodes of a table law hold means of S, which keep the mean of the law.
+/// Makes the table; lengths in m times `per_metre` are scaled lengths. S is exact at the nodes and straight
+/// in between: its error is at most h^2 / 8 |S''|, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of
+/// S is cut by h). The nodes of a table law hold means of S, which conserve the mean of the law.
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {

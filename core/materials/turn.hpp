@@ -27,8 +27,8 @@ inline Turn normalized(const Turn& t) noexcept {
   return {t.cosine * correction, t.sine * correction};
 }
 
-/// Turns by an angle in rad, of moderate size: halves it until a series of sine and cosine is exact to
-/// rounding. The sine of a small angle keeps its relative accuracy.
+/// Returns the turn by an angle in rad, of moderate size: halves it until a series of sine and cosine is
+/// exact to rounding. The sine of a small angle keeps its relative accuracy.
 inline Turn turn_by(double angle) noexcept {
   int doublings = 0;
   for (; magnitude(angle) > 0.25 && doublings < 64; ++doublings) angle *= 0.5;

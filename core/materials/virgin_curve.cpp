@@ -5,13 +5,13 @@
 // M1(x) = E[delta; delta < x].
 //   keep:   f(x) = E[x mod delta] = x - sum over k >= 1 of M1(x / k)
 //   redraw: f(x) = x S(x) + integral over 0 < t <= x of f(x - t) dG(t)      (renewal equation)
-// With shared renewal kappa the bristles that were never renewed since some place grow ever fewer, by the
-// factor 1/E. Counted in units of these, a snap leaves 1 + kappa bristles and renewal takes none away: two
-// linear renewal equations, f = F / E (core/MODEL.md, "Rubbing"):
-//   redraw: E(x) = S(x) + (1 + kappa) integral of E(x - t) dG(t),   F the same with x S(x)
-//   keep:   E(x) = 1 + kappa integral of E(x - t) dH(t),            F the same with f of kappa = 0;
-//           H(t) = sum over k >= 1 of G(t / k), the snaps of a bristle that keeps its length
-// Both are solved times exp(-lambda x), lambda their growth, so that they stay bounded.
+// With shared renewal kappa, the share of bristles never renewed since the start falls as 1/E. In units of
+// that share a snap leaves 1 + kappa bristles and renewal takes none away, which gives two linear renewal
+// equations, for E and for F with f = F / E (core/MODEL.md, "Rubbing"):
+//   redraw: E(x) = S(x) + (1 + kappa) integral of E(x - t) dG(t);   F has the source x S(x) instead of S(x)
+//   keep:   E(x) = 1 + kappa integral of E(x - t) dH(t);            F has the source f of kappa = 0 instead
+//           of 1; H(t) = sum over k >= 1 of G(t / k), the snaps of a bristle that keeps its length
+// E and F grow as exp(lambda x), so they are solved times exp(-lambda x), which stays bounded.
 #include "core/materials/virgin_curve.hpp"
 
 #include <algorithm>
@@ -42,9 +42,9 @@ struct UnitLaw {
   double partial_moment(int k, double x) const {
     return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
   }
-  /// f(x) as long as no bristle has snapped twice, for both rules; the limit from the left at an atom.
+  /// Returns f(x) while no bristle has snapped twice, for both rules; at an atom, the limit from the left.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// As first_pass(x), with shared renewal.
+  /// Returns f(x) while no bristle has snapped twice, with shared renewal.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -56,7 +56,7 @@ struct UnitLaw {
 // ---------------------------------------------------------------------------------------------------
 // keep
 
-/// Sum of 1/k^2 over k > n.
+/// Returns the sum of 1/k^2 over k > n.
 double tail_of_inverse_squares(double n) noexcept {
   double sum = 0.0;
   while (n < 32.0) {
@@ -69,14 +69,14 @@ double tail_of_inverse_squares(double n) noexcept {
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
 }
 
-/// E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom the limit from
-/// the left (a) instead of 0 if `from_left`.
+/// Returns E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom, `from_left`
+/// gives the limit from the left (a) instead of 0.
 double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
   if (a == b) {
     const double rest = x - whole_part(x / a) * a;
     return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
   }
-  // The first k0 terms M1(x/k) are the whole mean, those above k1 are zero.
+  // The first k0 terms M1(x/k) equal the whole mean, and terms above k1 are zero.
   const double k0 = whole_part(x / b);
   const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
   double inverse_squares, atoms_below = 0.0;
@@ -89,16 +89,16 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     atoms_below = a * a * (k1 - k0);
   } else {
     inverse_squares = tail_of_inverse_squares(k0);
-    if (a > 0.0) atoms_below = a * x;  // k1 a = x to rounding
+    if (a > 0.0) atoms_below = a * x;  // uses k1 a = x, true to rounding
   }
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
 
-/// Finds the interval outside which the smooth laws have less than 1e-18 of their first moment.
+/// Finds the interval outside which a smooth law has less than 1e-18 of its first moment.
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // exponential
+  high = 45.0;  // an exponential law
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;
@@ -109,7 +109,7 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
+/// Returns E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
 /// integral, which is E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
   constexpr double direct_terms = 100.0;
@@ -117,7 +117,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   effective_support(unit, low, high);
   double k = whole_part(x / high);
   const double last = k + direct_terms;
-  double sum = k;  // each of these terms is the whole mean, 1
+  double sum = k;  // each of the first k terms is the whole mean, 1
   double before = 1.0, term = 1.0;
   for (k += 1.0; k <= last; k += 1.0) {
     if (x < low * k) return x - sum;
@@ -162,7 +162,7 @@ struct Atom {
   double length, mass;
 };
 
-/// Atoms of a table: runs of equal values.
+/// Finds the atoms of a table: runs of equal values.
 std::vector<Atom> find_atoms(const SnapLength& law) {
   std::vector<Atom> atoms;
   const Span<const double> q = law.table_values();
@@ -179,8 +179,8 @@ std::vector<Atom> find_atoms(const SnapLength& law) {
   return atoms;
 }
 
-/// f of the redraw rule on equidistant nodes: limits from the left and from the right, which differ
-/// only for laws with atoms.
+/// f of the redraw rule on equidistant nodes, as limits from the left and from the right, which differ only
+/// for laws with atoms.
 struct VirginGrid {
   double step = 0.0;
   std::vector<double> left, right;
@@ -190,12 +190,12 @@ struct VirginGrid {
 /// atoms at it.
 struct LawOnGrid {
   double step = 0.0;
-  std::vector<double> mass, first, survival, atom_mass;  ///< survival: P(delta >= node)
+  std::vector<double> mass, first, survival, atom_mass;  ///< survival[i]: P(delta >= node i)
   std::vector<std::size_t> atom_nodes;
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Atoms are moved to their nearest nodes; `survival` is what they leave, or stays without them.
+/// Moves atoms to their nearest nodes and takes them off `survival`.
 void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
   law.atom_mass.assign(law.mass.size(), 0.0);
   if (atoms.empty()) return;
@@ -252,14 +252,14 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights that give the integral over a law of a function linear between nodes, exact over each cell, times
-/// `factor`. `damping`: exp(-lambda x) at the nodes, for a function damped by it, or empty.
+/// Weights that give the integral, over a law, of a function that is linear between nodes; exact over each
+/// cell, times `factor`. `damping`: exp(-lambda x) at the nodes, if the function is damped by it, else empty.
 struct RenewalKernel {
-  std::vector<double> weight;  ///< all that node j gives
-  std::vector<double> far;     ///< what cell j = [node j, node j + 1] gives at its far end
+  std::vector<double> weight;  ///< weight of node j from both its cells
+  std::vector<double> far;     ///< share of cell j = [node j, node j + 1] that goes to its far end
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
-  std::size_t begin = 1, end = 0;  ///< of the nodes that give anything
+  std::size_t begin = 1, end = 0;  ///< range of the nodes with a weight
   /// Whether too many bristles snap within the first cell for the equation to be solved on this grid.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
@@ -273,7 +273,7 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   kernel.begin = n + 1;
   for (std::size_t j = 0; j < n; ++j) {
     const double cell = law.mass[j + 1] - law.mass[j];
-    if (!(cell > 1e-30)) continue;  // nothing, and too little to divide by
+    if (!(cell > 1e-30)) continue;  // an empty cell, too small to divide by
     const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
     const double far = cell * std::min(std::max(share, 0.0), 1.0);
     kernel.far[j] = far * damped(j + 1);
@@ -289,8 +289,8 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   return kernel;
 }
 
-/// The source of a renewal equation at the nodes: its limit from the left, and what it jumps by. A source
-/// that is not 0 at 0 jumps there.
+/// The source of a renewal equation at the nodes: its limit from the left, and its jump. A source that is not
+/// 0 at x = 0 jumps there.
 struct Source {
   std::vector<double> left, jump;
 };
@@ -347,7 +347,7 @@ struct RenewalProblem {
   Source deflections, bristles;
 };
 
-/// Poses the equations of redraw, with the sources x S(x) (deflections) and S(x) (bristles).
+/// Poses the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
 RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   RenewalProblem problem;
@@ -390,7 +390,8 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// Solves for the curve of redraw without shared renewal on the nodes of a grid with an even number of cells.
+/// Solves for the curve of SnapRule::redraw without shared renewal on the nodes of a grid with an even number
+/// of cells.
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
   const auto solve = [](const LawOnGrid& law) {
@@ -403,20 +404,22 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Largest step for an error below 1e-6: a part of the width of the law, finer where its density jumps.
+/// Returns the largest step for an error below 1e-6: a part of the width of the law, finer where its density
+/// jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
 }
 
-/// Step not above `largest` at which the atoms lie nearest to the nodes of a grid of twice the step.
+/// Returns a step, at most `largest`, at which the atoms lie nearest to the nodes of a grid of twice the
+/// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Atoms of next to no length would ask for millions of cells: they may lie half a step off.
+  // Atoms of tiny lengths would ask for millions of cells, so they may lie half a step off.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // The first atom on a node exactly, the others by trial.
+    // Puts the first atom on a node exactly; tries steps for the others.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
     double misfit = 0.0;
@@ -439,8 +442,10 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
-  if (law.law() == SnapLaw::exponential) return -detail::expm1(-x);  // z = min(age, x), both memoryless
-  // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), to 3e-9 here, unless its tail is heavy.
+  if (law.law() == SnapLaw::exponential)
+    return -detail::expm1(-x);  // z = min(age, x), and both have no
+                                // memory
+  // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), here to 3e-9, unless its tail is heavy.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
@@ -471,7 +476,7 @@ double redraw_deflection(const SnapLength& law, double x) {
 /// it is linear.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
-/// Maximum of f on [low, high], where it has one hump: golden section.
+/// Finds the maximum of f on [low, high], where it has one hump, by golden section.
 template <class Function>
 double maximum_between(const Function& f, double low, double high, int iterations) {
   constexpr double golden = 0.6180339887498949;
@@ -493,7 +498,7 @@ double maximum_between(const Function& f, double low, double high, int iteration
   return std::max(f1, f2);
 }
 
-/// Maximum of f over ascending points, then within the two intervals beside the best of them.
+/// Finds the maximum of f over ascending points, then within the two intervals beside the best of them.
 template <class Function>
 double maximum_over(const Function& f, const std::vector<double>& points, int iterations) {
   std::size_t best = 0;
@@ -509,8 +514,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, maximum_between(f, low, high, iterations));
 }
 
-/// Finds the peak of the curve as long as no bristle has snapped twice, and its place: the peak of narrow
-/// laws.
+/// Finds the peak of the curve and its place while no bristle has snapped twice. Narrow laws have their peak
+/// there.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -546,7 +551,7 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
-    for (int i = 0; i < 64; ++i) {  // the place only roughly, from above
+    for (int i = 0; i < 64; ++i) {  // finds the place roughly, from above
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -568,7 +573,7 @@ double keep_peak(const SnapLength& law) {
     const double a = law.first_parameter() / law.mean();
     for (int i = 0; i <= 400; ++i) points.push_back(a + (3.0 - a) * i / 400.0);
   } else {
-    // The wider a lognormal law, the farther out its (ever lower) peak: 115 mean lengths at cv = 3.
+    // The wider a lognormal law, the farther its peak, which is ever lower: 115 mean lengths at cv = 3.
     const double end = law.cv() < 0.65 ? 2.5 : law.cv() < 1.1 ? 8.0 : 500.0;
     for (double x = 0.4; x < end; x *= 1.06) points.push_back(x);
     iterations = smooth_iterations;
@@ -603,7 +608,7 @@ double redraw_peak(const SnapLength& law) {
     const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
     return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
   };
-  // A law wider than these has its only or highest hump within two mean lengths; a table may not.
+  // Of the wider laws, all but tables have their only or highest hump within two mean lengths.
   double peak = peak_up_to(2.0);
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
@@ -612,7 +617,7 @@ double redraw_peak(const SnapLength& law) {
 
 double paper_peak(const SnapLength& law, SnapRule rule) {
   if (law.law() == SnapLaw::single) return 1.0;
-  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // 1 - exp(-x)
+  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // the curve is 1 - exp(-x)
   if (law.cv() < 0.25 || law.law() == SnapLaw::uniform) {
     const UnitLaw unit(law);
     double peak, place;
@@ -634,7 +639,8 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// A law in cells of equal density, read at any place: the snaps of bristles that keep their lengths.
+/// A law in cells of equal density that can be read at any length: the snaps of bristles that keep their
+/// lengths.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -656,7 +662,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Simpson's rule. Near the shortest a cell is as long as the length: there in parts.
+      // Integrates by Simpson's rule, in parts near the shortest length, where a cell is as long as that
+      // length.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -674,7 +681,7 @@ class DividedLaw {
     }
   }
 
-  /// Sum over k of G(x / k), of k M1(x / k), and of M1(x / k).
+  /// Sums over k of G(x / k) (`count`), of k M1(x / k) (`place`) and of M1(x / k) (`lost`).
   struct Snaps {
     double count = 0.0, place = 0.0, lost = 0.0;
 
@@ -686,16 +693,16 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Many short ones are their integral over k, which is one over the length u = x / k.
+    // Beyond this number the terms are replaced by their integral over k, taken over the length u = x / k.
     constexpr double direct = 100.0;
     Snaps snaps;
-    snaps.lost = x * few_;  // shorter than all that count, hence never bent
+    snaps.lost = x * few_;  // bristles shorter than all that count are never bent
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // First moment of the part of a cell up to here, at the mean length for equal density.
+      // First moment of the cell's part below the length, at the cell's mean length for equal density.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -715,7 +722,7 @@ class DividedLaw {
  private:
   struct Moments {
     double mass, first;
-    Snaps rest;  ///< integrals over u up to here of G / u^2, M1 / u^3, M1 / u^2
+    Snaps rest;  ///< integrals over u, up to the cell's start, of G / u^2, M1 / u^3 and M1 / u^2
   };
   struct Place {
     std::size_t cell;
@@ -772,8 +779,8 @@ struct RenewedCurve {
         atoms(find_atoms(snap_length)),
         steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
 
-  /// Solves on a grid of an even number of cells. Empty where so many bristles snap within a cell that the
-  /// curve has its kinetic value at once.
+  /// Solves on a grid of an even number of cells. Returns an empty grid if so many bristles snap within a
+  /// cell that the curve has its kinetic value at once.
   VirginGrid solve_extrapolated(double step, int cells) const {
     const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
     const std::vector<double> coarse_damping = damping_at_nodes(steady.growth, 2.0 * step, cells / 2);
@@ -816,15 +823,15 @@ struct RenewedCurve {
   }
 };
 
-/// Where the lines through the two nodes on either side of the cell after node i meet within it: the top of a
-/// kink. 0 if they do not.
+/// Finds the top of a kink in the cell after node i: the crossing of the lines through the two nodes on
+/// either side. Returns 0 if they do not cross within the cell.
 double kink_in_cell(const VirginGrid& grid, std::size_t i) {
   if (i < 1 || i + 2 >= grid.left.size()) return 0.0;
   for (std::size_t k = i - 1; k <= i + 2; ++k)
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  const double place = (f[1] - f[0] + fall) / (rise + fall);  // in cells from node i
+  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place in cells from node i
   return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
 }
 
@@ -835,7 +842,7 @@ double table_peak(const VirginGrid& grid) {
   return peak;
 }
 
-/// Highest value that the renewal equation gives up to `end`, in at most `most_cells`.
+/// Returns the highest value that the renewal equation gives up to `end`, in at most `most_cells`.
 double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
   const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));
@@ -858,7 +865,7 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // keep: the wider the law, the farther out its peak, and the flatter.
+  // SnapRule::keep: the wider the law, the farther and the flatter its peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
@@ -916,13 +923,13 @@ double slide_curve(const SnapLength& law, double drop, double growth, double x) 
 
 SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   const double mean = law.mean();
-  SlidePeak best{1.0 - drop, 0.0};  // far along
+  SlidePeak best{1.0 - drop, 0.0};  // the force after a long path
   const auto try_at = [&](double length) {
     const double force = slide_curve(law, drop, growth, growth * length / mean);
     if (force > best.force) best = {force, length / mean * law.survival(length)};
     return force;
   };
-  // Also tries just below each length, where the force drops if many bristles share that length.
+  // Also tries just below each length, because the force drops there if many bristles share it.
   constexpr double before = 1.0 - 1e-12;
   constexpr int points = 256;
   const auto length_at = [&law](int k) {

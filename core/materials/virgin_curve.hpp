@@ -9,11 +9,11 @@ namespace bristle::detail {
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
 /// Returns the supremum of the virgin curve.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Mean deflection after a path x > 0 from all deflections zero.
+/// Returns the mean deflection after a path x > 0 from all deflections zero.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
-/// SnapRule::slide: mean deflection after a path x > 0 from rest, of bristles that hold `growth` times their
-/// length until they slide, and (1 - drop) of it from then on.
+/// Returns the mean deflection by SnapRule::slide after a path x > 0 from rest, of bristles that hold
+/// `growth` times their length until they slide, and (1 - drop) of it while sliding.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
 /// Supremum of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {

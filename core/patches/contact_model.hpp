@@ -29,21 +29,21 @@ struct SharedStep {
 struct ContactModel {
   const char* name;  ///< part of the signature of a saved state
 
-  /// Changes the load, N >= 0: bristles enter and leave. Returns the elastic energy that left, J (0 and
-  /// uncounted where the patch computes no energy).
+  /// Changes the load, N >= 0: bristles enter and leave. Returns the elastic energy that left, J (0 where the
+  /// patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
   /// Advances a patch by a whole step that moves, on one thread: gives the sums, and the state after it if
   /// the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a travel that leaves Patch::bound where no bristle has to be stepped for it. Called for patches
-  /// of two axes that neither damp nor age, for the end force alone. Bound::glide: the state is what
-  /// `advance` would leave, and the sums are filled. Null: the model never can.
+  /// Answers a travel that leaves Patch::bound if no bristle has to be stepped for it. Called for patches of
+  /// two axes that neither damp nor age, for the end force alone. Bound::glide: the state is what `advance`
+  /// would leave, and the sums are filled. Null: the model has no such answer.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
-  const SharedStep* shared = nullptr;  ///< null: one thread takes all of a step
+  const SharedStep* shared = nullptr;  ///< null: one thread takes the whole step
 
-  /// Resets the patch to its state when it was made, with this seed and key.
+  /// Resets the patch to its initial state, with this seed and key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
   /// Moves the state of `from` into `to`, made for another material with the same options; books the snaps
   /// that this causes.
@@ -56,17 +56,18 @@ struct ContactModel {
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading
-  double (*stored_energy)(const Patch&) noexcept;  ///< J, of the bristles in contact
+  double (*stored_energy)(const Patch&) noexcept;  ///< J, energy of the bristles in contact
   /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;
-  /// Deflections and snap lengths of the first `count` bristles, m; empty spans are left out.
+  /// Writes deflections and snap lengths of the first `count` bristles, m; empty spans are left out.
   void (*read_bristles)(const Patch&, std::size_t count, Span<double> zx, Span<double> zy,
                         Span<double> delta) noexcept;
 
   // --- saved state: what the shared part does not save itself (saved_state.hpp)
-  std::uint64_t (*signature)(const Patch&) noexcept;  ///< of options and material: what must agree
-  std::size_t (*saved_size)(const Patch&) noexcept;   ///< a function of options and material alone
+  std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that must agree
+  std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes, a function of options and material
+                                                      ///< alone
   void (*save)(const Patch&, ByteWriter&) noexcept;
   /// Checks bytes against the contact in the shared part. Returns null, or the name of a value that no patch
   /// can have.
@@ -75,7 +76,7 @@ struct ContactModel {
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 
-/// Ranges that a task takes at once are cut at multiples of this: bounds are kept by group of blocks.
+/// Ranges of a task begin at multiples of this number of blocks, because bounds are kept by group of blocks.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
 /// Makes a patch out of contact, with its columns filled; the caller owns the record (see release). `weight`
@@ -83,7 +84,7 @@ constexpr std::uint32_t blocks_per_range = blocks_per_group;
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
-/// Adds the totals of one range to those of others.
+/// Adds the totals of one range to `sum`.
 void add_totals(Totals& sum, const Totals& part) noexcept;
 
 }  // namespace bristle::detail

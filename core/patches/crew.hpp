@@ -11,15 +11,15 @@ struct Crew {
   void (*run)(void* workers, int tasks, void (*task)(void* of, int k), void* of) noexcept;
   void* workers;
   std::uint32_t threads;
-  std::uint32_t pieces;  ///< as many ranges serve well: enough to even out threads, none too small
+  std::uint32_t pieces;  ///< number of ranges that evens out the threads without making any too small
 };
 
-/// Adds the total of one thread to the sum over all threads.
+/// Adds the total of one range to the sum over all ranges.
 inline void add_totals(std::uint64_t& sum, std::uint64_t part) noexcept { sum += part; }
 
 /// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`:
-/// as many as the crew's `pieces` or `threads` says, or one on this thread where there is no crew. Returns
-/// the totals of all; their order does not matter to them.
+/// as many as the crew's `pieces` or `threads` says, or one on this thread without a crew. Returns the sum of
+/// the totals, which must not depend on their order.
 template <class Totals, class Work>
 Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t count, std::uint32_t step,
                  const Work& work) noexcept {
@@ -33,7 +33,7 @@ Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t co
     static void run(void* of, int k) {
       const Shared& shared = *static_cast<const Shared*>(of);
       const auto part = static_cast<std::uint32_t>(k);
-      Totals own{};  // on this thread's own stack
+      Totals own{};  // totals on this thread's own stack
       shared.work(shared.begin_of(part), shared.begin_of(part + 1), own);
       shared.totals[part] = own;
     }

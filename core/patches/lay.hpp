@@ -1,4 +1,5 @@
-// Friction that depends on the direction (struct Lay): axes in which a patch's bristles know of no direction.
+// Friction that depends on the direction (struct Lay), mapped to axes in which a patch's bristles are
+// isotropic.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -8,23 +9,24 @@
 
 namespace bristle::detail {
 
-/// Map between the axes of a patch and its isotropic ones: the first along the lay, the second across, where
+/// Map between the axes of a patch and its isotropic axes: the first along the lay, the second across, where
 /// lengths are stretched so that every bristle's limit is a circle. Kernels and bounds work in isotropic
 /// axes.
 struct LayMap {
-  Turn along;              ///< of the lay in the axes of the patch
+  Turn along;              ///< direction of the lay in the axes of the patch
   double stretch = 1.0;    ///< length across, isotropic over real: stiffness ratio over limit ratio
   double limit = 1.0;      ///< force across, real over isotropic: Lay::limit_ratio
   double energy = 1.0;     ///< energy across, real over isotropic; 1 where dissipation is at its maximum
-  double lean = 0.0;       ///< limits are 1 + lean times the material's to, 1 - lean fro
-  double stiffest = 1.0;   ///< stiffness over the material's, of the stiffest direction
-  double strongest = 1.0;  ///< limit over the material's, of the strongest direction
+  double lean = 0.0;       ///< asymmetry: the limit is 1 + lean times the material's along the lay, 1 - lean
+                           ///< against it
+  double stiffest = 1.0;   ///< stiffness of the stiffest direction, over the material's
+  double strongest = 1.0;  ///< limit of the strongest direction, over the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
-  /// Whether energies differ from those of the isotropic axes, so that a step books its work less what it
-  /// stored.
+  /// Whether energies differ from those of the isotropic axes. A step then dissipates its work less the
+  /// energy it stored.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Least energy that a slide takes, over that in isotropic axes.
+  /// Returns the least energy that a slide dissipates, over that in isotropic axes.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {
@@ -47,7 +49,7 @@ struct LayMap {
   }
 };
 
-/// Returns the map of a lay that check_lay() takes.
+/// Returns the map of a lay that check_lay() accepts.
 LayMap map_of(const Lay& lay) noexcept;
 /// Throws bristle::Error for a lay that this patch cannot have.
 void check_lay(const Material& material, const PatchOptions& chosen);

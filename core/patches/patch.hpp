@@ -1,8 +1,8 @@
 // The part of a patch that all contact models share: one slot of the pool, four cache lines.
 //
-// A step of a patch that rests reads and writes the first line. A step that stays within the patch's bound
-// (sticking) needs all four and nothing else. Only a step in which something may snap asks the contact model
-// (contact_model.hpp), which keeps what it needs in a record of its own.
+// A step of a patch at rest reads and writes the first line. A step within the patch's bound (sticking) needs
+// all four lines and nothing else. Only a step in which something may snap asks the contact model
+// (contact_model.hpp), which keeps its data in a record of its own.
 #pragma once
 
 #include <cmath>
@@ -19,49 +19,53 @@ namespace bristle::detail {
 struct ContactModel;
 
 constexpr double highest_load = 1e15;     ///< N, of a motion
-constexpr double highest_energy = 1e300;  ///< J: what overflows reads as this; sums of a few stay finite
+constexpr double highest_energy = 1e300;  ///< J: an energy that overflows is cut to this value, so that sums
+                                          ///< of a few stay finite
 
 /// Properties of a patch, fixed when it is made except seed and key. The base of every model's record.
 struct PatchRecord {
   PatchOptions options;
   const CompiledMaterial* material = nullptr;  ///< owned by the record's memory (record_memory.hpp)
-  std::uint32_t first_seed = 0;                ///< that it was added with; options.seed may change by a reset
-  std::uint32_t largest_work = 0;              ///< bristles that a step visits at the most
-  bool endless = false;  ///< a population without a number: read_bristles shows as many as are asked for
-  double full_weight =
-      0.0;                ///< physical bristles per representative when all are in use; a material keeps it
-  std::size_t bytes = 0;  ///< of the record and its columns
-  /// Rounding remainder of displacements of few position units (find_way), in units; longer ones leave none.
+  std::uint32_t first_seed = 0;                ///< seed that it was added with; a reset may change
+                                               ///< options.seed
+  std::uint32_t largest_work = 0;              ///< largest number of bristles that a step visits
+  bool endless = false;  ///< a population without a number, of which read_bristles shows as many as are asked
+                         ///< for
+  double full_weight = 0.0;  ///< physical bristles per representative when all are in use; a change of
+                             ///< material keeps it
+  std::size_t bytes = 0;     ///< bytes of the record and its columns
+  /// Rounding remainder, in position units, of displacements of few units (find_odd_way()); longer ones leave
+  /// none.
   double remainder[2] = {0.0, 0.0};
-  /// The batch's clock, which runs on in every step; null = it stands still at 0. A patch that ages counts
+  /// The batch's clock, which advances in every step; null = it stands still at 0. A patch that ages counts
   /// time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Holding times of a patch that ages: no bristle has held since before `oldest`. Times as time_of, s.
+  /// Holding times of a patch that ages: no bristle has held since before `oldest`. Times as time_of(), s.
   struct Hold {
     double oldest = 0.0;
-    double since = 0.0;            ///< when the patch was last near its anchor: the next `oldest`
-    std::int64_t way[2] = {0, 0};  ///< from the anchor, fixed point
+    double since = 0.0;            ///< last time the patch was near its anchor; becomes the next `oldest`
+    std::int64_t way[2] = {0, 0};  ///< path from the anchor, fixed point
   } hold;
-  LayMap lay;  ///< of PatchOptions::lay
+  LayMap lay;  ///< axes and limits of PatchOptions::lay
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
 
 /// The shared part of a patch. Touched by the stepping thread and its workers only.
 ///
-/// `sum` and `part_*` are the sum of deflections over the contact, fixed point, as a function of the position
-/// while nothing snaps, enters or leaves: sum + whole (position - here), and for bristles that count in part
-/// part_sum + part (position - part_position), rounded.
+/// `sum` and `part_*` give the sum of deflections over the contact, fixed point, as a function of the
+/// position while nothing snaps, enters or leaves: sum + whole (position - here), and for bristles that count
+/// in part part_sum + part (position - part_position), rounded.
 struct alignas(64) Patch {
   // --- line 1: all that a step of a resting patch needs
-  std::uint32_t generation = 0;  ///< of the patch in this slot; 0 = none
-  bool rests : 1 = false;        ///< the numbers below answer a step without motion
+  std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = none
+  bool rests : 1 = false;        ///< whether the numbers below answer a step without motion
   bool overloaded : 1 = false;
-  bool held : 1 = false;  ///< nothing could snap in its last step: a hint, for memory asked for ahead
+  bool held : 1 = false;  ///< whether nothing could snap in its last step; a hint for prefetching
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
-  std::uint64_t last_step = 0;     ///< number of the step that named it last: finds repeated ids
+  std::uint64_t last_step = 0;     ///< number of the last step that named the patch; detects repeated ids
   double normal_load = 0.0;        ///< N
   double elastic[2] = {0.0, 0.0};  ///< N, on the body, at the end of the last step
   double stiffness = 0.0;          ///< N/m
@@ -69,18 +73,19 @@ struct alignas(64) Patch {
   double force_limit = 0.0;        ///< N
 
   // --- line 2
-  std::int64_t position[2] = {0, 0};  ///< fixed point (kernel_table.hpp)
-  Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within it
-  std::uint32_t whole = 0;            ///< bristles that count as one each, in full blocks
-  bool skips : 1 = true;              ///< steps within bounds are not computed bristle by bristle
-  bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
-  bool literal : 1 = false;           ///< the paper's loop
-  bool damps : 1 = false;             ///< the damper depends on the velocity
-  bool ages : 1 = false;              ///< time_of(patch) matters
-  bool renews : 1 = false;            ///< a trial step changes the patch: it is made on a copy
-  bool laid : 1 = false;              ///< has a lay: motions and forces are mapped
-  std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
-  double part = 0.0;                  ///< bristles beyond `whole`, a real number
+  std::int64_t position[2] = {0, 0};  ///< position of the patch, fixed point (kernel_table.hpp)
+  Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within this ball
+  std::uint32_t whole = 0;            ///< bristles that count fully, in full blocks
+  bool skips : 1 = true;              ///< whether steps within bounds skip the bristles
+  bool tracks : 1 = true;             ///< whether bounds are renewed, which pays while most visited blocks do
+                                      ///< not snap
+  bool literal : 1 = false;           ///< whether the paper's literal loop is used
+  bool damps : 1 = false;             ///< whether the damper depends on the velocity
+  bool ages : 1 = false;              ///< whether the patch ages, so that time_of(patch) matters
+  bool renews : 1 = false;            ///< whether a trial step changes the patch, and so needs a copy
+  bool laid : 1 = false;              ///< whether it has a lay, by which motions and forces are mapped
+  std::uint8_t fetched_lines = 0;     ///< cache lines of the record worth prefetching before a step
+  double part = 0.0;                  ///< bristles in contact beyond `whole`, a real number
   double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum
 
   // --- line 3
@@ -90,16 +95,17 @@ struct alignas(64) Patch {
 
   // --- line 4
   double lengths_per_metre = 1.0;
-  double zeta = 0.0;                ///< bristles in contact, physical
-  double overload = 1.0;            ///< zeta over what the patch can hold, where that is above 1
-  double pending_dissipated = 0.0;  ///< J, left over from a change of material; booked with the next step
-  double pending_loss = 0.0;        ///< J, the same, or of a change of detail
+  double zeta = 0.0;                ///< number of physical bristles in contact
+  double overload = 1.0;            ///< zeta over the patch's largest number of bristles, if above 1
+  double pending_dissipated = 0.0;  ///< J, caused by a change of material; booked with the next step
+  double pending_loss = 0.0;        ///< J, caused by a change of material or of detail; booked with the next
+                                    ///< step
   std::uint64_t pending_snaps = 0;
   const ContactModel* model = nullptr;
   PatchRecord* record = nullptr;  ///< owned by the slot's batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Representatives in contact, the one that counts in part included.
+  /// Representatives in contact, including the one that counts in part.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
@@ -114,17 +120,17 @@ inline double time_of(const Patch& p) noexcept {
 
 /// Makes the shared part of a patch out of contact from its options and material.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Whether a step of the patch books its work less what it stored (LayMap::books_work), and is asked to.
+/// Whether a step of the patch must book its work less the energy it stored (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }
-/// Updates the numbers of the shared part that follow from load and material. Call it after either changed.
+/// Updates the numbers of the shared part that follow from load and material. Call it after either changes.
 void note_contact(Patch& patch) noexcept;
-/// Returns the damping of the whole patch, N s/m: multiplied by the velocity it is the force of damper,
-/// lubricant and strengthening with speed.
+/// Returns the damping of the whole patch, N s/m; times the velocity it is the force of damper, lubricant and
+/// strengthening with speed.
 double damping_at(const Patch& patch, double speed) noexcept;
 
-/// Fixed-point difference of two positions, which wrap.
+/// Returns the fixed-point difference of two positions, which wrap.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
@@ -144,7 +150,7 @@ inline double to_double(Int128 x) noexcept {
 inline Int128 weighted(double count, std::int64_t fixed) noexcept {
   const double x = count * static_cast<double>(fixed);
   if (std::abs(x) < 9e18) return std::llrint(x);
-  return static_cast<Int128>(x);  // whole at this size
+  return static_cast<Int128>(x);  // already whole at this size
 }
 
 /// Returns the sum of deflections at the patch's position along one axis, scaled.

@@ -16,18 +16,18 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// Largest ratio of aged to fresh snap lengths in a patch at the end of a step.
+/// Returns the largest ratio of aged to fresh snap lengths in a patch at the end of a step.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Notes how long bristles of a patch that ages may have held: no bristle follows the patch farther than
+/// Updates how long bristles of a patch that ages may have held: no bristle follows the patch further than
 /// twice its snap length. Ignores bristles longer than the mean plus four standard deviations. They carry
 /// 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
-      std::max(step.ends, hold.since);  // the clock may be a rounding behind the last step's end
+      std::max(step.ends, hold.since);  // the clock may be a rounding error behind the end of the last step
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
@@ -36,12 +36,12 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums displacements of its own, because a contact model may carry the patch's position along.
+  // Sums displacements here, because a contact model may carry the patch's position along.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // A patch within this share of the reach counts as at its anchor, so that after a rest only the slide
-  // counts.
+  // A patch within this share of the reach counts as at its anchor, so that the time of a rest counts only
+  // until the slide after it.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -58,9 +58,9 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   return residual + growth * (p.force_limit - residual);
 }
 
-/// Rounding a displacement shorter than this (scaled; 2^20 position units) may err by more than 5e-7 of it,
-/// so its remainder is carried to the next one. The remainder of a longer displacement is dropped: most steps
-/// then need the patch's slot alone.
+/// Displacements shorter than this (scaled; 2^20 position units) may have a rounding error above 5e-7 of
+/// their length, so their remainder is carried to the next one. Longer displacements drop it, so that most
+/// steps need the patch's slot alone.
 constexpr double creep_length = 0x1p-24;
 
 /// Whether a displacement is neither so short that its remainder is carried, nor so long that every bristle
@@ -77,7 +77,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
 /// Converts the displacement of a step that is unusually short (it creeps) or long (every bristle snaps).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
-  // Clamped so that squares and sums stay finite: no snap length is near.
+  // Limit that keeps squares and sums finite; no snap length is near it.
   constexpr double farthest = 1e290;
   for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
   const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
@@ -107,13 +107,13 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether neither time, velocity nor direction matters: the patch does not age, damp, have a lay or follow
-/// the literal rule, and is not stepped eagerly.
+/// Whether neither time, velocity nor direction matters: the patch does not age or damp, has no lay, does not
+/// follow the literal rule, and is not stepped eagerly.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
 }
 
-/// A displacement in the axes in which the bristles know of no direction, m.
+/// A displacement in isotropic axes, m (LayMap).
 struct Displacement {
   double by[2];
 };
@@ -124,13 +124,13 @@ template <bool plain, class Asked>
   return d;
 }
 
-/// Maps the sums of a patch with a lay to the patch's axes, and finds what the step dissipated where that
-/// is no sum over the bristles.
+/// Maps the sums of a patch with a lay to the patch's axes, and finds the dissipated energy where it is no
+/// sum over the bristles.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Isotropic axes count deflections from the centre of the limits, which is `lean` limits off the root.
+    // Isotropic axes count deflections from the centre of the limits, which lies `lean` limits off the root.
     const CompiledMaterial& m = p.material();
     const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
                          p.newtons_per_unit;
@@ -146,7 +146,8 @@ template <bool plain, class Asked>
   sums.dissipated = std::clamp(work + step.stored - p.model->stored_energy(p), 0.0, highest_energy);
 }
 
-/// Reads a motion under a load that is applied already. `plain`, `usual`: as is_plain() and is_usual() say.
+/// Reads a motion under a load that is applied already. `plain` and `usual` are the values of is_plain() and
+/// is_usual().
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
                                                bool commit, PatchStep& step) noexcept {
@@ -157,8 +158,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // At most longest_time, as for the clock: bristles that aged by more in a step would be younger in the
-    // next one.
+    // Cut at longest_time, as the clock is: bristles that aged by more in a step would be younger in the next
+    // one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
@@ -178,8 +179,8 @@ template <bool plain, bool usual>
   step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
 }
 
-/// Fills the constants of Advance other than the travel itself. Field by field: g++ clears the whole by `rep
-/// stos`, which takes longer.
+/// Fills the constants of Advance other than the travel itself. Assigns field by field, because g++ clears a
+/// whole struct by `rep stos`, which takes longer.
 void begin_advance(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
@@ -191,15 +192,15 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response (for a cell only its force) and, when the step is committed, the numbers that answer
-/// the next step at rest.
+/// Writes the response (for a cell only its force) and, when the step is committed, the numbers that answer a
+/// next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
                                                   Answer& out) noexcept {
   if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
-  double elastic[2];  // read back from the response as a pair, they would have to wait for it
-  // 0 - x: no negative zero for a patch at rest.
+  double elastic[2];  // a copy: reading the pair back from the response would wait for its stores
+  // 0 - x, so that a patch at rest has no negative zero.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
   if constexpr (std::is_same_v<Answer, CellMotion>) {
@@ -247,7 +248,7 @@ template <bool plain, class Asked, class Answer>
   p.elastic[0] = elastic[0];
   p.elastic[1] = elastic[1];
   p.held = held;
-  p.rests = plain || !p.ages;  // the force limit of one that ages grows
+  p.rests = plain || !p.ages;  // an ageing patch's force limit grows at rest
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
@@ -283,8 +284,7 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// Takes a step under the present load. The usual step, within the bound, is answered here without another
-/// call.
+/// Takes a step under the present load. Answers the usual step, within the bound, without another call.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
@@ -312,7 +312,7 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // A motion along an axis that the patch lacks is bad input: it would be dropped silently.
+  // Treats motion along an axis that the patch lacks as bad input instead of dropping it silently.
   const bool planar = patch.axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

@@ -1,24 +1,23 @@
-// One step of one patch, as far as it is the same for every contact model: what a motion means, what is
-// answered without asking the model, and the response.
+// One step of one patch, as far as all contact models share it: reading the motion, answering without the
+// model, and writing the response.
 #pragma once
 
 #include "core/patches/contact_model.hpp"
 
 namespace bristle::detail {
 
-/// The motion of a patch under the load that it has, of which the elastic force is all that is asked for:
-/// cells of outlines.
+/// Motion of a cell of an outline under its present load; only its elastic force is computed.
 struct CellMotion {
-  PatchId id;              ///< PatchId{} after a step of a batch that has no such patch
-  double displacement[2];  ///< m
+  PatchId id;              ///< set to PatchId{} by a step if the batch has no such patch
+  double displacement[2];  ///< m, tangential
   double force[2];         ///< N, on the body, at the end of the step
 };
 
 /// Checks the motion; false = bad input.
 bool is_good_motion(const Patch& patch, const Motion& motion) noexcept;
 
-/// Whether a motion leaves a resting patch at rest, so that answer_at_rest() has its response: asks the first
-/// cache line of the patch alone.
+/// Whether a motion leaves a resting patch at rest, so that answer_at_rest() has its response. Reads the
+/// first cache line of the patch alone.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
   return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
                  motion.normal_load == p.normal_load && !motion.has_velocity
@@ -29,8 +28,8 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds the bound that answers a step without a look at the bristles. Only the model can tell whether a step
-/// glides, so that is never the answer here.
+/// Finds the bound that answers a step without visiting bristles. Never answers Bound::glide, which only the
+/// model can tell.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;
@@ -57,14 +56,15 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   }
 }
 
-/// A step from its motion to its response, on one thread. Returns the bristles visited.
+/// Takes a step from its motion to its response, on one thread. Returns the bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// As step_patch without a change of state, under the present load. `contact_loss` goes into the response.
+/// Computes the response of step_patch() without a change of state, under the present load. `contact_loss`
+/// goes into the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
-/// As step_patch, of a patch whose model shares steps, in three parts: this one, SharedStep::run for all
-/// blocks, and end_step. Returns the number of blocks; 0 = the bound answers.
+/// Begins a step of a patch whose model shares steps among threads; SharedStep::run for all blocks and
+/// end_step() follow. Returns the number of blocks; 0 = the bound answers.
 std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const Crew& crew,
                          PatchStep& step) noexcept;
 /// Ends a step that begin_step() began. `totals`: sums over all blocks, or null where the bound answers.
@@ -72,7 +72,7 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const 
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Whether a trial changes bristles, unless the bound answers it.
+/// Whether a trial that the bound does not answer changes bristles.
 inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
 /// Whether a trial of this motion under the present load would change bristles, so that it needs a copy of
 /// the patch.

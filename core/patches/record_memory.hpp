@@ -1,4 +1,4 @@
-// Memory of a record and its columns: one allocation, taken and freed by the thread that adds patches.
+// Memory of a record and its columns: one allocation, made and freed by the thread that adds patches.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + column_alignment - 1) / column_alignment * column_alignment;
 }
 
-/// Stands before the record: keeps the material alive, so that the record itself is plain data.
+/// Precedes the record in memory and owns the material, so that the record itself is plain data.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
 };
 
-/// Allocates a record followed by `column_bytes` for its columns, not filled. Throws std::bad_alloc.
+/// Allocates a record followed by `column_bytes` of unfilled memory for its columns. Throws std::bad_alloc.
 template <class Record>
 Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_t column_bytes) {
   static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);

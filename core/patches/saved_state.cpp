@@ -46,7 +46,7 @@ void remainder_fields(Io& io, Remainder& remainder) noexcept {
 }
 constexpr std::size_t remainder_size = 2 * 8;
 
-/// For a patch that ages: its own time, and the longest time that a bristle can have held.
+/// Times saved for a patch that ages: its own time, and the longest time that a bristle can have held.
 struct SavedTime {
   Int128 time = 0;
   PatchRecord::Hold hold;
@@ -75,8 +75,8 @@ constexpr std::int64_t farthest_way = std::int64_t{1} << 62;
 
 /// Whether saved times agree with each other. The end of a step is the rounded sum of its start and its
 /// length, while the clock counts the length in whole units, cut off: the two differ by at most one unit and
-/// three roundings. No clock runs on beyond a step of the longest time, and no path from an anchor is longer
-/// than farthest_way units.
+/// three roundings. No clock exceeds the longest time by more than a step, and no path from an anchor is
+/// longer than farthest_way units.
 bool is_good_time(const SavedTime& t) noexcept {
   if (t.time > static_cast<Int128>(4.0 * longest_time * clock_units_per_second)) return false;
   for (const std::int64_t way : t.hold.way)

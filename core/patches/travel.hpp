@@ -1,5 +1,5 @@
-// Where a motion leads a patch, what a model's step gets and gives, and how the shared part alone takes a
-// patch along.
+// The motion of a patch (Travel), the input and output of a model's step, and the shared part's own steps
+// within a bound.
 #pragma once
 
 #include <cmath>
@@ -9,10 +9,10 @@
 
 namespace bristle::detail {
 
-/// Largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
+/// Returns the largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s: a clock that has run for this long stands still, and no step of a patch that ages takes
+/// Longest time, s: a clock stands still after running this long, and no step of a patch that ages takes
 /// longer.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
@@ -22,38 +22,39 @@ inline bool stands_still(const Int128& clock) noexcept {
 /// A step of a patch, read from its motion.
 struct PatchStep {
   /// Displacement of the step; length and direction are set only for a far step and for a model. The model
-  /// fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds`, and may cut the travel.
+  /// fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds`, and may shorten the travel.
   Advance advance;
   double scaled[2];            ///< the displacement in scaled lengths
-  std::int64_t units[2];       ///< by which the position moves, fixed point; 0 in a far step
-  double begins, ends;         ///< time_of the patch, s; 0 without ageing
-  double remainder[2];         ///< PatchRecord::remainder after it, where it creeps
-  bool moves;                  ///< false: nothing can snap
-  bool creeps;                 ///< so short that its remainder is carried
+  std::int64_t units[2];       ///< change of the position, fixed point; 0 in a far step
+  double begins, ends;         ///< time_of(patch) at both ends, s; 0 without ageing
+  double remainder[2];         ///< PatchRecord::remainder after the step, if it creeps
+  bool moves;                  ///< whether the patch moves; if not, nothing can snap
+  bool creeps;                 ///< whether it is so short that its remainder is carried
   double contact_loss = 0.0;   ///< J
-  double stored = 0.0;         ///< J, in the bristles before it; only where books_work()
-  const Crew* crew = nullptr;  ///< threads for what has to be done before the last ranges; null: none
+  double stored = 0.0;         ///< J, energy of the bristles before the step; filled if books_work()
+  const Crew* crew = nullptr;  ///< threads for the work that precedes the last ranges; null: none
 };
 
 /// Result of a step for the contact.
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
-  double twice_mean[2] = {0.0, 0.0};  ///< twice its mean over the step (Outputs::mean)
-  double dissipated = 0.0;            ///< J, in snaps (Outputs::energy)
+  double twice_mean[2] = {0.0, 0.0};  ///< twice the mean of that sum over the step (Outputs::mean)
+  double dissipated = 0.0;            ///< J, lost in snaps (Outputs::energy)
   std::uint64_t snaps = 0;
-  std::uint64_t visited = 0;  ///< bristles that a kernel looked at
+  std::uint64_t visited = 0;  ///< bristles that a kernel visited
 };
 
-/// Kinds of answers to a motion without a look at the bristles.
+/// Kinds of motions that are answered without visiting the bristles.
 enum class Bound : unsigned char {
   none,   ///< something may snap: `ContactModel::advance` has to do it
   rest,   ///< the patch does not move
-  ball,   ///< it ends within Patch::bound, so nothing snaps: the caller carries the sums along
-  glide,  ///< a steady slide goes on
+  ball,   ///< the motion ends within Patch::bound, so nothing snaps and the shared part carries the sums
+          ///< along
+  glide,  ///< a steady slide continues (glide.hpp)
 };
 
-/// Values of Patch::bound.reach where something may snap: nothing more is known (no_reach), or the patch
-/// glides (glide_reach).
+/// Values of Patch::bound.reach if something may snap: nothing more is known (no_reach), or the patch glides
+/// (glide_reach).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
@@ -67,7 +68,7 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// As hold(), for outputs with or without the mean.
+/// Finds the sums as hold(), for outputs with or without the mean.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
   for (int axis = 0; axis < 2; ++axis) {  // so that the loop is unrolled

@@ -1,5 +1,5 @@
-// Access to a batch for what is made over it (outlines), for contact models that make_patch.cpp does not know
-// (tests of the seam), and for batch_recipe.hpp.
+// Access to a batch for objects made over it (outlines), for contact models that make_patch.cpp does not know
+// (tests of the interface), and for batch_recipe.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
@@ -11,12 +11,12 @@
 namespace bristle::detail {
 
 struct BatchAccess {
-  /// Adds a patch that was made already, out of contact; the batch owns its record from now on. Same thread
-  /// rule as PatchBatch::add. Throws std::bad_alloc.
+  /// Adds a finished patch, out of contact; the batch owns its record from then on. Same thread rule as
+  /// PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; calls of
-  /// the batch within it take no more.
+  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; nested
+  /// calls of the batch take no more.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -28,24 +28,24 @@ struct BatchAccess {
     PatchBatch::Impl& impl_;
     const bool is_outermost_;
   };
-  /// Scope of a call of the adding side over a batch. The stepping side sees its changes all at once, when it
-  /// ends.
+  /// Scope of a call of the adding side over a batch. The stepping side sees all of its changes at once, at
+  /// its end.
   class Changes {
    public:
     explicit Changes(PatchBatch& batch) noexcept;
     ~Changes();
     Changes(const Changes&) = delete;
     Changes& operator=(const Changes&) = delete;
-    void send(std::unique_ptr<Change>&& change);  ///< throws std::bad_alloc, and leaves `change`
+    void send(std::unique_ptr<Change>&& change);  ///< throws std::bad_alloc, and then does not take `change`
 
    private:
     PatchBatch::Impl& impl_;
   };
-  /// As PatchBatch::step, with cells of outlines beside the motions (Scheduler::step).
+  /// Steps motions as PatchBatch::step, and cells of outlines beside them (Scheduler::step).
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // Implement the functions of batch_recipe.hpp.
+  // Implementations of the functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
   static BatchRecipe recipe(const PatchBatch& batch);
   static void fill(PatchBatch& empty, const BatchRecipe& recipe);

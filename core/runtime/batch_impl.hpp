@@ -29,36 +29,39 @@ struct PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  std::vector<Record> records;                                             ///< by slot
-  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< recently used first
+  std::vector<Record> records;                                             ///< records of the patches,
+                                                                           ///< indexed by slot
+  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< prepared materials, the most
+                                                                           ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
-  bool publishes_later = false;  ///< commands are published when BatchAccess::Changes ends
+  bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
   // These functions of the adding side throw std::bad_alloc.
-  Record& record_of(PatchId id);  ///< throws Error where there is no such patch
+  Record& record_of(PatchId id);  ///< throws Error if there is no such patch
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
-  /// Adds the patch that `command` holds, with scratch memory where the patch needs it.
+  /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
-  void grow_pool();  ///< by a chunk of slots, when all are taken
+  void grow_pool();  ///< adds a chunk of slots when all are taken
   void attach_scratch(detail::Command& command);
-  /// Pushes a command. Nothing can fail after this point, so its memory is counted only here.
+  /// Pushes a command. Nothing can fail after this point, so the sizes of its memory are noted only here.
   void send(std::unique_ptr<detail::Command> command) noexcept;
 
   // --- the stepping thread's side
   mutable detail::SteppingSide stepping_side;
-  bool is_in_turn = false;  ///< a Turn has taken the changes of the call that is under way
+  bool is_in_turn = false;  ///< whether a Turn has taken the changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
   std::unique_ptr<detail::MoveQueue> queue;
   std::uint32_t queue_length = 0;
-  detail::Scratch scratch;   ///< as large as the largest patch's record
-  detail::Int128 clock = 0;  ///< runs on in every step, whoever is named in it (PatchRecord::clock)
+  detail::Scratch scratch;   ///< memory as large as the largest patch's record
+  detail::Int128 clock = 0;  ///< time that advances in every step, whichever patches it names
+                             ///< (PatchRecord::clock)
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load, kept until anything changes: a solver asks for many motions under
-  /// the same load.
+  /// Copy of a patch under a trial load, kept until anything changes, because a solver asks for many motions
+  /// under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;
@@ -67,7 +70,7 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Scope of a call of the stepping side. It takes the waiting changes at its start; calls within it take no
+  /// Scope of a call of the stepping side. It takes the waiting changes at its start; nested calls take no
   /// more.
   class Turn {
    public:
@@ -92,20 +95,20 @@ struct PatchBatch::Impl {
     if (is_outermost) is_in_turn = false;
     stepping_side.leave();
   }
-  /// Takes a change of the adding thread. Neither allocates nor frees.
+  /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch after the caller took the commands, so that the table of slots does not change. Cells as
-  /// in Scheduler::step.
+  /// Steps the batch after the caller took the commands, so that the table of slots does not change. `cells`
+  /// as in Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
-  /// Checks all patches for impossible values, after each of the first steps and then now and then, because a
+  /// Checks all patches for impossible values: after each of the first steps and then at times, because a
   /// check costs more than a step.
   bool is_sound() noexcept;
 
-  /// Calls `visit(slot, patch)` for each patch, by slot.
+  /// Calls `visit(slot, patch)` for each patch, in the order of slots.
   template <class Visit>
   void for_each_patch(Visit&& visit) const {
     for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {

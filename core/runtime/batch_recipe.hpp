@@ -1,5 +1,5 @@
-// A batch with the same patches under the same ids as another one: what Python's pickles and copies are made
-// of. Not installed; exported, because the Python module may load the shared library.
+// A recipe to make a batch with the patches and ids of another one, for Python's pickles and copies. Not
+// installed; exported, because the Python module may load the shared library.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,30 @@
 
 namespace bristle {
 
-/// A patch as it was made, not its state.
+/// Options and material of a patch as it was added, without its state.
 struct PatchRecipe {
   std::uint32_t slot = 0;
-  std::uint32_t material = 0;  ///< index into BatchRecipe::materials
-  PatchOptions options;        ///< with the seed that it was added with
-  double full_weight = 0.0;  ///< physical bristles per representative, of the material that it was added with
+  std::uint32_t material = 0;  ///< index of its material in BatchRecipe::materials
+  PatchOptions options;        ///< options, with the seed at the time of adding
+  double full_weight = 0.0;    ///< physical bristles per representative, from the material at the time of
+                               ///< adding
 };
 
-/// Data from which a batch with the same ids, present and future, can be made.
+/// Data from which a batch with equal ids, present and future, can be made.
 struct BatchRecipe {
-  std::vector<std::uint32_t> generations;  ///< of each slot, the last one given
-  std::vector<std::uint32_t> free_slots;   ///< in the order in which they were given back
+  std::vector<std::uint32_t> generations;  ///< last generation of each slot
+  std::vector<std::uint32_t> free_slots;   ///< free slots in the order in which they were freed
   std::vector<Material> materials;
-  std::vector<PatchRecipe> patches;  ///< by slot
+  std::vector<PatchRecipe> patches;  ///< recipes of the patches, indexed by slot
 };
 
 /// Reads the recipe of a batch. No other thread may use the batch meanwhile.
 BRISTLE_API BatchRecipe find_recipe(const PatchBatch& batch);
-/// Adds the patches of a recipe to a new batch, out of contact: a saved state of the batch that the recipe is
-/// of can then be restored. Throws bristle::Error where it is none of a batch.
+/// Adds the patches of a recipe to a new batch, out of contact, so that a saved state of the original batch
+/// can be restored. Throws bristle::Error for a recipe that fits no batch.
 BRISTLE_API void fill_batch(PatchBatch& empty, const BatchRecipe& recipe);
-/// Outputs that the steps of a patch compute; Outputs::end where there is no such patch. For the stepping
-/// thread.
+/// Returns the outputs that the steps of a patch compute; Outputs::end if there is no such patch. For the
+/// stepping thread.
 BRISTLE_API Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept;
 
 }  // namespace bristle

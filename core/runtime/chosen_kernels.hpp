@@ -1,4 +1,4 @@
-// Instruction set, threads and core that the options of a batch choose.
+// Chooses instruction set, threads and core by the options of a batch.
 #pragma once
 
 #include <cstdlib>
@@ -11,8 +11,8 @@
 
 namespace bristle::detail {
 
-/// Returns the kernels that `wanted` names, or else BRISTLE_ISA, or else the best that this machine runs.
-/// Throws Error.
+/// Returns the kernels that `wanted` names, or else those that BRISTLE_ISA names, or else the best for this
+/// machine. Throws Error.
 inline const KernelTable& choose_kernels(const char* wanted) {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);

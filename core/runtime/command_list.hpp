@@ -1,5 +1,5 @@
-// Hands changes from the thread that adds patches to the stepping thread, and what they replaced back
-// for freeing. Unbounded, one producer, one consumer, no lock; the consumer neither allocates nor frees.
+// Hands changes from the thread that adds patches to the stepping thread, and returns what they replaced for
+// freeing. Unbounded, one producer, one consumer, no lock; the consumer neither allocates nor frees.
 #pragma once
 
 #include <atomic>
@@ -23,7 +23,7 @@ struct Scratch {
   std::size_t bytes = 0;
 };
 
-/// A change of something made over a batch (outlines). It is applied in order with the batch's own commands;
+/// A change to an object made over a batch (outlines). It is applied in order with the batch's own commands;
 /// memory that it replaces stays in it, for the producer to free.
 struct Change {
   virtual ~Change() = default;
@@ -32,19 +32,19 @@ struct Change {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow, change };
-  // Fields of every command, in one cache line.
+  // Fields used by every command, in one cache line.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
-  std::uint64_t number = 0;  ///< set by push
+  std::uint64_t number = 0;  ///< number of the command, set by push
   std::atomic<Command*> next{nullptr};
-  PatchRecord* removed = nullptr;     ///< goes back with `remove`; the command's
-  Scratch scratch;                    ///< when the batch's is too small for this patch
-  std::unique_ptr<PatchChunk> chunk;  ///< of `grow`: chunk number `slot`
+  PatchRecord* removed = nullptr;     ///< record of a removed patch, returned by `remove`; owned by the
+                                      ///< command
+  Scratch scratch;                    ///< larger scratch memory, if the batch's is too small for this patch
+  std::unique_ptr<PatchChunk> chunk;  ///< chunk number `slot`, of `grow`
 
-  Patch patch;  ///< comes with `add`; goes back from `replace` with what it replaced. Its record is the
-                ///< command's
-  std::unique_ptr<Change> change;    ///< of `change`
-  std::unique_ptr<MoveQueue> queue;  ///< of `grow`, as long as all slots; goes back with the shorter one
+  Patch patch;  ///< patch of `add`; `replace` returns the replaced patch in it. The command owns its record
+  std::unique_ptr<Change> change;    ///< the change that a command of kind `change` applies
+  std::unique_ptr<MoveQueue> queue;  ///< queue of `grow`, as long as all slots; returns with the shorter one
 
   Command() = default;
   Command(const Command&) = delete;
@@ -68,8 +68,8 @@ class CommandList {
   CommandList(const CommandList&) = delete;
   CommandList& operator=(const CommandList&) = delete;
 
-  /// Producer: appends, and frees what the consumer is done with. Without `publishes` the consumer sees the
-  /// command from the next publish() on.
+  /// Producer: appends a command, and frees those that the consumer has finished. Without `publishes` the
+  /// consumer sees the command from the next publish() on.
   void push(std::unique_ptr<Command> command, bool publishes = true) {
     Command* const added = command.release();
     added->number = newest_->number + 1;
@@ -86,12 +86,12 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Consumer: returns the number of the last command published. A consumer that takes commands up to this
-  /// one ends, however fast the producer is.
+  /// Consumer: returns the number of the last published command. Taking commands up to this number ends,
+  /// however fast the producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
   /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next
-  /// one is taken; its contents then return to the producer.
+  /// one is taken; then its contents return to the producer.
   Command* take(std::uint64_t last) noexcept {
     if (current_->number >= last) return nullptr;
     Command* const next = current_->next.load(std::memory_order_acquire);
@@ -101,10 +101,10 @@ class CommandList {
   }
 
  private:
-  Command* newest_;              ///< producer's
-  Command* oldest_;              ///< producer's: first not yet freed
-  std::atomic<Command*> taken_;  ///< the last command the consumer took; those before it are free
-  Command* current_ = newest_;   ///< consumer's
+  Command* newest_;              ///< newest command, used by the producer
+  Command* oldest_;              ///< used by the producer: first command not yet freed
+  std::atomic<Command*> taken_;  ///< last command that the consumer took; earlier ones may be freed
+  Command* current_ = newest_;   ///< command being carried out, used by the consumer
   std::atomic<std::uint64_t> pushed_{0};
 };
 

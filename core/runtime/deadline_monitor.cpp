@@ -26,9 +26,9 @@ DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
 
 namespace {
 
-/// A sequence lock: the writer never waits, a reader copies again. No fences, which the thread sanitizer does
-/// not know: every number is stored with release and read with acquire, so a reader that meets a number of a
-/// new tick also finds the count odd or gone on.
+/// A sequence lock: the writer never waits, a reader may have to copy again. It has no fences, which the
+/// thread sanitizer does not support: every number is stored with release and read with acquire, so a reader
+/// that meets a number of a new tick also finds the count odd or increased.
 class Change {
  public:
   explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {
@@ -81,12 +81,12 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// Reads clocks and counters first, so that readers find the numbers in change for some nanoseconds only.
+/// Reads clocks and counters before it writes, so that the numbers are in change for a few nanoseconds only.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;
   if (started_late_s >= 0.0) step.started_late_s = started_late_s;
-  if (wall_s >= 0.0) step.wall_s = wall_s;  // else a clock that went back, or NaN
+  if (wall_s >= 0.0) step.wall_s = wall_s;  // else the clock went back or gave NaN; the time stays 0
   step.cpu_s = cpu_s;
   step.end_s = step.started_late_s + step.wall_s;
   step.late = step.end_s > numbers_.deadline_s.get();

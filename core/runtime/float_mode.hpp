@@ -1,5 +1,5 @@
-// The floating-point mode of the kernels: round to nearest, denormals flushed. Set while a task runs,
-// restored after it, so that neither the caller's mode reaches our bits nor ours the caller.
+// The floating-point mode of the kernels: round to nearest, denormals flushed. It is set for a task and
+// restored after it, so that the caller's mode does not change our bits, nor ours the caller's.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class FloatModeScope {
   FloatModeScope() noexcept : before_(_mm_getcsr()) {
     if (before_ != kernel_mode) _mm_setcsr(kernel_mode);
   }
-  // Status flags that arithmetic raised inside are dropped with the mode.
+  // Restores the control word, which also drops status flags that arithmetic raised in between.
   ~FloatModeScope() { _mm_setcsr(before_); }
 #elif defined(__aarch64__)
   FloatModeScope() noexcept {

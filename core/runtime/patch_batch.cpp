@@ -7,6 +7,7 @@
 #include "bristle/error.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/patches/sliders/sliders.hpp"
@@ -20,8 +21,8 @@ using namespace detail;
 
 namespace {
 
-/// Whether a time step is allowed. A denormal one is not: whether it reads as 0 depends on the caller's
-/// floating-point mode.
+/// Whether a time step is allowed. Denormal ones are not, because whether they read as 0 depends on the
+/// caller's floating-point mode.
 bool is_good_time(double dt_s) noexcept {
   return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
 }
@@ -115,7 +116,8 @@ StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> o
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   const Impl::Turn impl(*impl_);
   if (impl->pool.find(id) == nullptr) return;
-  // At most one entry per slot: a patch that follows a removed one takes its place in the queue.
+  // Keeps one entry per slot: a patch that follows a removed one in its slot takes over its entry in the
+  // queue.
   std::uint32_t& queued = impl->pool.note(slot_of(id)).queued;
   if (queued == 0) queued = ++impl->queue_length;
   Motion& motion = impl->queue->motions[queued - 1];
@@ -149,7 +151,7 @@ Response PatchBatch::force(PatchId id) const noexcept {
     return impl->pool.note(slot_of(id)).last;
   Response none;
   none.id = id;
-  none.status = Status::unknown_id;
+  none.status = why_missing(id.value);
   return none;
 }
 
@@ -171,7 +173,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   response.id = motion.id;
   Patch* p = impl->pool.find(motion.id);
   if (p == nullptr) {
-    write_refusal(nullptr, Status::unknown_id, response);
+    write_refusal(nullptr, why_missing(motion.id.value), response);
     return response;
   }
   if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
@@ -182,14 +184,14 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  if (changes_in_trials(*p)) {  // a trial is a step, of a copy
+  if (changes_in_trials(*p)) {  // this trial is a step of a copy
     Patch copy;
     p->model->copy(*p, copy, impl->scratch.memory.get());
     impl->trial.of = nullptr;
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // A different load would move bristles in and out of contact, so it is tried on a copy.
+  // Tries another load on a copy, because it moves bristles in and out of contact.
   Impl::Trial& trial = impl->trial;
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, impl->scratch.memory.get());
@@ -225,7 +227,7 @@ bool PatchBatch::ages(PatchId id) const noexcept {
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
   const Impl::Turn impl(*impl_);
   Patch* p = impl->pool.find(id);
-  if (p == nullptr) return Status::unknown_id;
+  if (p == nullptr) return why_missing(id.value);
   FloatModeScope mode;
   impl->trial.of = nullptr;
   return p->model->set_detail(*p, bristles);
@@ -233,7 +235,8 @@ Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
-  const FloatModeScope mode;  // the caller may have unmasked what a division raises
+  const FloatModeScope mode;  // masks exceptions that the caller may have unmasked, since a division may
+                              // raise them
   PatchInfo info;
   const Patch* p = impl->pool.find(id);
   if (p == nullptr) return info;
@@ -301,12 +304,12 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
   const Impl::Turn impl(*impl_);
-  const FloatModeScope mode;  // may recompute first snap lengths
+  const FloatModeScope mode;  // needed because first snap lengths may be recomputed
   const SavedBatch head = open_batch(from);
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
                 std::to_string(impl->patches));
-  // Checks every patch before it changes one.
+  // Checks every patch before it changes any.
   std::size_t at = saved_batch_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
     const std::size_t left = static_cast<std::size_t>(head.bytes) - at;

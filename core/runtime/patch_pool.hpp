@@ -13,8 +13,8 @@
 
 namespace bristle::detail {
 
-// Returns the slot of an id. A PatchId is slot and generation; a slot has a generation of its own for each
-// patch that it holds, from 1 on.
+// Returns the slot of an id. A PatchId is slot and generation; each patch that a slot holds has a generation
+// of its own, counted from 1.
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -30,18 +30,18 @@ inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.skips = before.skips;
 }
 
-/// Fields of a slot for move(), step(dt) and force(), apart from the data that a step reads.
+/// Fields of a slot for move(), step(dt) and force(), separate from the data that a step reads.
 struct SlotNote {
-  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set
-  Response last;             ///< what force() reads
+  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set; 0 = none
+  Response last;             ///< response that force() returns
 };
 
-/// Estimate of a slot's next step, made without reading its patch; work is shared out by it.
+/// Estimate of the cost of a slot's next step, made without reading its patch, by which work is shared out.
 struct Outlook {
-  double normal_load = -1.0;   ///< N, of the last step
-  std::uint32_t bristles = 0;  ///< in contact
+  double normal_load = -1.0;   ///< N, load of the last step
+  std::uint32_t bristles = 0;  ///< number of bristles in contact
   std::uint32_t last_counted =
-      0;  ///< low bits of the number of the step that named it last: finds repeated ids
+      0;  ///< low bits of the number of the last step that named it; detects repeated ids
 };
 
 struct PatchChunk {
@@ -89,9 +89,10 @@ class PatchPool {
     const int chunk = chunk_of(slot);
     return chunks_[static_cast<std::size_t>(chunk)]->notes[slot - first_of(chunk)];
   }
-  /// Returns the patch of an id; null where there is none.
+  /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);  // of PatchId{}: the largest number, never a slot
+    const std::uint32_t slot = slot_of(id);  // for PatchId{} this is the largest number, which is never a
+                                             // slot
     if (slot >= capacity_) return nullptr;
     Patch& p = patch(slot);
     return p.generation == generation_of(id) && p.generation != 0 ? &p : nullptr;
@@ -99,7 +100,7 @@ class PatchPool {
 
  private:
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
-  std::array<Patch*, most_chunks> patches_{};  ///< of each chunk: one look-up less
+  std::array<Patch*, most_chunks> patches_{};  ///< patches of each chunk, which saves one look-up
   std::uint32_t capacity_ = 0;
 };
 
@@ -118,18 +119,18 @@ class SlotList {
   };
   static constexpr std::uint32_t last_generation = ~std::uint32_t{0};
 
-  /// Returns the slot freed last, under a new generation; else a fresh one. Throws std::bad_alloc.
+  /// Returns the slot freed last, under a new generation, or else a fresh slot. Throws std::bad_alloc.
   Slot take() {
     if (free_.empty()) {
       generations_.push_back(1);
-      free_.reserve(generations_.capacity());  // so that giving back cannot fail
+      free_.reserve(generations_.capacity());  // reserved here, so that give_back() cannot fail
       return {static_cast<std::uint32_t>(generations_.size() - 1), 1};
     }
     const std::uint32_t slot = free_.back();
     free_.pop_back();
     return {slot, ++generations_[slot]};
   }
-  /// Frees a slot, unless it has used its last generation: no id is ever given twice.
+  /// Frees a slot, unless it has used its last generation, because no id is given twice.
   void give_back(std::uint32_t slot) noexcept {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
@@ -144,7 +145,7 @@ class SlotList {
     free_.reserve(generations_.capacity());
     free_.assign(free_slots.begin(), free_slots.end());
   }
-  /// For tests: sets the generation, as if the slot had held this many patches.
+  /// Sets the generation as if the slot had held this many patches. For tests.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

@@ -4,19 +4,20 @@
 #include <utility>
 
 #include "bristle/deadline_monitor.hpp"
+#include "core/common/why_missing.hpp"
 #include "core/runtime/float_mode.hpp"
 
 namespace bristle::detail {
 namespace {
 
-thread_local char this_thread;  // its address tells threads apart
+thread_local char this_thread;  // variable whose address identifies the thread
 
-/// Distances, in patches, at which memory is requested ahead: the slot, then its record.
+/// Distances, in patches, at which memory is prefetched: the slot, then its record.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::size_t resting_row = 16;
 
-// Requests memory ahead. Inlined by force, because g++ 12 drops calls of a function that only prefetches.
+// Prefetches memory. Inlined by force, because g++ 12 drops calls of a function that only prefetches.
 // Computes with the address as a number, because a slot without a patch has a null record, and arithmetic on
 // a null pointer is undefined.
 [[gnu::always_inline]] inline void fetch(const void* memory, int lines) noexcept {
@@ -27,7 +28,7 @@ constexpr std::size_t resting_row = 16;
 
 }  // namespace
 
-/// The kind of item that PatchBatch::step is given: motions of patches.
+/// Items of a step of PatchBatch: motions of patches.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -40,12 +41,12 @@ struct Scheduler::Motions {
   const Motion& whole_motion(const Patch&, std::size_t i) const noexcept { return in[i]; }
   double load(std::size_t i, double) const noexcept { return in[i].normal_load; }
 
-  /// Refuses motions that cannot be stepped; returns null for those.
+  /// Returns the patch of a motion, or null and the reason in `status` for a motion that cannot be stepped.
   Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
     out[i].id = in[i].id;
     Status why = Status::ok;
     if (p == nullptr)
-      why = Status::unknown_id;
+      why = why_missing(in[i].id.value);
     else if (p->last_step == step_number)
       why = Status::repeated_id;
     else if (p->last_step = step_number; !is_good_motion(*p, in[i]))
@@ -73,7 +74,7 @@ struct Scheduler::Motions {
   }
 };
 
-/// The kind of item that outlines give: cells.
+/// Items of a step of outlines: cells.
 struct Scheduler::Cells {
   double dt;
   Span<CellMotion> cells;
@@ -103,7 +104,7 @@ struct Scheduler::Cells {
     status = status | status_of(p);
     return visited;
   }
-  // Returns the motion of a cell large enough to be shared as any other patch.
+  // Returns the motion of a cell that is large enough to be shared among threads as a patch is.
   Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
     Motion motion;
     motion.id = cells[i].id;
@@ -120,7 +121,7 @@ struct Scheduler::Cells {
   }
 };
 
-/// A task of a model that prepares a step (Crew).
+/// A task of a model that prepares a step on several threads (Crew).
 struct Scheduler::Errand {
   void (*task)(void* of, int k);
   void* of;
@@ -167,7 +168,7 @@ class Scheduler::Step {
   }
 
  private:
-  /// Requests the memory of the next motions before `last`. Patches out of cache then take half the time
+  /// Prefetches the memory of the next motions before `last`. Patches out of cache then take half the time
   /// (core/decisions/007-memory-and-threads.md).
   [[gnu::always_inline]] void fetch_ahead(const Items& items, std::size_t i,
                                           std::size_t last) const noexcept {
@@ -185,12 +186,11 @@ class Scheduler::Step {
     }
   }
 
-  /// Steps the motions of a range, one after another. A patch at rest is answered without a call of its
-  /// model.
+  /// Steps the motions of a range, one after another. Answers a patch at rest without a call of its model.
   void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = s.workers.count() > 1;
     const PatchPool& pool = s.pool;
-    const Items items = items_;  // what is stored through it cannot change this copy
+    const Items items = items_;  // a copy that stores through other pointers cannot change
     const std::uint64_t step_number = s.step_number_;
     int next_split = range.next_split;
     std::size_t fetch_until = range.first;
@@ -199,7 +199,7 @@ class Scheduler::Step {
         ++next_split;
         continue;
       }
-      // A long row of resting patches is read as fast without prefetching.
+      // Stops prefetching in a long row of resting patches, which the processor reads as fast without.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = pool.find(items.id(i));
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
@@ -225,7 +225,7 @@ class Scheduler::Step {
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
-      Totals totals{};  // not in `task`: its neighbours belong to other threads
+      Totals totals{};  // not in `task`, whose neighbours in memory belong to other threads
       split.patch->model->shared->run(*split.patch, split.step, task.range.first, task.range.last, totals);
       task.totals = totals;
     } else {
@@ -246,8 +246,8 @@ class Scheduler::Step {
     return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
   }
 
-  /// Returns the estimated cost of all motions; 0 where a slot is named twice, because such a step is not
-  /// worth sharing.
+  /// Returns the estimated cost of all motions, 0 if a slot is named twice, because such a step is not worth
+  /// sharing.
   std::uint64_t count_cost() noexcept {
     std::uint64_t cost = 0;
     const auto mark = static_cast<std::uint32_t>(s.step_number_);
@@ -260,8 +260,8 @@ class Scheduler::Step {
     return cost;
   }
 
-  /// Splits a large patch into ranges of blocks. Returns false where there is no room for its tasks, or none
-  /// are needed.
+  /// Splits a large patch into ranges of blocks. Returns false if there is no room for its tasks, or none are
+  /// needed.
   bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
     if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
@@ -277,7 +277,7 @@ class Scheduler::Step {
     const Crew crew{&Errand::run_all, &s, static_cast<std::uint32_t>(s.workers.count()),
                     static_cast<std::uint32_t>(pieces)};
     const std::uint32_t blocks = begin_step(p, motion, items_.dt, crew, split.step);
-    // Whole groups of blocks to a task: bounds are kept by group.
+    // Gives each task whole groups of blocks, because bounds are kept by group.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
     for (std::uint32_t k = 0; k < parts; ++k) {
@@ -342,7 +342,7 @@ class Scheduler::Step {
     s.note_held(start, own_end);
     s.retreat_.judge(s.worked_, s.waited_);
     for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
-    // Where every shareable patch held still, the calling thread did all the work.
+    // If every shareable patch held still, the calling thread did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }

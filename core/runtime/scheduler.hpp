@@ -20,7 +20,7 @@ class Scheduler {
   PatchPool pool;
 
   /// Steps all motions and cells, in any order; threads and pieces do not change a bit. `dt_s` is valid, no
-  /// patch is both among the cells and among the motions, and cells are named once.
+  /// patch is both among the cells and among the motions, and no cell is named twice.
   StepReport step(double dt_s, Span<CellMotion> cells, Span<const Motion> in, Span<Response> out) noexcept;
 
   std::uint64_t step_number() const noexcept { return step_number_; }
@@ -31,7 +31,7 @@ class Scheduler {
 
   struct Range {
     std::uint32_t first = 0, last = 0;
-    int next_split = 0;  ///< of motions: the first of the splits that may lie among them
+    int next_split = 0;  ///< first of the splits that may lie in this range of motions
   };
   /// Result of stepping a range of motions.
   struct Outcome {
@@ -45,8 +45,8 @@ class Scheduler {
     Range range;
     Totals totals;
     Outcome outcome;
-    const void* thread = nullptr;  ///< who did it
-    double end = 0.0;              ///< when it was done, s
+    const void* thread = nullptr;  ///< thread that did the task
+    double end = 0.0;              ///< time when the task was done, s
   };
   struct Split {
     Patch* patch = nullptr;
@@ -67,12 +67,12 @@ class Scheduler {
 
   const Sharing sharing_ = chosen_sharing();
   Retreat retreat_;
-  double last_sizable_step_ = -1.0;  ///< when the last step ended that may be worth sharing, s
+  double last_sizable_step_ = -1.0;  ///< end of the last step that may have been worth sharing, s
   std::uint64_t step_number_ = 0;
   std::array<Task, max_tasks> tasks_;
-  std::array<Split, max_split> splits_;  ///< by motion
+  std::array<Split, max_split> splits_;  ///< large patches split into ranges, sorted by motion
   int split_count_ = 0;
-  /// Time that the calling thread worked in a shared step, and then waited for others, s.
+  /// Time that the calling thread worked in a shared step, and time it then waited for others, s.
   double worked_ = 0.0, waited_ = 0.0;
 };
 

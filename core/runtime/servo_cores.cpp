@@ -9,22 +9,22 @@ cpu_set_t cores_of_this_thread() noexcept {
   cpu_set_t cores;
   CPU_ZERO(&cores);
   if (sched_getaffinity(0, sizeof cores, &cores) !=
-      0)  // more cores than the set holds: the system takes away
+      0)  // fails if the machine has more cores than the set holds; then the system limits all
     for (std::size_t i = 0; i < CPU_SETSIZE; ++i) CPU_SET(i, &cores);
   return cores;
 }
 
 const cpu_set_t cores_at_load = cores_of_this_thread();
 
-std::atomic<std::uint32_t> batches_on[CPU_SETSIZE];  ///< how many batches have this servo core
-std::atomic<std::uint32_t> changes{0};               ///< of the above
+std::atomic<std::uint32_t> batches_on[CPU_SETSIZE];  ///< number of batches that have this core as servo core
+std::atomic<std::uint32_t> changes{0};               ///< number of changes to `batches_on`
 
 /// Record of the cores to which a worker is bound.
 struct Binding {
-  std::uint64_t batch = 0;   ///< the last it worked for; 0 = none
-  std::uint32_t change = 0;  ///< value of `changes` when `servo_cores` was read
+  std::uint64_t batch = 0;   ///< last batch for which it worked; 0 = none
+  std::uint32_t change = 0;  ///< value of `changes` when the servo cores were last read
   cpu_set_t servo_cores = {};
-  cpu_set_t cores = {};  ///< asked for last
+  cpu_set_t cores = {};  ///< cores that were last asked for
   bool bound = false;
 
   void read_servo_cores() noexcept {

@@ -1,7 +1,7 @@
-// The cores that workers may run on: those of the process, less the servo cores of all batches that live.
+// The cores that workers may run on: those of the process, less the servo cores of all living batches.
 //
-// oneTBB shares its workers among batches, so each is kept off the servo cores of all of them, not of the
-// batch that it works for just now.
+// oneTBB shares its workers among batches, so each worker is kept off the servo cores of all of them,
+// whichever batch it works for.
 #pragma once
 
 #include <sched.h>
@@ -12,8 +12,8 @@
 
 namespace bristle::detail {
 
-/// Returns `cores` less the cores of stepping threads or, if none is left, less `own` alone. Empty where that
-/// leaves none either.
+/// Returns `cores` less all servo cores or, if none is left, less `own` alone; empty if that leaves none
+/// either.
 inline cpu_set_t worker_cores(const cpu_set_t& cores, const cpu_set_t& servo_cores, int own) noexcept {
   cpu_set_t left;
   CPU_XOR(&left, &cores, &servo_cores);
@@ -37,13 +37,13 @@ class ServoCore {
   ServoCore(const ServoCore&) = delete;
   ServoCore& operator=(const ServoCore&) = delete;
 
-  /// Binds the calling worker to its cores, if it is not yet. Returns false where none is left for it or the
-  /// system refuses, once for each worker.
+  /// Binds the calling worker to its cores, if it is not yet bound. Returns false if none is left for it or
+  /// the system refuses, once for each worker.
   bool keep_worker_off() const noexcept;
 
  private:
   const int core_;
-  const std::uint64_t batch_;  ///< tells batches apart
+  const std::uint64_t batch_;  ///< number that identifies the batch
   const cpu_set_t cores_;
 };
 

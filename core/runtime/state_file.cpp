@@ -39,14 +39,15 @@ std::uint64_t checksum(const Head& head, Span<const std::byte> extra) noexcept {
   return hasher.value();
 }
 
-/// A new file beside `path` under a name that no other thread or process uses, removed unless it was renamed.
+/// A new file beside `path` under a name that no other thread or process uses. The destructor removes it
+/// unless it was renamed.
 class Temporary {
  public:
   explicit Temporary(const std::string& path) : file_(open_beside(path)) {
     if (!file_.is_open()) fail_system(path, "cannot be written");
   }
   ~Temporary() {
-    file_.close();  // Windows removes no open file
+    file_.close();  // because Windows does not remove an open file
     if (!name_.empty()) remove_file(name_);
   }
   Temporary(const Temporary&) = delete;
@@ -71,14 +72,14 @@ class Temporary {
     }
   }
 
-  std::string name_;  // before file_, which sets it
+  std::string name_;  // declared before file_, which sets it
   File file_;
 };
 
 }  // namespace
 
 void write_state_file(const std::string& path, Span<const std::byte> state, Span<const std::byte> extra) {
-  // A rename would put a file in the place of a device or a pipe.
+  // Refuses a device or a pipe, which a rename would replace by a file.
   if (is_occupied(path)) fail(path, "is not a file: a state file cannot take its place");
 
   Head head;
@@ -139,7 +140,7 @@ StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
        {std::pair(&contents.state, state_size), std::pair(&contents.extra, extra_size)}) {
     try {
       bytes->resize(static_cast<std::size_t>(wanted));
-    } catch (const std::exception&) {  // bad_alloc, length_error: a file may say anything
+    } catch (const std::exception&) {  // bad_alloc or length_error, since a damaged file may claim any size
       fail(path, "holds " + std::to_string(wanted) + " bytes: more than there is memory for");
     }
     if (!file.read(bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");

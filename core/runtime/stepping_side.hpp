@@ -1,4 +1,4 @@
-// The thread rule (patch_batch.hpp), checked where asserts are on: one call at a time on each side of a
+// Checks the thread rule (patch_batch.hpp) in builds with asserts: one call at a time on each side of a
 // batch. A call may make others on its thread.
 #pragma once
 
@@ -32,8 +32,8 @@ class SteppingSide {
     return &here;
   }
 
-  std::atomic<const void*> owner_{nullptr};  ///< whose call it is
-  int depth_ = 0;                            ///< calls of the owner, one within the other
+  std::atomic<const void*> owner_{nullptr};  ///< thread whose call it is
+  int depth_ = 0;                            ///< number of nested calls of the owner
 };
 #else
 class SteppingSide {

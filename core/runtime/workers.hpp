@@ -7,14 +7,15 @@ namespace bristle::detail {
 
 class Workers {
  public:
-  /// `threads` >= 1 counts the caller; 0 = one per core. Workers keep off `servo_core` unless that is -1.
+  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core. They keep off `servo_core` unless
+  /// it is -1.
   explicit Workers(int threads, int servo_core = -1);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   int count() const noexcept { return count_; }
-  /// Workers that could not be kept off the servo core.
+  /// Returns the number of workers that could not be kept off the servo core.
   int unbound() const noexcept;
   /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
   /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).

@@ -1,4 +1,4 @@
-// Workers by oneTBB. No other file includes it.
+// Workers by oneTBB. Only this file includes it.
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -16,7 +16,7 @@
 
 #if defined(__SANITIZE_THREAD__)
 // Tells the thread sanitizer of the fork and the join, because TBB is not built for it. The tags are global
-// because a worker must not read anything, not even the address of a tag, before it has acquired the fork.
+// because a worker must read nothing, not even the address of a tag, before it has acquired the fork.
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
 static char fork_tag, join_tag;
@@ -29,10 +29,10 @@ namespace bristle::detail {
 
 namespace {
 
-thread_local bool steps_here = false;  // this thread called step: it belongs to the host
+thread_local bool steps_here = false;  // whether this thread called step, and so belongs to the host
 
-/// Binds each worker that comes to the arena. It stays bound when it leaves: given back the servo core,
-/// it would be woken there at the next tick, and moving a thread costs more than a small step.
+/// Binds each worker that enters the arena. It stays bound when it leaves: if it were given back the servo
+/// core, it would be woken there at the next tick, and moving a thread costs more than a small step.
 class KeepOff final : public tbb::task_scheduler_observer {
  public:
   KeepOff(tbb::task_arena& arena, int core) : tbb::task_scheduler_observer(arena), core_(core) {
@@ -53,12 +53,11 @@ class KeepOff final : public tbb::task_scheduler_observer {
   std::atomic<int> unbound_{0};
 };
 
-/// Tasks that belong to one thread and that nobody has begun. Their owner takes them from the front, others
-/// from the back.
+/// Tasks of one thread that nobody has begun. The owner takes them from the front, others from the back.
 class alignas(64) Share {
  public:
   void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }
-  /// -1: none is left.
+  /// Returns the next task, -1 if none is left.
   int take(bool own) noexcept {
     std::uint64_t range = range_.load(std::memory_order_relaxed);
     for (;;) {
@@ -79,11 +78,11 @@ class alignas(64) Share {
 }  // namespace
 
 struct Workers::Impl {
-  // TBB runs no more threads than cores unless told so; tests ask for more.
+  // Raises TBB's limit of one thread per core, for tests that ask for more.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
   std::optional<KeepOff> keep_off;
-  std::vector<Share> shares;  ///< of each thread
+  std::vector<Share> shares;  ///< tasks left for each thread
 
   Impl(int threads, int servo_core) : arena(threads), shares(static_cast<std::size_t>(threads)) {
     if (threads > tbb::this_task_arena::max_concurrency())
@@ -98,8 +97,8 @@ struct Workers::Impl {
       shares[static_cast<std::size_t>(k)].fill(static_cast<int>(tasks * k / n),
                                                static_cast<int>(tasks * (k + 1) / n));
   }
-  /// Returns the next task for the thread in this slot: one of its own, then one that others have not begun;
-  /// -1 if none is left.
+  /// Returns the next task for the thread in this slot: one of its own, else one of another thread that
+  /// nobody has begun; -1 if none is left.
   int next_task(std::size_t slot) noexcept {
     for (std::size_t k = 0; k < shares.size(); ++k) {
       const int task = shares[(slot + k) % shares.size()].take(k == 0);
@@ -125,8 +124,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // The body is made before the fork and read by reference and index: workers then read only memory of ours
-  // that was written before.
+  // Makes the body before the fork and passes it by reference and index, so that workers read only memory of
+  // ours that was written before the fork.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();
@@ -137,7 +136,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   __tsan_release(&fork_tag);
   steps_here = true;
   impl_->arena.execute([&] {
-    // Isolated: a thread that waits here must not pick up a host's unrelated work.
+    // Isolated, because a thread that waits here must not pick up a host's unrelated work.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
   steps_here = false;

@@ -1,4 +1,4 @@
-// A stranger's program in C++17: pulls a pressed patch over 200 um and prints what it found.
+// A user's program in C++17: pulls a pressed patch over 200 um and prints the force.
 #include <bristle/bristle.hpp>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 static_assert(__cplusplus < 202002L, "this is to be compiled as C++17");
 
 int main() {
-  // Catches here an exception that the library threw.
+  // Catches an exception thrown inside the library.
   bool caught = false;
   try {
     bristle::SnapLength::single(-1.0);
@@ -34,8 +34,8 @@ int main() {
       batch.step(1e-3, {&in, 1}, {&out, 1});
       peak = std::max(peak, -out.end[0]);
     }
-    std::printf("bristle %s: peak %.9f N, in the end %.9f N, state %016llx\n", bristle::library_version(), peak,
-                -out.end[0], static_cast<unsigned long long>(batch.state_hash()));
+    std::printf("bristle %s: peak %.9f N, in the end %.9f N, state %016llx\n", bristle::library_version(),
+                peak, -out.end[0], static_cast<unsigned long long>(batch.state_hash()));
   } catch (const bristle::Error& e) {
     std::printf("%s\n", e.what());
     return 1;

@@ -1,4 +1,4 @@
-// Materials and patches with what came after the paper: rubbing, ageing, strengthening with speed, the
+// Materials and patches with the features beyond the paper: rubbing, ageing, strengthening with speed, the
 // infinite brush.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace fuzz {
 
-/// With BRISTLE_FUZZ_TRACE set: what a run is made of, for whoever has to understand it.
+/// Whether BRISTLE_FUZZ_TRACE is set, so that a run prints its materials and options.
 inline bool traces() {
   static const bool on = std::getenv("BRISTLE_FUZZ_TRACE") != nullptr;
   return on;
@@ -44,8 +44,8 @@ inline void trace(double dt, const bristle::Motion& m, const bristle::Response& 
 
 enum class Brush { rubbed, aged };
 
-/// One of five ways to be rubbed, or to age: a material takes milliseconds to set up, and a batch knows the
-/// last 64. Seldom any numbers.
+/// Gives a material one of five kinds of rubbing or ageing. The few kinds save set-up time: a material takes
+/// milliseconds, and a batch remembers the last 64. Rarely any numbers.
 inline void rub(Input& input, bristle::Material& m, unsigned way) {
   constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
   constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
@@ -67,7 +67,7 @@ inline void let_age(Input& input, bristle::Material& m, unsigned way) {
   if (kind == 62) m.ageing_time = input.number(1.0);
 }
 
-/// Throws bristle::Error where it is refused.
+/// Returns a material of this kind. Throws bristle::Error if its numbers are refused.
 inline bristle::Material any_brush(Input& input, Brush brush) {
   using bristle::SnapLength;
   bristle::Material m;
@@ -84,7 +84,7 @@ inline bristle::Material any_brush(Input& input, Brush brush) {
   return m;
 }
 
-/// Like any_options; `infinite`: mostly the infinite brush.
+/// Returns options as any_options(). `infinite`: mostly the infinite brush.
 inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
   bristle::PatchOptions o = any_options(input, most_bristles);
   o.compared.literal = false;
@@ -100,7 +100,7 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   return o;
 }
 
-/// Times from a picosecond to thirty years, seldom any, and what is none.
+/// Returns a duration: from a picosecond to thirty years, rarely any number, or an invalid one.
 inline double any_span(Input& input) {
   constexpr double spans[] = {1e-3, 1e-6, 1.0, 1e-4, 1e3, 1e6, 1e-12, 1e9};
   const unsigned kind = input.choice(16);

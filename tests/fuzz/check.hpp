@@ -1,4 +1,4 @@
-// Asserts of a fuzz target, in force in every build.
+// Asserts of a fuzz target, active in every build.
 #pragma once
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Hands libFuzzer's inputs to the target that the build names.
+// Passes libFuzzer's inputs to the target that the build names.
 #include <cstddef>
 
 #include "targets.hpp"

@@ -13,9 +13,10 @@ using bristle::PatchId;
 using bristle::Response;
 using bristle::Status;
 
-constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+constexpr Status refusals =
+    Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity;
 
-/// Plain model of what the interface promises: which patches there are and what they are made of.
+/// A plain model of the interface's promises: which patches exist, and their materials and options.
 struct Model {
   struct Patch {
     PatchId id;
@@ -30,7 +31,7 @@ struct Model {
   }
 };
 
-/// The batch, and a twin that gets the same calls: on another instruction set, and visiting every bristle.
+/// The batch, and a twin that gets the same calls but uses another instruction set and visits every bristle.
 class Session {
  public:
   explicit Session(Bytes bytes)
@@ -75,7 +76,7 @@ class Session {
   }
 
  private:
-  /// One that is there, one that was, or one that never was.
+  /// Returns an id that exists, one that existed, or one that never did.
   PatchId any_id() {
     const unsigned kind = input_.choice(8);
     if (kind == 7) return {input_.bits(8)};
@@ -85,7 +86,7 @@ class Session {
     return model_.patches[input_.choice(static_cast<unsigned>(model_.patches.size()))].id;
   }
 
-  /// Both batches do it, or both refuse.
+  /// Makes a call on both batches; both carry it out, or both refuse.
   template <class Call>
   bool both(const Call& call) {
     bool done[2];
@@ -116,8 +117,8 @@ class Session {
       check(std::find(model_.gone.begin(), model_.gone.end(), ids[0]) == model_.gone.end(),
             "an id never comes again");
       model_.patches.push_back({ids[0], options});
-      kept_.clear();                   // a state of other patches
-    } catch (const bristle::Error&) {  // a law that is refused
+      kept_.clear();                   // its states belong to other patches
+    } catch (const bristle::Error&) {  // the law was refused
     }
   }
 
@@ -176,7 +177,7 @@ class Session {
     check_finite(response);
     check(has(response.status, Status::unknown_id) == (patch == nullptr), "only unknown ids are unknown");
     check(batch_.state_hash() == before, "find_force changes nothing");
-    // It is what the step would give.
+    // The trial's response is that of the step.
     if (has(response.status, refusals) || input_.flag()) return;
     Response stepped;
     stepped.id = id;

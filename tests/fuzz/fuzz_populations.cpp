@@ -6,10 +6,12 @@
 namespace fuzz {
 namespace {
 
-/// Many bristles and infinitely many, led along the same path in steps so small that few snap twice in one.
+/// Number of representatives, compared with the infinite brush along one path, in steps so small that few
+/// bristles snap twice in one.
 constexpr std::uint32_t bristles = 8000;
-/// Tolerance, as a share of the force limit: more than six standard deviations of the bristles in contact (1
-/// % in sliding under the whole load, for the widest law here), and room for the error of the infinite brush.
+/// Returns the tolerance, as a share of the force limit: more than six standard deviations of the bristles in
+/// contact (1 % in sliding under the whole load, for the widest law here), plus the error of the infinite
+/// brush.
 double tolerance_under(double load) { return 0.065 / std::sqrt(load); }
 
 }  // namespace
@@ -33,7 +35,7 @@ void populations(Bytes bytes) {
   double moved = 0.0;
   for (int leg = 0; leg < 6 && !input.empty(); ++leg) {
     const double x = input.between(-3.0, 3.0), y = input.between(-3.0, 3.0);
-    // Load falls by what leaves and rises by what comes in straight: seldom, and never to nothing.
+    // Changes the load rarely, and never to zero: bristles leave as it falls and enter straight as it rises.
     if (input.choice(4) == 3) load = input.between(0.3, 1.0);
     const int steps = 1 + static_cast<int>(std::sqrt(x * x + y * y) / 0.1);
     bristle::Response r[2];

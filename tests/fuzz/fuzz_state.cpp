@@ -12,7 +12,7 @@ using bristle::Motion;
 using bristle::PatchBatch;
 using bristle::Response;
 
-/// Three small patches of unlike kinds, bent and in contact.
+/// Three small patches of different kinds, bent and in contact.
 struct Batch {
   PatchBatch batch;
   std::vector<bristle::PatchId> ids;
@@ -48,7 +48,7 @@ struct Batch {
   }
 };
 
-/// Puts the checksum right, so that what lies behind it is reached.
+/// Corrects the checksum, so that the data behind it are read.
 void reseal(std::vector<std::byte>& state) {
   if (state.size() < bristle::detail::saved_batch_size) return;
   std::uint64_t patches = 0;
@@ -56,7 +56,8 @@ void reseal(std::vector<std::byte>& state) {
   bristle::detail::seal_batch({state.size(), patches}, state);
 }
 
-/// The first byte says what the others are: a state, or changes to one: where (two bytes), what.
+/// Makes a state from the input. The first byte says whether the others are a state, or changes to one: where
+/// (two bytes), what.
 std::vector<std::byte> make_state(Bytes bytes, const std::vector<std::byte>& bent) {
   std::vector<std::byte> state;
   if (bytes.empty()) return state;

@@ -10,7 +10,7 @@
 namespace fuzz {
 namespace {
 
-/// Text of the words that such files are made of, which bytes at random seldom make.
+/// Returns a text of the words that such files consist of, which random bytes rarely form.
 std::string any_text(Input& input) {
   const char* const words[] = {"1",      "0",     "-1e-3", "1e308", "1e18",   "nan",
                                "inf",    "7",     "0.5",   ":",     ":",      ",",

@@ -1,5 +1,5 @@
-// Choices and numbers out of a fuzzer's bytes. Bytes that are used up read as zero, so that every input is
-// a whole one.
+// Choices and numbers from a fuzzer's bytes. After the last byte zeros are read, so that every input is
+// complete.
 #pragma once
 
 #include <cstddef>
@@ -25,12 +25,12 @@ class Input {
     return value;
   }
 
-  /// Between low and high, in 65536 steps.
+  /// Returns a number between low and high, in 65536 steps.
   double between(double low, double high) {
     return low + (high - low) * static_cast<double>(bits(2)) / 65535.0;
   }
 
-  /// Mostly a decent number of the order of `scale`; else anything that a double can be.
+  /// Returns a usual number of the order of `scale`, or sometimes any double.
   double number(double scale) {
     const unsigned kind = choice(16);
     if (kind < 10) return scale * between(-2.0, 2.0);

@@ -1,6 +1,6 @@
-// Runs a target on files and folders of files: the kept corpus in the tests, a crash that a fuzzer found. Or
-// on bytes at random, which finds less than a fuzzer does, but in an optimised build many more in the same
-// time.
+// Runs a target on files and folders of files: the kept corpus in the tests, or a crash that a fuzzer found.
+// Or on random bytes, which find less than a fuzzer for each run, but an optimised build makes many more runs
+// in the same time.
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,12 +47,12 @@ void run_file(const Target& target, const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw std::runtime_error(path.string() + ": cannot be read");
   const std::vector<char> text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  // Exactly as long as the input, so that a sanitizer sees a byte too far.
+  // Copies to a buffer of exactly the input's length, so that a sanitizer detects a read beyond it.
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
   target.run({bytes.data(), bytes.size()});
 }
 
-std::uint64_t run_number = 0;  // of the run under way, for whoever has to find it again
+std::uint64_t run_number = 0;  // number of the run under way, by which it can be repeated
 
 void say_how_far(const char* what) {
   char text[80];
@@ -72,7 +72,7 @@ extern "C" void stop(int) {
   _exit(0);
 }
 
-/// Runs [from, from + runs): run k has the bytes of a generator that k seeds.
+/// Runs [from, from + runs): run k has the bytes of a generator with the seed k.
 int run_random(const Target& target, std::uint64_t runs, std::uint64_t from) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE}) std::signal(signal, say_which);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop);

@@ -1,4 +1,4 @@
-// Materials, patches and motions out of a fuzzer's bytes, and checks of what comes out of a step.
+// Materials, patches and motions from a fuzzer's bytes, and checks of the results of a step.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {},
   return options;
 }
 
-/// A law with any parameters. Throws bristle::Error where they are out of range.
+/// Returns a law with any parameters. Throws bristle::Error if they are out of range.
 inline bristle::SnapLength any_law(Input& input) {
   using bristle::SnapLength;
   constexpr double lengths[] = {1e-5, 1e-12, 1e-8, 1e-3, 1.0, 0.0};
@@ -43,8 +43,9 @@ inline bristle::SnapLength any_law(Input& input) {
   }
 }
 
-/// A material: mostly of plain numbers, else of any. Throws bristle::Error where it is refused. Redraw takes
-/// milliseconds to set up for most laws, so it is mostly one of a few that a batch knows already.
+/// Returns a material, mostly of usual numbers, else of any. Throws bristle::Error if it is refused. Most
+/// laws take milliseconds to set up for SnapRule::redraw, so it is mostly one of a few that a batch
+/// remembers.
 inline bristle::Material any_material(Input& input) {
   using bristle::SnapLength;
   bristle::Material m;
@@ -79,8 +80,8 @@ inline bristle::PatchOptions any_options(Input& input, unsigned most_bristles) {
   return o;
 }
 
-/// Lengths of the order of the snap length `scale`, loads of the order of 1 N, and what no caller should
-/// give.
+/// Returns a motion with lengths of the order of the snap length `scale`, loads of the order of 1 N, and
+/// sometimes values that no caller should give.
 inline bristle::Motion any_motion(Input& input, bristle::PatchId id, int axes, double scale) {
   bristle::Motion m;
   m.id = id;
@@ -111,7 +112,7 @@ inline void check_finite(const bristle::Response& r) {
   check(std::isfinite(r.contact_loss) && std::isfinite(r.damper_work), "energies are finite");
 }
 
-/// Bit for bit.
+/// Checks that two responses are equal, bit for bit.
 inline void check_same(const bristle::Response& a, const bristle::Response& b, const char* what) {
   const auto same = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) == 0; };
   bool all = a.id == b.id && a.status == b.status && a.snaps == b.snaps;

@@ -1,4 +1,4 @@
-// One patch in several batches that must give equal answers: one for each instruction set of this machine,
+// One patch in several batches that must give equal responses: one for each instruction set of this machine,
 // and one that visits every bristle.
 #pragma once
 
@@ -13,10 +13,11 @@ class Twins {
  public:
   Twins() { begin(); }
 
-  /// After 300 million years a batch's clock stands: a snap then has no age, whatever the step takes.
+  /// Whether a batch's clock stands still, as it does after 300 million years; then a snap has no age,
+  /// however long the step.
   bool clock_stands() const { return lived_ > 1e16; }
 
-  /// False: all of them refuse it.
+  /// Adds a patch to all batches. Returns false if all of them refuse it.
   bool add(const bristle::Material& material, const bristle::PatchOptions& options) {
     if (clock_stands()) begin();
     ids.clear();
@@ -37,7 +38,7 @@ class Twins {
     }
   }
 
-  /// Steps all batches, or tries a step, and returns their common answer.
+  /// Steps all batches, or tries a step, and returns their common response.
   bristle::Response step(double dt, const bristle::Motion& motion, bool trial) {
     bristle::Response first;
     if (!trial && dt > 0.0) lived_ += dt;
@@ -59,7 +60,7 @@ class Twins {
     return first;
   }
 
-  /// Each keeps its own; false: all refuse it.
+  /// Sets a material of its own in each batch. Returns false if all refuse it.
   bool set_material(const bristle::Material& material) {
     std::size_t done = 0;
     try {
@@ -70,13 +71,13 @@ class Twins {
     return done > 0;
   }
 
-  /// Saved by one and restored by the next, all around: the bytes are the same everywhere.
+  /// Saves each batch and restores the state in the next, in a ring; the bytes must be equal everywhere.
   void hand_on() {
     std::vector<std::vector<std::byte>> states;
     for (const bristle::PatchBatch& batch : batches) states.push_back(saved_state(batch));
     for (std::size_t b = 0; b < batches.size(); ++b) {
       const std::uint64_t before = batches[b].state_hash(ids[b]);
-      // Ids are the same in all: each patch is the first of its batch, as often removed.
+      // Ids are equal in all batches: each patch is the first of its batch, after equally many removals.
       try {
         batches[b].restore_state(states[(b + 1) % batches.size()]);
       } catch (const bristle::Error& error) {
@@ -105,16 +106,16 @@ class Twins {
 
   std::vector<bristle::PatchBatch> batches;
   std::vector<bristle::PatchId> ids;
-  double lived_ = 0.0;  // s, or more
+  double lived_ = 0.0;  // lower bound of the batches' age, s
 };
 
-/// A patch of this material and these options, led by the rest of the input. Where a step gives work and
-/// energies, they balance: what went in is stored or lost.
+/// Moves a patch of this material and these options by the rest of the input. If a step gives work and
+/// energies, they balance: energy put in is stored or lost.
 inline void walk(Twins& twins, Input& input, const bristle::Material& material,
                  const bristle::PatchOptions& options, Brush brush) {
   trace(material, options);
   if (!twins.add(material, options)) return;
-  bool changed = false;  // by a live change of material, whose losses the next step reports
+  bool changed = false;  // whether a change of material has caused losses that the next step reports
   const double scale = material.snap_length.mean();
   for (int k = 0; k < 24 && !input.empty(); ++k) {
     switch (input.choice(16)) {
@@ -140,7 +141,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const bool trial = input.choice(8) == 7;
     const double before = twins.stored();
     const bristle::Response r = twins.step(dt, motion, trial);
-    // (A bristle that stands for very many newtons has no digits for the part of it that a small load is.)
+    // A bristle that stands for very many newtons cannot represent the small part of it that a small load is.
     const bool balances = !changed && !twins.clock_stands() && options.max_normal_load == 1.0 &&
                           motion.normal_load > 1e-6 && options.outputs == bristle::Outputs::all &&
                           options.fluctuation == 0;
@@ -152,13 +153,12 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       work -= r.mean[axis] * motion.displacement[axis];
       way += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // sums lose what such a step stores against what it loses
+    if (way > 1e3 * scale) continue;  // beyond this, sums lose the stored energy beside the lost one
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
                         std::fabs(r.damper_work);
-    // Places are counted in 2^-44 of a scaled length; a load beyond what the patch is for has stiffness to
-    // match.
+    // Positions are counted in 2^-44 of a scaled length; a load above the maximum has a higher stiffness.
     const double rounding = std::fabs(r.elastic[0]) + std::fabs(r.elastic[1]);
     check(std::fabs(off) <= 1e-3 * size + rounding * 0x1p-42 * scale + 1e-25, "work is stored or lost");
   }
@@ -166,7 +166,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
   twins.remove();
 }
 
-/// A brush of this kind, from the first of the input. `infinite`: where nothing is said the input says it.
+/// Moves a brush of this kind, made from the first bytes. `infinite`: if not set, the input decides.
 inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool> infinite) {
   Input input(bytes);
   bristle::Material material;
@@ -174,7 +174,7 @@ inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool>
   try {
     material = any_brush(input, brush);
     options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
-  } catch (const bristle::Error&) {  // a law that is refused
+  } catch (const bristle::Error&) {  // the law was refused
     return;
   }
   walk(twins, input, material, options, brush);

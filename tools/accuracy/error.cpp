@@ -35,7 +35,7 @@ void scale(ForceRecord& record, double factor) {
   }
 }
 
-// The reference's force over a longer step that ends with its step `last`.
+// Returns the reference's force over a longer step that ends with its step `last`.
 double reference_force(const ForceRecord& r, std::size_t last, std::size_t copy, std::size_t axis,
                        std::uint32_t parts, bool mean) {
   if (!mean) return r.end[r.at(last, copy) + axis];
@@ -48,7 +48,8 @@ struct Sums {
   double difference2 = 0.0, reference2 = 0.0, most2 = 0.0, path2 = 0.0, work = 0.0, reference_work = 0.0;
 };
 
-// Force of a ramp under constant load at time t (own time of the copy), on the moving body, along the ramp.
+// Returns the force on the moving body, along the ramp, of a ramp under constant load at time t (counted by
+// the copy's own clock).
 double ramp_force(const bristle::Material& m, const PrescribedMotion& motion, double load, double t) {
   const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
   const double moving = std::clamp(t, motion.from, motion.until) - motion.from;
@@ -141,7 +142,7 @@ ClosedForm::ClosedForm(const Scene& scene, double dt_s, std::uint32_t most_parts
       const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
       const double ex = (std::cos(turn) * motion.velocity[0] - std::sin(turn) * motion.velocity[1]) / speed;
       const double ey = (std::sin(turn) * motion.velocity[0] + std::cos(turn) * motion.velocity[1]) / speed;
-      // Evenly spread over the logarithm of the time: the curve bends at its beginning.
+      // Chooses times evenly in their logarithm, because the curve bends at its beginning.
       std::size_t last = 0;
       for (std::size_t k = 1; k <= closed_form_times; ++k) {
         const auto row = static_cast<std::size_t>(

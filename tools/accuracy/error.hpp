@@ -1,4 +1,4 @@
-// Error of a run: against a converged reference, and against closed forms.
+// Computes the error of a run against a converged reference and against closed forms.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,25 @@
 
 namespace cli {
 
-/// Of one [[patch]] over its copies and the run. Forces relative to the root mean square of the reference's.
+/// Error of one [[patch]] over its copies and the run. Forces are relative to the rms of the reference's.
 struct PatchError {
-  double rms = 0.0;     ///< root mean square of the difference of forces
-  double max = 0.0;     ///< its highest value
-  double energy = 0.0;  ///< work done on the patch: difference over the reference's, absolute
+  double rms = 0.0;     ///< root mean square difference of forces
+  double max = 0.0;     ///< highest difference of forces
+  double energy = 0.0;  ///< relative difference of the work done on the patch, absolute value
   double path = 0.0;    ///< m, highest difference of positions (bodies)
 };
 
-/// Mean over several seeds of a fine run, with the error of that mean.
+/// Reference: mean over several seeds of a fine run, with the error of that mean.
 class Reference {
  public:
-  /// Takes one run; every second one belongs to the other half.
+  /// Adds a run; runs go alternately to two halves.
   void add(const ForceRecord& record);
-  /// After the last one.
+  /// Computes the means. Call it after the last run.
   void finish();
 
   const ForceRecord& mean() const noexcept { return mean_; }
   int runs() const noexcept { return runs_; }
-  /// Standard error of the mean, per patch, as rms: half the difference of the means of both halves.
+  /// Returns the standard error of the mean as rms per patch: half the difference of the two halves' means.
   const std::vector<double>& floor() const noexcept { return floor_; }
 
  private:
@@ -37,14 +37,14 @@ class Reference {
   std::vector<double> floor_;
 };
 
-/// One error per [[patch]]. A step of `record` is `parts` of the reference's. Ends of steps are compared with
-/// the force at that time, means (`mean`) with the reference's mean over the same interval.
+/// Returns an error per [[patch]]. A step of `record` is `parts` reference steps. Forces at the end of steps
+/// are compared with the force at that time; means (`mean`) with the reference's mean over the same interval.
 std::vector<PatchError> compare(const ForceRecord& record, const ForceRecord& reference, std::uint32_t parts,
                                 bool mean);
 
-/// Relative difference, root mean square, between forces at ends of steps and the closed form, per [[patch]]:
-/// the virgin curve with dampers and lubricant, where the patch moves as a ramp under a constant load. Unset
-/// elsewhere. `most_parts` keeps the times the same for every step length.
+/// Comparison with the closed form, per [[patch]]: relative rms difference of forces at ends of steps from
+/// the virgin curve with dampers and lubricant, if the patch moves as a ramp under a constant load; else
+/// unset. `most_parts` keeps the compared times the same for every step length.
 class ClosedForm {
  public:
   ClosedForm(const Scene& cut_scene, double reference_dt_s, std::uint32_t most_parts);
@@ -53,14 +53,14 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // step of the reference
+    std::size_t copy, step;  // `step`: step of the reference
     double force[2];
   };
   std::size_t patches_;
   std::vector<Point> points_;
 };
 
-/// Straight line through points on log-log paper.
+/// Straight line fitted through points on log-log axes.
 struct Slope {
   int points = 0;
   double slope = 0.0;

@@ -1,4 +1,4 @@
-// The reference, the ladder of settings, and their runs.
+// Makes the reference and the ladder of settings, and runs them.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -17,19 +17,20 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // of the time of all rounds
+constexpr double first_round_share = 0.4;  // share of the time of all rounds
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // what the machine does meanwhile is then a small part
+constexpr double enough_timed_s = 0.2;  // s of timing after which disturbances by the machine are negligible
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
-// More than the single precision that was timed.
+// Estimated cost of double precision over single, which was timed. Errs on the high side.
 constexpr double double_costs = 2.0;
-// Representatives that take as long as an infinite patch, for each piece of a mean snap length: for the plan
-// only.
+// Number of representatives that take as long as an infinite patch, for each piece of a mean snap length.
+// Used for planning only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
-constexpr double least_infinite_spread = 0.05;  // of snap lengths: Population::infinite takes no less
+// Relative spread of snap lengths; Population::infinite accepts no less.
+constexpr double least_infinite_spread = 0.05;
 
-// Two digits are enough.
+// Rounds a count to two digits.
 std::uint32_t rounded(double count) {
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1.0));
   return static_cast<std::uint32_t>(std::floor(count / unit) * unit);
@@ -43,15 +44,15 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Wall seconds of a step of the cut scene, over the whole run where that is short: fixed, and per bristle of
-// a patch. (Not the thread's own time: it is the clock on the wall that a study must keep to.)
+// Measures wall seconds of a step of the cut scene, as a fixed part and a part per bristle of a patch, over
+// the whole run if that is short. Wall time, since a study must finish in a wall time.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
     setting.bristles = i == 0 ? pilot_few : pilot_many;
     const Scene pilot = apply(study.cut, setting, study.dt(parts), 0);
     cost[i] = std::numeric_limits<double>::infinity();
-    // In a run of a few hundred microseconds one preemption would be nearly all of the time.
+    // Repeats short runs: one preemption would be most of the time of a run of a few hundred microseconds.
     double spent = 0.0;
     for (int run = 0; run < 3 && spent < enough_timed_s; ++run) {
       const RunTime time = run_setting(pilot, 1, study.options.isa, false, pilot_steps).time;
@@ -80,7 +81,8 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
       way[c] += length;
-      // A creeping body moves a little in every step; what counts is where it goes.
+      // Counts a step as moving only above a thousandth of a snap length: a creeping body moves a little in
+      // every step.
       const double snap =
           fine.materials[fine.patches[stepper.copies()[c].patch].material].material.snap_length.mean();
       if (length > 1e-3 * snap) moved[c] += 1.0;
@@ -98,7 +100,7 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
   }
 }
 
-/// Why a scene cannot be run with the infinite brush; empty where it can.
+/// Returns why a scene cannot be run with the infinite brush; empty if it can.
 std::string infinite_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -111,7 +113,7 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Why a scene cannot be run with the paper's loop; empty where it can.
+/// Returns why a scene cannot be run with the paper's loop; empty if it can.
 std::string literal_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -123,7 +125,7 @@ std::string literal_obstacle(const Scene& scene) {
   return {};
 }
 
-// Forgets the most expensive settings until the rest fits.
+// Removes the most expensive settings until the rest fits into the time.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -152,7 +154,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
-  // Making a patch takes a quantile per bristle.
+  // Includes making the patches, which evaluates a quantile for each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -180,7 +182,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // one per core: the same bits
+  const int threads = 0;  // 0: one thread per core; the number changes no bit
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;
@@ -191,11 +193,11 @@ void make_reference(AccuracyStudy& study, double seconds) {
   r.reference_bristles =
       rounded(std::clamp(affordable, 1000.0, static_cast<double>(most_reference_bristles)));
   for (int i = 0; i < runs; ++i) {
-    // Halves must be equal: stop at an even number.
+    // Stops at an even number of runs, since the halves must be equal.
     const double now = bristle::DeadlineMonitor::wall_now();
     if (i > 0 && i % 2 == 0 && now + 2.0 * each > until && now > until - pair_share * seconds) break;
     const Setting setting = reference_setting(r.reference_bristles);
-    // Seeds of their own: those of the ladder's rounds count from 0.
+    // Uses seeds apart from the ladder's rounds, which count from 0.
     const auto round = static_cast<std::uint32_t>(1'000'000 + i);
     for (const std::uint32_t parts : {1u, r.scene_parts}) {
       const SettingRun run =
@@ -293,7 +295,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s);
     }
   }
-  // Three rounds at least, for a median.
+  // Plans at least three rounds, for a median.
   fit_into(ladder, seconds, 3, study);
   return ladder;
 }
@@ -310,7 +312,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   }
   if (study.is_cut) {
-    // Errors come from a few copies over the whole scene, the time from all copies over a part of it.
+    // Measures time with all copies over a part of the scene; errors come from a few copies over the whole
+    // scene.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
     const auto steps = static_cast<double>(step_count(full));
@@ -323,10 +326,11 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // All copies of a large scene cost more than the few that are compared.
+  // Halves the time for a large scene, whose copies all cost more than the few that are compared.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
-  // Cheap ones first, so that the dear ones are dropped when the machine is slower than it looked.
+  // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than
+  // predicted.
   std::stable_sort(
       std::next(r.settings.begin()), r.settings.end(),
       [](const SettingResult& a, const SettingResult& b) { return a.predicted_s < b.predicted_s; });
@@ -340,7 +344,7 @@ void run_ladder(AccuracyStudy& study, double seconds) {
         study.result.not_run.push_back(setting_name(s.setting, study.dt(s.setting.parts)));
         continue;
       }
-      // Cheap ones get every round, dear ones up to three.
+      // Gives cheap settings every round, expensive ones up to three.
       const bool dear = round >= 3 && s.predicted_s > share / rounds;
       if (round > 0 && (s.times.empty() || dear || spent > seconds)) continue;
       measure(study, s, static_cast<std::uint32_t>(round), 0.3 * share);

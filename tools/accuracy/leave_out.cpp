@@ -1,4 +1,5 @@
-// Each feature a scene uses or could leave out: the scene run with it and without it, in turns.
+// Measures each feature that a scene uses or could leave out, by running the scene with it and without it
+// alternately.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -22,19 +23,19 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // of the error: what a feature may bring to count as not needed
+constexpr double fair_rise = 1.1;  // factor on the error up to which a left-out feature counts as not needed
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;                             ///< by the scene as it is
-  std::string needed;                            ///< why it cannot be left out; empty: it can
-  Scene with, without;                           ///< with all copies
-  bool mean_with = false, mean_without = false;  ///< the force that is compared
+  bool used = false;                             ///< whether the scene as given uses it
+  std::string needed;                            ///< reason why it cannot be left out; empty if it can
+  Scene with, without;                           ///< scenes with all copies
+  bool mean_with = false, mean_without = false;  ///< whether the mean force is compared
   int threads_with = 1, threads_without = 1;
-  bool wall = false;  ///< time of the clock on the wall: what several threads save
+  bool wall = false;  ///< compares wall time, which is what several threads save
   std::string note;
 };
 
@@ -93,7 +94,7 @@ Trial axis_trial(const Scene& scene) {
   return t;
 }
 
-// The other rule with the same coefficients, where the scene gives these.
+// Returns the material with the other rule and the same coefficients, if the scene gives coefficients.
 SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
   SceneMaterial to = from;
   if (to.coefficients) {
@@ -104,7 +105,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
       to.material = bristle::Material::from_coefficients(*to.coefficients).with_damper_decay(decay);
       return to;
     } catch (const bristle::Error&) {
-      to.coefficients.reset();  // out of reach of that rule: the same bristles then
+      to.coefficients.reset();  // the rule cannot reach the coefficients: the same bristles are used
     }
   }
   to.material.snap_rule = rule;
@@ -166,7 +167,7 @@ Trial viscous_trial(const Scene& scene) {
   Trial t("viscous term", false, scene);
   for (const SceneMaterial& m : scene.materials) t.used = t.used || m.material.viscous_friction > 0.0;
   for (SceneMaterial& m : t.without.materials) m.material.viscous_friction = 0.0;
-  // One that changes no force to speak of: what it costs does not depend on its size.
+  // Adds a negligible viscous term: its cost does not depend on its size.
   if (!t.used) {
     for (SceneMaterial& m : t.with.materials) m.material.viscous_friction = 1e-12;
   }
@@ -241,7 +242,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
   f.feature = t.feature;
   f.state = !t.used ? "left out already" : t.needed.empty() ? "used" : "needed";
   if (t.needed.empty()) {
-    // Takes many short turns, so that other work of the machine affects both alike.
+    // Takes many short turns, so that other work of the machine affects both scenes alike.
     const double step_s = study.cost.fixed_s + study.cost.bristle_s * study.scene_bristles();
     const auto all = step_count(study.scene);
     const double turn_steps = 0.3 * seconds / (2.0 * 9.0 * step_s * study.full_over_cut);
@@ -265,7 +266,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // The number of threads changes no bit, so it is measured once.
+    // Measures the error once for threads, whose number changes no bit.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

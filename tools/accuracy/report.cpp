@@ -1,4 +1,4 @@
-// What `bristle accuracy` says: tables for people, JSON for programs, CSV for the plot.
+// Writes reports of `bristle accuracy`: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -14,10 +14,10 @@
 namespace cli {
 namespace {
 
-// People begin to notice a change of force of this size.
+// Range of the relative change of force that people begin to notice.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-constexpr double default_resolution = 8.0;  // what 0 stands for
+constexpr double default_resolution = 8.0;  // resolution that 0 stands for
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
 
@@ -25,10 +25,10 @@ std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * se
 
 const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
-// Of the setting, or of the first patch where the scene is as it is.
+// Names of a setting's options; for the unchanged scene, those of its first patch.
 struct Shown {
   const char *population, *rule, *precision, *sampling;
-  double resolution;  // of an infinite patch
+  double resolution;  // resolution of an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
@@ -38,7 +38,7 @@ Shown shown(const Scene& scene, const Setting& s) {
           o.precision == bristle::Precision::single ? "single" : "double", sampling_name(o.compared), 0.0};
 }
 
-// Unset where no patch has bristles to count.
+// Returns the time per bristle, ns; unset if no patch has a number of bristles.
 std::optional<double> ns_per_bristle(const Scene& scene, const SettingResult& s) {
   const std::uint64_t bristles = total_bristles(scene, s.setting);
   if (bristles == 0) return std::nullopt;
@@ -60,7 +60,7 @@ std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
                      microseconds(c.scene_step_s));
 }
 
-// Which population is the cheaper one, before everything else.
+// Returns a text that says which population is cheaper; it heads the report.
 std::string populations_text(const AccuracyResult& r) {
   const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
   const std::string wanted = percent(r.recommendation.wanted);

@@ -12,7 +12,8 @@ namespace {
 
 using bristle::DeadlineMonitor;
 
-// Reading the thread's clock takes as long as a step of a hundred bristles: few patches are timed in chunks.
+// Steps timed together for few patches: reading the thread's clock takes as long as a step of a hundred
+// bristles.
 constexpr std::uint64_t steps_per_chunk = 64;
 constexpr std::size_t few_copies = 64;
 
@@ -94,7 +95,7 @@ class RecordedRun {
     }
   }
 
-  // Turned back from the axes of a patch to those of the scene.
+  // Records one copy's forces, turned from the patch's axes to the scene's.
   void record_one(std::uint64_t step, std::size_t c, const bristle::Motion& motion,
                   const bristle::Response& response) {
     ForceRecord& r = out_.record;
@@ -149,7 +150,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   changed.dt = dt_s;
   for (ScenePatch& p : changed.patches) {
     bristle::PatchOptions& o = p.options;
-    o.seed += round * 0x9E3779B9u;  // wraps; copies have neighbouring seeds, rounds must not share them
+    // Adds a stride to the seed, which may wrap: copies have neighbouring seeds, which rounds must not share.
+    o.seed += round * 0x9E3779B9u;
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);
     o.bristles = setting.bristles;

@@ -1,4 +1,5 @@
-// Conclusions from the measured settings: slopes, the Pareto front, the cheapest setting for a wanted error.
+// Draws conclusions from the measured settings: slopes, the Pareto front, the cheapest setting for a wanted
+// error.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -18,15 +19,18 @@
 namespace cli {
 namespace {
 
-constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};  // the first that can be had
-constexpr double front_gain = 0.02;                           // smaller gains are noise of the seeds
-constexpr double above_floor = 3.0;  // points of a slope lie this much above what the reference can tell
+// Wanted errors to try; the first that can be met is taken.
+constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
+// Relative gain; smaller ones are noise of the seeds.
+constexpr double front_gain = 0.02;
+constexpr double above_floor = 3.0;  // ratio to the reference's own error that points of a slope must exceed
 constexpr double literal_limit =
-    0.7;  // mean snap lengths a step; beyond, most friction is gone and no law holds
-constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;  // seeds of their own
+    0.7;  // mean snap lengths per step; beyond, most friction is lost and no power law holds
+// First rounds (seeds) used here, apart from the ladder's.
+constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
-// Order of convergence in the number of bristles by theory: stratified lengths help until the bristles have
-// forgotten them.
+// Returns the theoretical order of convergence in the number of bristles: stratified lengths help until the
+// bristles have forgotten them.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
   if (random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw) {
@@ -94,11 +98,11 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
     if (!set.compared.literal) {
-      // The finest ones are measured against their like.
+      // Leaves out the finest steps, which were compared with a reference of the same step.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
-      // The literal rule loses friction, which is a bias: the work shows it, while forces also show the
-      // scatter of other draws.
+      // Uses the error of the work for the literal rule, whose loss of friction is a bias: forces also show
+      // the scatter of other draws.
       literal.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).energy, 0.0);
     }
   }
@@ -130,10 +134,10 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
   return result;
 }
 
-// Fewer bristles than the rung found but more than the next one below. The error is taken to fall as n^-1/2
-// from the better known end, and every guess is measured.
+// Refines between the rung found and the next one below. Guesses a number of bristles from an error that
+// falls as n^-1/2, starting from the better known end, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  constexpr double aim = 0.93;  // of the error wanted, so that other seeds meet it too
+  constexpr double aim = 0.93;  // aimed error over the wanted one, so that other seeds meet it too
   Setting best = found.setting;
   if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;
@@ -160,7 +164,7 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   return best;
 }
 
-// Single steps as `bristle run` takes them: the scene's threads, wall time.
+// Measures single steps as `bristle run` takes them: with the scene's threads, in wall time.
 void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   const Scene scene = apply(study.scene, to.setting, study.dt(to.setting.parts), 0);
   RunOptions options;
@@ -178,9 +182,9 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// The ladder picked the luckiest: a setting must meet the error with seeds that it did not see. That choice
-// favours the lucky again, so the figures reported for the setting come from held-out seeds,
-// however it turns out.
+// Accepts a setting that meets the error with seeds that the search has not seen: the ladder's choice favours
+// lucky seeds. As accepting favours them again, the reported figures come from held-out seeds, however they
+// turn out.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
   Recommendation& to = study.result.recommendation;
   const SettingResult promised = try_setting(study, setting, search_rounds, 0.25 * seconds);
@@ -239,7 +243,7 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
-  // Without a seed all runs are one: rounding of their mean is no spread.
+  // Returns no spread if all runs are equal, as without random seeds: rounding of the mean is not a spread.
   if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;

@@ -1,4 +1,4 @@
-// The recommended setting as TOML: a fragment to paste, or the whole scene file.
+// Writes the recommended setting as TOML: a fragment to paste, or the whole scene file.
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -19,7 +19,7 @@ namespace {
 
 const char* name_of(bristle::Precision p) { return p == bristle::Precision::single ? "single" : "double"; }
 
-// Everything of a patch that a setting touches, as it is in the tuned scene.
+// Returns a patch's options in the tuned scene.
 bristle::PatchOptions tuned_options(const Scene& scene, const AccuracyResult& r, std::size_t p) {
   return apply(scene, r.recommendation.setting, scene.dt, 0).patches[p].options;
 }
@@ -32,8 +32,7 @@ double tuned_deadline(const Scene& scene, const AccuracyResult& r) {
   return scene.deadline * r.recommendation.setting.parts / r.scene_parts;
 }
 
-// Replaces values of a TOML text where they stand and adds keys beside a table's name, so that its comments
-// stay.
+// Editor of a TOML text: replaces values in place and adds keys after a table's name, so that comments stay.
 class TomlEditor {
  public:
   explicit TomlEditor(const std::string& text) {
@@ -58,7 +57,7 @@ class TomlEditor {
     std::string all;
     for (const Line& line : lines_) {
       std::string changed = line.text;
-      // From the right, so that places further left stay what they are.
+      // Edits from the right, so that positions further left stay valid.
       for (auto edit = line.edits.rbegin(); edit != line.edits.rend(); ++edit)
         changed.replace(edit->first, edit->second.length, edit->second.value);
       all += changed + '\n' + line.added;
@@ -68,12 +67,12 @@ class TomlEditor {
 
  private:
   struct Edit {
-    std::size_t length;  // of what goes
+    std::size_t length;  // length of the replaced text
     std::string value;
   };
   struct Line {
     std::string text;
-    std::multimap<std::size_t, Edit> edits;  // by place
+    std::multimap<std::size_t, Edit> edits;  // edits of a line, by position
     std::string added;                       // below
   };
 
@@ -83,7 +82,7 @@ class TomlEditor {
     line.edits.insert({at, {place(line.text, end.column) - at, std::move(value)}});
   }
 
-  // Columns count characters from 1, strings bytes from 0.
+  // Converts a column, counted in characters from 1, to a byte offset from 0.
   static std::size_t place(const std::string& line, std::size_t column) {
     std::size_t at = 0;
     for (std::size_t left = column - 1; at < line.size(); ++at) {
@@ -103,7 +102,7 @@ std::string quoted(const std::string& text) {
   return out.str();
 }
 
-// Path of the motion file from the folder of the tuned scene.
+// Returns the path of the motion file as seen from the tuned scene's folder.
 std::string moved_file(const std::string& file, const std::string& scene, const std::string& to) {
   namespace fs = std::filesystem;
   const fs::path here = fs::absolute(scene).parent_path() / file;
@@ -113,7 +112,8 @@ std::string moved_file(const std::string& file, const std::string& scene, const 
       .string();
 }
 
-// A key that is there gets what it must be; 0 is automatic, and what representatives have.
+// Sets the population's keys. A key that the patch has is always set; 0 means automatic, which is also right
+// for representatives.
 void set_population(TomlEditor& editor, const toml::table& patch, const bristle::PatchOptions& o) {
   const bool infinite = o.population == bristle::Population::infinite;
   if (infinite || patch.contains("population"))

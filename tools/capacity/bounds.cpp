@@ -1,6 +1,5 @@
 // Names what bounds the time of each target: what would have to change for it to be shorter. Plain
-// statements; bench/RESULTS.md, "The targets, and what bounds them", has the counts and the code that show
-// each.
+// statements, from counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"

@@ -1,4 +1,4 @@
-// bristle beside plain loops, interleaved: what the machine does meanwhile then strikes all alike.
+// Compares bristle with plain loops, interleaved, so that disturbances by other work affect all alike.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -33,13 +33,14 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
                                    std::uint64_t bristles, std::uint64_t rounds) {
   std::vector<std::uint64_t> steps;
   for (Contestant& c : contestants) {
-    seconds_of(c, 3);  // caches and branch predictors
+    seconds_of(c, 3);  // warms caches and branch predictors
     const double once = seconds_of(c, 4) / 4.0;
     steps.push_back(static_cast<std::uint64_t>(std::clamp(200e-6 / std::max(once, 1e-9), 1.0, 1e5)));
   }
   for (std::uint64_t round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < contestants.size(); ++i) {
-      const std::size_t c = (i + round) % contestants.size();  // nobody always follows the same one
+      // Changes the order, so that no contestant always follows the same one.
+      const std::size_t c = (i + round) % contestants.size();
       contestants[c].ns.push_back(1e9 * seconds_of(contestants[c], steps[c]) /
                                   static_cast<double>(steps[c] * bristles));
     }
@@ -68,11 +69,12 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // As after a long way in short steps: anywhere between straight and about to snap. Steps of 1.6, which
-  // bring the others there, would leave all straight, since the literal rule loses the overshoot.
+  // Spreads deflections evenly between straight and about to snap, as after long sliding in short steps. The
+  // other loops are brought there by steps of 1.6; here these would leave all bristles straight, since the
+  // literal rule loses the overshoot.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    const double place = static_cast<double>(i) * 1.4142135623730951;  // not in step with the snap lengths
+    const double place = static_cast<double>(i) * 1.4142135623730951;  // out of phase with the snap lengths
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;
     b.zy = 0.6 * bend;

@@ -1,4 +1,4 @@
-// Patches of infinitely many bristles: what a step of one of them takes, alone and among ten thousand.
+// Measures the step time of patches of infinitely many bristles, alone and among ten thousand.
 #include <fmt/format.h>
 
 #include "tools/capacity/capacity.hpp"
@@ -8,7 +8,7 @@
 namespace cli {
 namespace {
 
-constexpr double default_resolution = 8.0;  // of PatchOptions
+constexpr double default_resolution = 8.0;  // resolution that PatchOptions' default means
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
   const ComparisonRow time =

@@ -1,4 +1,4 @@
-// What `bristle capacity` says: tables for people, JSON for programs, CSV for the plot.
+// Writes reports of `bristle capacity`: tables for people, JSON for programs, CSV for the plot.
 #include <fmt/format.h>
 
 #include "tools/capacity/capacity.hpp"
@@ -109,7 +109,7 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   return report;
 }
 
-/// A line for each target that is missed: by how much, and what bounds it.
+/// Returns a line for each missed target: by how much, and what bounds it.
 std::string missed_lines(const std::vector<TargetRow>& targets) {
   std::string text;
   for (const TargetRow& row : targets) {

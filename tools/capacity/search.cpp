@@ -1,4 +1,4 @@
-// The largest number of bristles whose 99th percentile of step time stays inside a deadline.
+// Searches the largest number of bristles whose 99th percentile of step time is inside a deadline.
 #include <algorithm>
 
 #include "tools/capacity/capacity.hpp"
@@ -9,8 +9,9 @@ namespace {
 
 constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
-constexpr std::uint64_t most_bristles = 1ull << 24;  // some 200 MB: enough to call it free
-constexpr double resolution = 1.02;                  // of the search
+// Some 200 MB; reported as more than fits into the search.
+constexpr std::uint64_t most_bristles = 1ull << 24;
+constexpr double resolution = 1.02;  // ratio of bristle counts at which the search ends
 
 class Search {
  public:
@@ -33,7 +34,7 @@ class Search {
   std::uint64_t probe_steps() const { return options_.quick ? 100 : 300; }
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
 
-  // A whole number of patches, one at least.
+  // Rounds down to a whole number of patches, at least one.
   std::uint64_t whole(double bristles) const {
     const std::uint64_t n = static_cast<std::uint64_t>(bristles);
     const std::uint64_t unit = row_.what.patch_bristles ? row_.what.patch_bristles : 1;
@@ -42,8 +43,8 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Measures again where the median is well inside the deadline and only the 99th percentile is not, which
-  // other work of the machine causes.
+  // Measures again if only the 99th percentile is outside the deadline, with the median well inside: other
+  // work of the machine causes that.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);
     for (int i = 1; i < tries && !fits(best) && best.p50_s < 0.9 * options_.deadline_s; ++i) {
@@ -72,7 +73,7 @@ class Search {
         row_.capped = true;
         return;
       }
-      // By fours for the curve, but no further than twice the number that should fit.
+      // Grows by fours, which gives the curve its points, but to at most twice the number that should fit.
       const double per_bristle = row_.curve.back().p99_s / static_cast<double>(n);
       const double should_fit = options_.deadline_s / per_bristle;
       const double next =
@@ -90,7 +91,7 @@ class Search {
     }
   }
 
-  // Confirms by a longer run, since a p99 of few steps is noisy, and takes fewer bristles until a run fits.
+  // Confirms by a longer run, since a p99 of few steps is noisy; reduces the bristles until a run fits.
   void confirm() {
     for (int i = 0; i < (options_.quick ? 6 : 20); ++i) {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
@@ -98,14 +99,14 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // too noisy to tell
+    row_.unconfirmed = true;  // the machine is too noisy for a confirmed result
   }
 
   const CapacityOptions& options_;
   const MeasureSteps& measure_;
   CapacityRow row_;
-  std::uint64_t fits_ = 0;      // most that fitted so far
-  std::uint64_t too_many_ = 0;  // fewest that did not
+  std::uint64_t fits_ = 0;      // largest number that fitted so far
+  std::uint64_t too_many_ = 0;  // smallest number that did not fit
 };
 
 }  // namespace

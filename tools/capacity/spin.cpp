@@ -15,7 +15,7 @@ constexpr double load_n = 900.0;
 constexpr double kinetic_coefficient = 0.4;
 constexpr int settling_steps = 100;
 
-/// One step: of the centre along x, m, and of the spin.
+/// Step of motion: of the centre along x, m, and of the spin.
 struct Motion {
   double slide, turn;
 };
@@ -62,7 +62,7 @@ class LuGreDisc {
   double step(Motion by) { return grid_.step({by.slide, 0.0}, by.turn, capacity_dt_s, load_n).end.torque; }
 
  private:
-  /// Dry: without a Stribeck curve its cells spare an exponential.
+  /// Returns a dry surface: without a Stribeck curve the rival's cells need one exponential less.
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = kinetic_coefficient;

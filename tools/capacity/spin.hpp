@@ -1,15 +1,16 @@
-// A disc that slides and spins, as the brush and as the rival it is measured against: for `--targets`.
+// Makes contestants of a disc that slides and spins, with the brush and with a rival, for `--targets`.
 #pragma once
 
 #include "tools/capacity/capacity.hpp"
 
 namespace cli {
 
-/// A disc of the infinite brush cut into 6 rings, within 1 % of the limit surface; its rim goes `way` mean
-/// snap lengths a step, the centre half as far; to and fro where `there_and_back`. Throws bristle::Error on
-/// an instruction set that is not there.
+/// Makes a disc of the infinite brush, cut into 6 rings, within 1 % of the limit surface. Its rim moves `way`
+/// mean snap lengths per step, its centre half as far; to and fro with `there_and_back`. Throws
+/// bristle::Error on an instruction set that is not there.
 Contestant brush_disc(double way, bool there_and_back, const std::string& isa);
-/// A disc of 21 x 21 LuGre elements in the same motion (tools/rivals/lugre_grid.hpp), of the same friction.
+/// Makes a disc of 21 x 21 LuGre elements (tools/rivals/lugre_grid.hpp) in the same motion, with equal
+/// friction.
 Contestant lugre_disc(double way, bool there_and_back);
 
 }  // namespace cli

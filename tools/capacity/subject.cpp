@@ -10,7 +10,8 @@
 namespace cli {
 namespace {
 
-// 32 mean snap lengths; 1.6 a step, so that every bristle starts from its stationary law.
+// Settling motion: 32 mean snap lengths in steps of 1.6, after which every bristle is distributed by its
+// stationary law.
 constexpr bristle_bench::Settling settling = {1.6, 20, 10};
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {

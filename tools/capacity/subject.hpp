@@ -1,4 +1,4 @@
-// Patches in steady motion, ready to be timed.
+// Patches in steady motion, prepared for timing.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@ constexpr double capacity_dt_s = 1e-3;
 
 class CapacitySubject {
  public:
-  /// Settled in its motion. Of infinite patches `bristles` is their number. Throws UserError on an
-  /// instruction set that is not there.
+  /// Makes patches and settles them in their motion. For infinite patches `bristles` is their number. Throws
+  /// UserError on an instruction set that is not there.
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
-  /// One step of the motion; to be timed.
+  /// Runs one step of the motion, which the caller times.
   void step() noexcept { scene_.step(); }
 
   std::uint64_t bristles() const noexcept { return scene_.bristles(); }
@@ -33,7 +33,7 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Step times of `steps` steps back to back.
+/// Times `steps` steps back to back.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// The library's speed targets, each measured in one short run of its own. Ratios are taken interleaved.
+// Measures the library's speed targets, each in a short run of its own. Ratios are measured interleaved.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -77,7 +77,7 @@ class Targets {
     return what;
   }
 
-  /// Time of a bristle in ns, or of a whole step in us.
+  /// Adds a time: per bristle in ns, or per step in us.
   void add_time(const char* name, const CapacityCase& what, std::uint64_t bristles, double limit,
                 const char* unit, std::string text) {
     report_(name);
@@ -89,7 +89,7 @@ class Targets {
                      row.ns_high * scale, limit, false, per_bristle ? "ns per bristle" : "us a step"});
   }
 
-  /// First's time over second's.
+  /// Adds the ratio of the first contestant's time to the second's.
   void add_ratio(const char* name, Contestant first, Contestant second, std::uint64_t bristles, double limit,
                  bool at_least, std::string text) {
     report_(name);
@@ -125,7 +125,7 @@ class Targets {
               "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
   }
 
-  /// Copies what the caller writes and reads in a step.
+  /// Makes a contestant that copies what the caller writes and reads in a step.
   static Contestant copy_of_messages(std::uint64_t patches) {
     struct Messages {
       explicit Messages(std::uint64_t count) : motions(count), responses(count) {}
@@ -167,7 +167,8 @@ class Targets {
               "10,000 patches of 100, all snap: time of a patch over that with 100 patches, in cache");
   }
 
-  /// One patch beside 900 representatives of which few snap; sliding at the dearest speed.
+  /// Compares a step of one infinite patch with 900 representatives of which few snap; sliding at the most
+  /// expensive speed.
   void infinite_steps() {
     const CapacityCase brush = make(Regime::presliding, SnapRule::keep, Outputs::end);
     const auto against_900 = [&](const char* name, const CapacityCase& what) {
@@ -223,7 +224,7 @@ class Targets {
     return contestant;
   }
 
-  /// At the dearest speed for each law.
+  /// Measures each law at its most expensive speed.
   void any_speed() {
     const double m = mean_snap_length_m;
     const SnapLength uniform = SnapLength::uniform(0.5 * m, 1.5 * m);
@@ -257,8 +258,8 @@ class Targets {
          worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
   }
 
-  /// The default material on paths as hands take them: time over that of a straight path at the same speed,
-  /// and over that of the paper's keep on the same path. Dearest path and speed.
+  /// Measures the default material on paths of hands: time over that of a straight path at the same speed,
+  /// and over that of the paper's keep on the same path. Uses the most expensive path and speed.
   void hands() {
     using bristle::Material;
     const Material usual = Material::from_coefficients({});
@@ -306,7 +307,7 @@ class Targets {
         [](const HandPath&) { return true; }, kept);
   }
 
-  /// The better of the plain loops over ours, in each regime.
+  /// Adds the time of the faster plain loop over ours, in each regime.
   void against_plain_loops() {
     report_("plain loops");
     CapacityOptions quick = options_;
@@ -336,7 +337,7 @@ class Targets {
               stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
   }
 
-  /// One thread over two.
+  /// Adds the time with one thread over that with two.
   void add_sharing(const std::string& name, CapacityCase what, std::uint64_t bristles, double limit,
                    std::string text) {
     report_(name);
@@ -350,8 +351,7 @@ class Targets {
                      quantile(ratios, 0.75), limit, true, "x"});
   }
 
-  /// Of steps one after the other. The first are left out: they wake workers and bring the patch to the
-  /// caches.
+  /// Returns the median time of successive steps. Ignores the first, which wake workers and load caches.
   static double median_in_a_row(CapacitySubject& subject) {
     std::vector<double> seconds;
     for (int i = 0; i < 15; ++i) {
@@ -378,7 +378,7 @@ class Targets {
     }
   }
 
-  /// One tick a millisecond, one thread and two in turn; workers off the servo core.
+  /// Measures one tick a millisecond, with one thread and two alternately; workers stay off the servo core.
   void paced() {
     for (const auto& [n, limit] : {std::pair{std::uint64_t{200'000}, 1.5}, {a_million, 1.8}}) {
       const std::string name = fmt::format("threads/paced/{}", n);
@@ -425,7 +425,7 @@ class Targets {
         p50.push_back(1e3 * times.p50_s);
         p99.push_back(1e3 * times.p99_s);
       }
-      // The best of the runs: in the others the machine was busier.
+      // Keeps the best of the runs, because the others were disturbed by other work of the machine.
       rows_.push_back(
           {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
     };

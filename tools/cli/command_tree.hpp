@@ -1,5 +1,4 @@
-// The commands and options that shell completion and the manual print, read from the definition of the
-// command line.
+// Lists commands and options, for shell completion and the manual, from the definition of the command line.
 #pragma once
 
 #include <functional>
@@ -10,20 +9,21 @@
 
 namespace cli {
 
-/// A command and the words that call it: {}, {"run"}, {"experiment", "drift"}.
+/// Command and the words that call it: {}, {"run"}, {"experiment", "drift"}.
 struct Command {
   const CLI::App* app;
   std::vector<std::string> path;
-  std::string call() const;  ///< "bristle experiment drift"
+  std::string call() const;  ///< returns a text such as "bristle experiment drift"
 };
 
-/// The program itself and all that is below it, each before its own.
+/// Lists the program and all commands below it, each before its subcommands.
 std::vector<Command> commands_of(const CLI::App& program);
 
 struct OptionWords {
-  std::string name, also;            ///< "--help", "-h"; of a positional "SCENE" and nothing
-  std::string value;                 ///< "FILE"; empty: it is a flag
-  std::vector<std::string> choices;  ///< where it takes one of some words
+  /// Names such as "--help" and "-h"; for a positional "SCENE" and nothing.
+  std::string name, also;
+  std::string value;                 ///< kind of value, such as "FILE"; empty: it is a flag
+  std::vector<std::string> choices;  ///< words that it may take; empty: any
   std::string description;
   bool takes_file = false, positional = false;
 };

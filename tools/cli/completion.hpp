@@ -1,4 +1,4 @@
-// Shell completion, answered by the definition of the command line.
+// Answers shell completion from the definition of the command line.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace cli {
 
-/// The script for bash, zsh or fish. Throws UserError on another shell.
+/// Returns the script for bash, zsh or fish. Throws UserError on another shell.
 std::string completion_script(const std::string& shell);
 
-/// What `bristle --complete WORDS...` prints: candidates for the last of the words that follow the program's
-/// name, a line each, with a tab and a description behind it; the line "*" stands for files.
+/// Returns the output of `bristle --complete WORDS...`: candidates for the last word, one per line, followed
+/// by a tab and a description; the line "*" means files.
 std::string completions(const CLI::App& program, const std::vector<std::string>& words);
 
 }  // namespace cli

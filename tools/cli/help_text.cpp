@@ -5,7 +5,7 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t names = 26;  // columns that names take, the text beside them
+constexpr std::size_t names = 26;  // width of the column of names; texts stand to its right
 
 std::string entry(const std::string& name, const std::string& description) {
   std::string text = "  " + name;

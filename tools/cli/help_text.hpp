@@ -1,11 +1,11 @@
-// --help within 80 columns.
+// Formats --help within 80 columns.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace cli {
 
-/// How the first line below the options of a command begins; the program's own --help shows it too.
+/// Beginning of the first line below the options of a command; the program's own --help shows that line too.
 constexpr const char* example_line = "For example: ";
 
 class HelpText : public CLI::Formatter {

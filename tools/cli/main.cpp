@@ -1,4 +1,5 @@
-// The command line `bristle`. Exit codes: 0 done, 1 an internal failure, 2 bad input (one line on stderr).
+// Runs the command line `bristle`. Exit codes: 0 done, 1 an internal failure, 2 bad input (one line on
+// stderr).
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -47,7 +48,7 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-/// Does a command and returns the exit code. It owns the options that the command line fills.
+/// Function that runs a command and returns the exit code. It owns the options that the command line fills.
 using Action = std::function<int()>;
 
 template <class Options>
@@ -92,7 +93,7 @@ std::string version_text() {
   return cli::filled(text + '\n');
 }
 
-/// A number, NaN where there is none, and the unit behind it.
+/// Splits a text into a number (NaN if there is none) and the unit behind it.
 std::pair<double, std::string> number_and_unit(const std::string& text) {
   double value = 0.0;
   const char* const end = text.data() + text.size();
@@ -101,7 +102,7 @@ std::pair<double, std::string> number_and_unit(const std::string& text) {
   return {error == std::errc() ? value : std::nan(""), {rest, end}};
 }
 
-/// "1ms", "500 us". A bare number is refused: 1 would be a second.
+/// Parses a time such as "1ms" or "500 us". Refuses a bare number, as 1 would be a second.
 double parse_time(const std::string& text) {
   const auto [value, unit] = number_and_unit(text);
   const double seconds = value / (unit == "s" ? 1.0 : unit == "ms" ? 1e3 : unit == "us" ? 1e6 : 0.0);
@@ -110,7 +111,7 @@ double parse_time(const std::string& text) {
       fmt::format("--deadline is '{}'; allowed: 1us to 10s, with its unit: 1ms, 250us", text));
 }
 
-/// "500M", "16G" or "16GiB", "1000000" (bytes).
+/// Parses bytes such as "500M", "16G", "16GiB" or "1000000".
 std::uint64_t parse_memory(const std::string& text) {
   auto [value, unit] = number_and_unit(text);
   if (unit.ends_with("iB")) unit.resize(unit.size() - 2);
@@ -125,14 +126,14 @@ std::uint64_t parse_memory(const std::string& text) {
   return static_cast<std::uint64_t>(value * per_byte);
 }
 
-/// "1%", "1 %". A bare number is refused: 1 would be all of the force.
+/// Parses a share such as "1%" or "1 %". Refuses a bare number, as 1 would be all of the force.
 double parse_share(const std::string& text) {
   const auto [value, unit] = number_and_unit(text);
   if (unit == "%" && value >= 1e-4 && value <= 100.0) return value / 100.0;
   throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, with its unit: 1%", text));
 }
 
-/// "1,2".
+/// Parses a list such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
   const char* at = text.data();
@@ -151,7 +152,7 @@ std::vector<int> parse_threads(const std::string& text) {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-/// "x=Position,force=Fx".
+/// Parses assignments such as "x=Position,force=Fx".
 Assignments parse_assignments(const std::string& text, const char* option) {
   Assignments all;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -172,7 +173,7 @@ Assignments parse_assignments(const std::string& text, const char* option) {
   return all;
 }
 
-/// A number with a unit within a range of SI values.
+/// Parses a number with a unit, within a range of SI values.
 double parse_within(const std::string& text, std::span<const cli::Unit> units, const char* option, double low,
                     double high) {
   const double value = cli::parse_quantity(text, units, option);
@@ -191,7 +192,7 @@ void add_report_file(CLI::App* command, std::string& file) {
   add_file(command, "--json", file, "Write the report to this JSON file (- for stdout)");
 }
 
-/// Names that completion offers; --help shows `text`, where all of them would be a long line.
+/// Sets the names that completion offers; --help shows `text` instead, as all names would make a long line.
 CLI::Option* add_names(CLI::Option* option, const cli::NameList& names, const std::string& text) {
   return option->type_name(fmt::format("{}", fmt::join(names, "|")))->option_text(text);
 }
@@ -256,14 +257,15 @@ cli::NameList command_names(const CLI::App& app) {
   return names;
 }
 
-// Names the commands; CLI11 itself would only say that a subcommand is missing.
+// Checks the name of a command, in a message that lists all commands; CLI11 would only say that a subcommand
+// is missing.
 void check_command(const CLI::App& app, const std::string& name) {
   const cli::NameList known = command_names(app);
   if (std::find(known.begin(), known.end(), name) == known.end())
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
-/// What CLI11 refuses, in the words of the command that was called.
+/// Returns the message for an error of CLI11, with the names of the command that was called.
 std::string complaint(const CLI::App& program, const CLI::ParseError& error,
                       const std::vector<std::string>& words) {
   cli::Command called{&program, {}};
@@ -284,7 +286,7 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   return fmt::format("{} (see {} --help)", text, called.call());
 }
 
-/// An option that takes one of some words. (CLI11's own refusal shows the words as pairs with nothing.)
+/// Adds an option that takes one of some words. (CLI11's own would show the words as pairs in its refusal.)
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
@@ -302,7 +304,7 @@ void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::st
   app->add_option_function<std::string>(option, choose, description)->type_name(choices);
 }
 
-// One subcommand per experiment, so that `experiment NAME --help` shows its parameters.
+// Adds a subcommand per experiment, so that `experiment NAME --help` shows its parameters.
 Action add_experiments(CLI::App* all) {
   const auto kept = std::make_shared<cli::ExperimentOptions>();
   cli::ExperimentOptions& options = *kept;
@@ -329,7 +331,7 @@ Action add_experiments(CLI::App* all) {
     CLI::App* command = add(experiment.name, experiment.title);
     add_common(command, &experiment);
     add_file(command, "--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
-    add_file(command, "--plot", options.plot, "Draw them into this PNG file, by gnuplot");
+    add_file(command, "--plot", options.plot, "Draw them into this PNG or SVG file, by gnuplot");
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
   CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
@@ -383,7 +385,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
 Action add_sweep(CLI::App* sweep) {
   const auto kept = std::make_shared<cli::SweepOptions>();
   cli::SweepOptions& options = *kept;
-  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* value,
                             const char* description) {
     return sweep->add_option(option, list, description)
@@ -461,7 +463,7 @@ Action add_run(CLI::App* command) {
   const auto kept = std::make_shared<cli::RunOptions>();
   const auto realtime = std::make_shared<RealtimeWish>();
   cli::RunOptions& options = *kept;
-  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   add_file(command, "--trace", options.trace, "Motion file, CSV t,x,y,load, in place of the scene's motion");
   command
       ->add_option("--clip-load", options.clip_load,
@@ -533,7 +535,7 @@ Action add_fit(CLI::App* command) {
   const auto kept = std::make_shared<cli::FitOptions>();
   cli::FitOptions& options = *kept;
   add_file(command, "DATA", options.data,
-           "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
+           "Measured friction, CSV t,x,load,force (tools/fitting/README.md); several files are one record")
       ->required();
   add_reading(command, options);
   add_choice(
@@ -585,7 +587,7 @@ Action add_fit(CLI::App* command) {
                    "With --joint: a weight hangs on it, N m at the horizontal, straight down at angle 0")
       ->check(cli::within(-1e9, 1e9));
   add_file(command, "--write", options.write, "Write the material, in a scene that replays the data, TOML");
-  add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
+  add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG or SVG (needs gnuplot)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {
@@ -621,7 +623,7 @@ Action add_accuracy(CLI::App* command) {
   const auto kept = std::make_shared<cli::AccuracyOptions>();
   const auto error = std::make_shared<std::string>();
   cli::AccuracyOptions& options = *kept;
-  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   command->add_option("--error", *error, "Wanted error of the force, rms, e.g. 1%")->type_name("SHARE");
   add_file(command, "--write", options.write,
            "Write the scene with the recommended setting to this TOML file");
@@ -662,16 +664,16 @@ Action add_manual(CLI::App* command) {
   };
 }
 
-/// A command of the program: its line in --help and the function that adds its options.
+/// Command of the program: its line in --help and the function that adds its options.
 struct CommandEntry {
   const char* name;
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< Whether it takes --wide.
+  bool prints_figures = true;  ///< Whether the command takes --wide.
 };
 
-/// All commands in the order of --help. The manual comes last: it lists the names of the others.
+/// Commands in the order of --help. The manual comes last, since it lists the names of the others.
 constexpr CommandEntry entries[] = {
     {"run", "Step a scene and report forces, step times and the state hash",
      "bristle run tools/scenes/block_on_floor.toml", add_run},
@@ -693,9 +695,9 @@ constexpr CommandEntry entries[] = {
 
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
-  app.formatter(std::make_shared<cli::HelpText>());  // subcommands take it over
+  app.formatter(std::make_shared<cli::HelpText>());  // subcommands inherit it
   bool version = false;
-  // Done at once, so that it needs no subcommand.
+  // Runs the flag at once, so that it needs no subcommand.
   app.add_flag_callback(
       "--version",
       [&] {
@@ -704,7 +706,7 @@ int run(int argc, char** argv) {
       },
       "Version, commit, and the instruction sets of this build");
 
-  // At most one: the word after `manual` or `completion` is an argument, not the next command.
+  // Allows one command: the word after `manual` or `completion` is an argument instead of the next command.
   app.require_subcommand(0, 1);
 
   bool wide = false;

@@ -17,7 +17,7 @@
 namespace cli {
 namespace {
 
-/// Text as roff takes it: signs of its own escaped, and no line that looks like a request.
+/// Escapes a text for roff: its special characters, and lines that look like a request.
 std::string roff(const std::string& text) {
   std::string out;
   bool at_start = true;
@@ -65,7 +65,7 @@ std::string options_text(const Command& command) {
     } else {
       text += option.also.empty() ? "" : fmt::format("\\fB{}\\fR, ", roff(option.also));
       text += fmt::format("\\fB{}\\fR", roff(option.name));
-      // groff does not break the line of a tag, so a long list of names goes into the text.
+      // Puts a long list of names into the text, as groff does not break the line of a tag.
       if (is_long(option))
         text += " \\fINAME\\fR";
       else if (!option.value.empty())
@@ -82,7 +82,7 @@ std::string options_text(const Command& command) {
   return text;
 }
 
-/// Text below the options of --help; tables keep their lines.
+/// Formats the text below the options of --help; tables keep their lines.
 std::string footer_text(const CLI::App& app) {
   const std::string& footer = app.get_footer();
   if (footer.empty()) return "";

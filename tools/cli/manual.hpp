@@ -1,4 +1,4 @@
-// Pages of the manual, written from the definition of the command line.
+// Writes the pages of the manual from the definition of the command line.
 #pragma once
 
 #include <string>
@@ -9,18 +9,19 @@
 namespace cli {
 
 struct ManualPage {
-  std::string name;  ///< "bristle-run"
+  std::string name;  ///< name such as "bristle-run"
   std::string roff;
 };
 
-/// Of the program and of each of its commands, in section 1. `date`: of the build, such as 2026-01-31.
+/// Makes pages of the program and each of its commands, in section 1. `date` is that of the build, such as
+/// 2026-01-31.
 std::vector<ManualPage> manual_pages(const CLI::App& program, const std::string& version,
                                      const std::string& date);
-/// Today, or what SOURCE_DATE_EPOCH says, so that a build can be repeated.
+/// Returns today's date, or that of SOURCE_DATE_EPOCH, for reproducible builds.
 std::string manual_date();
 
-/// Writes all pages into a folder as NAME.1 (made if it is not there), or one to stdout: of `command`, which
-/// is empty for the program's own. Throws UserError.
+/// Writes all pages into a folder as NAME.1 (made if missing); or one page to stdout, that of `command`,
+/// which is empty for the program's own. Throws UserError.
 void manual_command(const CLI::App& program, const std::string& command, const std::string& folder);
 
 }  // namespace cli

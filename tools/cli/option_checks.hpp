@@ -1,4 +1,4 @@
-// Checks of option values that CLI11 does not have.
+// Checks option values in ways that CLI11 lacks.
 #pragma once
 
 #include <cstdlib>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// Accepts numbers of a range. (CLI::Range lets "nan" pass.)
+/// Accepts numbers within a range. (CLI::Range lets "nan" pass.)
 inline CLI::Validator within(double low, double high) {
   const auto check = [low, high](const std::string& text) {
     char* end = nullptr;
@@ -22,7 +22,7 @@ inline CLI::Validator within(double low, double high) {
   return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
 }
 
-/// Accepts digits alone. (CLI11 takes "-1" for the largest unsigned number.)
+/// Accepts only digits. (CLI11 reads "-1" as the largest unsigned number.)
 inline CLI::Validator digits() {
   return CLI::Validator(
       [](const std::string& text) {
@@ -32,7 +32,7 @@ inline CLI::Validator digits() {
       "UINT");
 }
 
-/// Refuses an empty name of a file, in every option and command below `app` whose values are files.
+/// Refuses an empty file name, in every option of `app` and its commands whose value is a file.
 inline void refuse_empty_files(CLI::App& app, const char* file_type) {
   for (CLI::Option* option : app.get_options())
     if (option->get_type_name() == file_type)

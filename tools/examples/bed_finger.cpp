@@ -1,4 +1,4 @@
-// A soft fingertip pushes a plate and twists: it slips from the rim inwards.
+// Example of a soft fingertip that pushes a plate and twists: it slips from the rim inwards.
 #include <bristle/bed.hpp>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// A car's wheel: it creeps while it brakes, stops, and stands on a slope.
+// Example of a car's wheel: it creeps while it brakes, stops, and stands on a slope.
 #include <bristle/bed.hpp>
 
 #include <cstdio>

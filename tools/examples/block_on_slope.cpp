@@ -1,5 +1,6 @@
-// A block on a slope, in the loop of a small physics engine: contacts are listed afresh in every step, friction
-// is solved implicitly. It holds still, is tapped, and holds still again. Exits with 1 when it creeps.
+// Example of a block on a slope in the loop of a small physics engine: contacts are listed in every step
+// without memory, friction is solved implicitly. It holds still, is tapped, and holds still again. Exits with
+// 1 when it creeps.
 #include <cmath>
 #include <cstdio>
 #include <vector>

@@ -1,4 +1,4 @@
-# Friction of bristles in Bullet, and the program that sets it beside Bullet's own.
+# Builds the friction of bristles in Bullet, and the program that compares it with Bullet's own.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
@@ -8,9 +8,9 @@ if(NOT TARGET PkgConfig::BULLET)
   return()
 endif()
 if(BRISTLE_MINIMAL)
-  return() # two axes, redraw
+  return() # the adapter needs two axes and redraw
 endif()
-# The adapter is compiled from a copy, without this tree among its include folders: it can be copied out.
+# Compiles the adapter from a copy, without this tree among the include folders, which proves that it can be copied out.
 add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)
 foreach(file skyline.hpp bullet_friction.hpp bullet_friction.cpp)
   configure_file(examples/${file} bullet_adapter/${file} COPYONLY)

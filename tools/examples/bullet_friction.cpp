@@ -28,7 +28,7 @@ btVector3 linear_velocity(const btSolverBody& body) {
   return body.m_linearVelocity + body.m_externalForceImpulse + body.getDeltaLinearVelocity();
 }
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
-/// Bullet's numbers of the two, the same as long as both are in the world.
+/// Returns a key of the pair from Bullet's ids, which stay as long as both bodies are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
   const auto number = [](const btCollisionObject* body) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(body->getBroadphaseHandle()->getUid()));
@@ -42,27 +42,28 @@ btVector3 angular_velocity(const btSolverBody& body) {
 
 }  // namespace
 
-/// A linear system for the changes of velocity of a group's bodies, six unknowns each.
+/// Linear system for the changes of velocity of a group's bodies, six unknowns each.
 struct BristleSolver::System {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  /// What a constraint sees of its two bodies' velocities. A body that does not move has the column -1.
+  /// Jacobian of a constraint with respect to its two bodies' velocities. A body that does not move has
+  /// column -1.
   struct Line {
     int column[2];
     Vector6 along[2];
   };
-  /// One of Bullet's rows, of a normal impulse or a joint. `softness` is a little more than its own.
+  /// Row of Bullet, of a normal impulse or a joint. `softness` is slightly above the row's own.
   struct Row {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;        // N s
-    double wanted, own, softness;  // m/s, 1/kg, 1/kg
-    bool active;                   // within its limits
+    double wanted, own, softness;  // target speed m/s; the row's softness and the larger one used here, 1/kg
+    bool active;                   // whether the impulse is within its limits
   };
   struct Friction {
     Contact* contact;
     Line lines[2];
-    Vector2d before, elastic;  // m/s, N
-    double share, slope;       // s, N s/m
+    Vector2d before, elastic;  // slip before, m/s; elastic force, N
+    double share, slope;       // factor from force to impulse, s; slope, N s/m
     bool clipped;
   };
 
@@ -96,7 +97,7 @@ struct BristleSolver::System {
   void refine();
   bool drop();
 
-  std::vector<int> column;  // by solver body
+  std::vector<int> column;  // first column of each solver body
   bristle_example::Skyline matrix, masses;
   Eigen::VectorXd right, change;
   std::vector<Row> rows;
@@ -118,7 +119,7 @@ void BristleSolver::System::set_shape() {
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
-  constexpr double locked = 1e-12;  // of an axis that may not move
+  constexpr double locked = 1e-12;  // inverse mass of an axis that may not move
   for (int b = 0; b < bodies.size(); ++b) {
     const int at = column[static_cast<std::size_t>(b)];
     if (at < 0) continue;
@@ -136,7 +137,7 @@ void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>&
   }
 }
 
-/// Finds the change of velocity under the active rows and friction, and the impulses of these rows.
+/// Solves for the change of velocity under the active rows and friction, and for the impulses of these rows.
 void BristleSolver::System::solve() {
   matrix = masses;
   right.setZero();
@@ -158,7 +159,7 @@ void BristleSolver::System::solve() {
     if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
 }
 
-/// Takes most of the added softness out again.
+/// Removes most of the added softness by a step of iterative refinement.
 void BristleSolver::System::refine() {
   const auto missing = [&](const Row& row) {
     return row.active ? row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before) : 0.0;
@@ -171,8 +172,8 @@ void BristleSolver::System::refine() {
   change += right;
 }
 
-/// Leaves rows that are beyond a limit at it, and patches beyond theirs without stiffness. False when there
-/// are none.
+/// Fixes rows beyond a limit at it, and removes the stiffness of patches beyond their force limit. Returns
+/// false when there are none.
 bool BristleSolver::System::drop() {
   bool dropped = false;
   for (Row& row : rows) {
@@ -224,14 +225,14 @@ void BristleSolver::reset() {
   forget_contacts();
 }
 
-/// Bullet calls it once before the islands of a step are solved.
+/// Prepares a step; Bullet calls this once before it solves the islands.
 void BristleSolver::prepareSolve(int, int) {
   solved_.clear();
   listed_.clear();
   match();
 }
 
-/// Contacts of this step, each with what was known of it a step ago; those of sleeping bodies wait.
+/// Matches contacts of this step to those of the step before; those of sleeping bodies are kept.
 void BristleSolver::match() {
   found_.clear();
   points_.clear();
@@ -285,7 +286,7 @@ BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) 
   return &*contact;
 }
 
-/// Bullet makes its rows with a coefficient of 0, so that friction does not act twice.
+/// Sets the friction coefficient to 0 while Bullet makes its rows, so that friction does not act twice.
 void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
                                     const btContactSolverInfo& info) {
   coefficients_.clear();
@@ -310,7 +311,7 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   }
 }
 
-/// Sets the contact up for the sweeps, and begins with the force that its patch has.
+/// Prepares the contact for the sweeps, starting from the force that its patch has.
 void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
   const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
@@ -328,8 +329,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   solved_.push_back(&contact);
 }
 
-/// Sets how both bodies' velocities make the slip, and how an impulse changes it. One point for both bodies,
-/// so that friction keeps their angular momentum too.
+/// Sets the Jacobian of the slip and the effect of an impulse on it. Both bodies use one point, so that
+/// friction conserves angular momentum too.
 void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
   const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
@@ -362,12 +363,12 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
     }
 }
 
-/// A spring and a damper that pull as the patch does where it is, as far as its force limit. A new contact
-/// has no load yet: its patch is asked as if it had the highest one, all in proportion.
+/// Sets the answer to a spring and damper with the patch's present force and stiffness, clipped at its force
+/// limit. A new contact has no load yet, so its patch is evaluated at the highest load and scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   Contact::Answer& answer = contact.answer;
   answer.at_load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
-  const Vector2d slip = slip_of(contact);  // what the damper is at depends on it
+  const Vector2d slip = slip_of(contact);  // the damper's coefficient depends on the slip speed
   const Response now =
       batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, answer.at_load, true, {slip[0], slip[1]}});
   answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
@@ -377,7 +378,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   answer.clipped = true;
 }
 
-/// The patch's own answer to the slip of now, and the secant from where it was as slope.
+/// Sets the answer to the patch's own force at the present slip, with the secant from zero slip as slope.
 void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
@@ -395,12 +396,13 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   answer.clipped = false;
 }
 
-/// The impulse at which the slip that it leaves and the answer to that slip agree, other contacts as they
-/// are. Bristles that a falling load lifts take their force with them; those that a rising load adds are
-/// straight. Returns the square of the change of slip that this took, as Bullet's rows do.
+/// Finds the impulse that agrees with the slip it leaves, other contacts fixed. Bristles lifted by a falling
+/// load lose their force; those added by a rising load are straight. Returns the squared change of slip, as
+/// Bullet's rows do.
 double BristleSolver::rub(Contact& contact, double dt_s) {
   const Contact::Answer& answer = contact.answer;
-  const double share = normal_impulse(contact) / answer.at_load;  // dt times load over the answer's
+  // Dt times load, over the load of the answer.
+  const double share = normal_impulse(contact) / answer.at_load;
   const double held = std::min(share, dt_s);
   const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
   const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
@@ -458,8 +460,8 @@ void BristleSolver::list_unknowns(double dt_s) {
   system.masses.begin(unknowns);
   const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
 
-  // Four corners carry a body that three would carry: a little softness shares the load out.
-  constexpr double softness = 3e-3;  // of what a row sees of its bodies' mobility
+  // Adds a little softness, which shares the load out between four corners where three would carry the body.
+  constexpr double softness = 3e-3;  // relative to the mobility of a row's bodies
   system.rows.clear();
   for (btConstraintArray* pool : {&m_tmpSolverContactConstraintPool, &m_tmpSolverNonContactConstraintPool}) {
     for (int i = 0; i < pool->size(); ++i) {
@@ -502,8 +504,8 @@ void BristleSolver::list_unknowns(double dt_s) {
   }
 }
 
-/// Solves normal impulses, joints and friction of a whole group: what the iterations begin with. They alone
-/// leave a stack an error in each step, and it creeps or falls. Loads are those of the step before.
+/// Solves normal impulses, joints and friction of a whole group, as a start for the iterations. Iterations
+/// alone leave an error in each step, by which a stack creeps or falls. Loads are those of the last step.
 void BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
@@ -518,7 +520,7 @@ void BristleSolver::solve_at_once(double dt_s) {
   system.refine();
   system.drop();
 
-  // Impulses are applied one by one, so velocities agree with them whatever the system has left open.
+  // Applies the impulses one by one, so that velocities agree with them whatever error the solution has.
   for (const System::Row& row : system.rows) {
     btSolverConstraint& to = *row.constraint;
     btSolverBody &a = m_tmpSolverBodyPool[to.m_solverBodyIdA], &b = m_tmpSolverBodyPool[to.m_solverBodyIdB];
@@ -546,12 +548,12 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
       residual = std::max(residual, rub(*solved_[i], dt_s));
-  // Bullet stops when nothing changes; no sooner than the patches were asked.
+  // Lets Bullet stop when nothing changes, but not before the patches have been evaluated.
   const bool asked = iteration > half || solved_.size() == first_of_group_;
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
 
-/// Before Bullet moves the bodies and drops its rows.
+/// Reads the impulses before Bullet moves the bodies and deletes its rows.
 btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
   const double dt_s = static_cast<double>(info.m_timeStep);
@@ -559,7 +561,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
     Contact& contact = *solved_[i];
     const double load = normal_impulse(contact) / dt_s;
-    // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
+    // Keeps a load that changes only in the last digits of the solver, so that a patch at rest stays at rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
     const Vector2d d = dt_s * slip_of(contact);
     for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
@@ -568,7 +570,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-/// The patches of all islands step; those of sleeping bodies rest.
+/// Steps the patches of all islands at once; those of sleeping bodies are not stepped.
 void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
   responses_.resize(solved_.size());
   batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);

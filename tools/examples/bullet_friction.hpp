@@ -39,44 +39,49 @@
 namespace bullet_example {
 
 struct FrictionOptions {
-  /// Of each contact point. A law with SnapRule::keep needs Population::representatives.
+  /// Options of the patch at each contact point. A law with SnapRule::keep needs Population::representatives.
   bristle::PatchOptions patch = bristle::PatchOptions{}
                                     .with_max_normal_load(10.0)
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  double reach = 0.01;  ///< m: a contact point that moves farther over its body in a step is a new one
-  /// Over the friction of all contacts in each of Bullet's iterations. Stuck feet of one body share their
-  /// load slowly: with 1 a block rocks on its bristles at steps of 1/60 s, with 4 it comes to rest.
+  /// m, largest motion of a contact point over its body in a step; a point that moves farther is a new
+  /// contact.
+  double reach = 0.01;
+  /// Number of passes over the friction of all contacts in each of Bullet's iterations. Stuck feet of one
+  /// body share their load slowly: with 1 a block rocks on its bristles at steps of 1/60 s, with 4 it comes
+  /// to rest.
   int sweeps = 4;
-  std::uint32_t contacts = 256;  ///< at once; contact points beyond have no friction
+  std::uint32_t contacts = 256;  ///< most contact points at once; points beyond have no friction
 };
 
 class BristleSolver : public btSequentialImpulseConstraintSolver {
  public:
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
-  /// `law`: its kinetic coefficient is replaced by that of each contact, peak over kinetic stays.
-  /// `dispatcher`: of the world. Throws bristle::Error.
+  /// Makes the solver. The kinetic coefficient of `law` is replaced by each contact's; peak over kinetic
+  /// stays. `dispatcher` is the world's. Throws bristle::Error.
   BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
                 const FrictionOptions& options = {});
   ~BristleSolver() override;
 
-  /// A contact point with friction.
+  /// Contact point with friction.
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;
-    bristle::ContactFrame frame;        ///< normal from body B of the manifold to body A
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
+    /// Contact frame; its normal points from body B of the manifold to body A.
+    bristle::ContactFrame frame;
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, contact point in the world
     double force[2] = {0, 0};           ///< N along frame.along() and aside(), on body A
     double normal_load = 0.0;           ///< N
-    double scale = 1.0;                 ///< the contact's coefficient over the material's
-    bristle::Response response;         ///< of its patch, before `scale`
+    double scale = 1.0;                 ///< ratio of the contact's coefficient to the material's
+    bristle::Response response;         ///< response of its patch, before `scale`
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< A and B
 
    private:
     friend class BristleSolver;
-    // Impulse on A at the slip s: dt (load / at_load) (steady - slope s), elastic part at most `limit`.
+    // Linear model of the patch's force. At slip s the impulse on A is dt (load / at_load) (steady - slope
+    // s), with the elastic part at most `limit`.
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
       double slope = 0.0, damping = 0.0, limit = 0.0;                                  // N s/m, N s/m, N
@@ -85,21 +90,21 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     };
     struct Side {
       int body = -1;
-      btVector3 linear[2], angular[2];  // velocities that a unit impulse along each axis gives
+      btVector3 linear[2], angular[2];  // velocities that a unit impulse along each axis causes
       btVector3 axis[2], moment[2];     // slip along each axis = axis . v + moment . w
     };
-    int row = -1;  // of its normal impulse in Bullet's pool
+    int row = -1;  // index of its normal impulse in Bullet's pool
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();   // N s
     Answer answer;
   };
 
-  /// Contacts of the last step whose island was awake.
+  /// Returns the contacts of the last step whose island was awake.
   const std::vector<const Contact*>& contacts() const { return listed_; }
   const bristle::KeyedPatches& patches() const { return patches_; }
 
-  /// After bodies were put elsewhere: every contact is new. reset() does the same.
+  /// Makes every contact new. Call it when bodies were put elsewhere; reset() does this too.
   void forget_contacts();
   void reset() override;
   void prepareSolve(int bodies, int manifolds) override;
@@ -135,7 +140,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
-  std::vector<Contact> known_, before_;  // by key, those of sleeping bodies too
+  std::vector<Contact> known_, before_;  // sorted by key, with contacts of sleeping bodies
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
@@ -143,8 +148,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     const btManifoldPoint* point;
     std::uint64_t key;
   };
-  std::vector<Place> places_;       // by address
-  std::size_t first_of_group_ = 0;  // contacts of the islands that are being solved begin here
+  std::vector<Place> places_;       // sorted by address
+  std::size_t first_of_group_ = 0;  // index of the first contact of the islands being solved
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;
   std::vector<bristle::Motion> motions_;

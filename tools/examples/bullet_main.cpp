@@ -1,4 +1,4 @@
-// bristle_bullet: Bullet's own friction beside that of bristles, as a table and as CSV.
+// Runs bristle_bullet: compares Bullet's own friction with bristles, as a table and as CSV.
 #include <algorithm>
 #include <cstdio>
 #include <exception>

@@ -19,7 +19,7 @@ btVector3 gravity_on_slope(double degrees) {
   return vector(9.81 * std::sin(angle), 0.0, -9.81 * std::cos(angle));
 }
 
-/// A floor whose upper side is z = 0.
+/// Adds a floor whose upper side is z = 0.
 void add_floor(World& world, double coefficient) {
   world.add_box(vector(5.0, 5.0, 0.5), vector(0.0, 0.0, -0.5), 0.0, coefficient);
 }
@@ -29,7 +29,7 @@ double heading(const btTransform& place) {
   return std::atan2(static_cast<double>(turned[1][0]), static_cast<double>(turned[0][0]));
 }
 
-/// One kind of friction at work on a world of its own.
+/// Simulation of a world with one kind of friction.
 class Stepper {
  public:
   Stepper(const Scene& scene, Friction kind)
@@ -119,7 +119,7 @@ btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3
       btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.place.get(), shape.get(), inertia));
   made.shape = std::move(shape);
   btRigidBody& body = *made.body;
-  body.setFriction(scalar(std::sqrt(coefficient)));  // Bullet multiplies those of the two
+  body.setFriction(scalar(std::sqrt(coefficient)));  // Bullet multiplies the coefficients of the two bodies
   body.setActivationState(DISABLE_DEACTIVATION);
   if (friction_ == Friction::anchored)
     body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
@@ -164,7 +164,7 @@ btRigidBody& World::add_plate(const btVector3& place, double mass_kg, double coe
 
 void World::step(double dt_s) {
   dt_s_ = dt_s;
-  world_->stepSimulation(scalar(dt_s), 0);  // one step of just that length
+  world_->stepSimulation(scalar(dt_s), 0);  // one step of exactly this length
   ++steps_;
 }
 
@@ -188,7 +188,7 @@ Scene tapped_block(double dt_s) {
   };
   scene.drive = [](World& world) {
     const bool tap = world.time() < 2.0 && std::fmod(world.time() + 1e-9, 0.2) < 0.01;
-    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // aside and into the slope
+    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // sideways and into the slope
   };
   return scene;
 }
@@ -227,7 +227,8 @@ Scene pushed_box() {
     const double t = world.time() + 1e-9;
     if (t < push_begin || t >= push_end) return;
     world.body(1).applyCentralForce(vector(push_force, 0.0, 0.0));
-    world.body(1).applyTorque(vector(0.0, 0.0, -push_arm * push_force));  // along x, at push_arm of y
+    // Torque of a force along x at y = push_arm.
+    world.body(1).applyTorque(vector(0.0, 0.0, -push_arm * push_force));
   };
   return scene;
 }

@@ -36,12 +36,14 @@
 #include "world/CGenericObject.h"
 
 struct BrushProxyOptions {
-  /// The infinite brush has no ripple. A law with SnapRule::keep needs Population::representatives.
+  /// Options of the patch. The infinite brush has no ripple; a law with SnapRule::keep needs
+  /// Population::representatives.
   bristle::PatchOptions patch =
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
   double dt_s = 1e-3;                                            ///< s, period of the servo thread
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
-  /// m, one count of the encoders times the workspace scale: for the damper's velocity, see HapticOptions
+  /// m, one count of the encoders times the workspace scale; the damper's velocity depends on it, see
+  /// HapticOptions.
   double resolution = 0.0;
   /// Sends the mean of friction over the tick instead of its value at the end: less ripple with few
   /// representatives, half a tick later (so the device must damp K T, not K T / 2).
@@ -71,7 +73,7 @@ struct BrushProxyOptions {
 
 class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
  public:
-  /// Throws bristle::Error. To be made before the servo thread runs.
+  /// Makes the proxy, before the servo thread runs. Throws bristle::Error.
   explicit BrushFingerProxy(const bristle::Material& material, const BrushProxyOptions& options = {})
       : options_(options),
         point_(bristle::HapticOptions{}
@@ -88,8 +90,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   const bristle::HapticPoint& point() const { return point_; }
   const bristle::Response& response() const { return response_; }
 
-  /// Takes over what was set on another proxy: radius, dynamic mode, collision settings, tolerances. They are
-  /// lost where the algorithm of a point is just replaced. (install_brush does it.)
+  /// Copies the settings of another proxy: radius, dynamic mode, collision settings, tolerances. They would
+  /// be lost if a point's algorithm were just replaced. install_brush() calls this.
   void take_settings(cAlgorithmFingerProxy& from) {
     setEpsilonBaseValue(from.getEpsilonBaseValue());
     m_collisionSettings = from.m_collisionSettings;
@@ -99,22 +101,23 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     m_frictionDynHysteresisMultiplier = from.m_frictionDynHysteresisMultiplier;
   }
 
-  /// Call after a jump that the hand did not make: the device was indexed, the tool's frame or the scene
-  /// moved, an object was replaced.
+  /// Resets the bristles. Call it after a jump that the hand did not make: the device was indexed, the tool's
+  /// frame or the scene moved, an object was replaced.
   void restart() {
     point_.restart();
     object_ = nullptr;
   }
 
   struct CountStep {
-    double force_n;            ///< step of the friction force at one count, N
-    double share;              ///< of the highest friction force; above 0.2 it is felt as grain
-    double damping_n_s_per_m;  ///< the device's own damping that makes the loop passive, at the hand
+    double force_n;  ///< N, step of the friction force at one count
+    double share;    ///< force step over the highest friction force; above 0.2 it is felt as grain
+    /// Damping at the hand that the device itself must have to make the loop passive.
+    double damping_n_s_per_m;
   };
-  /// What a count of `count_m` (m, at the hand) does in a workspace scaled by `scale`, under a wall force of
-  /// `load_n`: the patch, of stiffness K, moves by scale times the count, and the hand feels scale times K.
-  /// To damp it: a presliding length of at least ten counts times the scale (share 0.2; it divides all
-  /// three), the material's damping with `resolution` set to the same product, or a faster loop.
+  /// Returns the effect of a count of `count_m` (m, at the hand) in a workspace scaled by `scale`, under a
+  /// wall force of `load_n`: the patch, of stiffness K, moves by scale times the count, and the hand feels
+  /// scale times K. Remedies are a presliding length of at least ten counts times the scale (share 0.2; it
+  /// divides all three), the material's damping with `resolution` set to that product, or a faster loop.
   CountStep count_step(double count_m, double scale, double load_n) {
     const bristle::Response rest =
         batch_.find_force(options_.dt_s, bristle::Motion{motion_.id, {0.0, 0.0}, load_n});
@@ -124,7 +127,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
  protected:
-  /// Where the surface alone lets the proxy go; what holds it back is the patch.
+  /// Moves the proxy as the surface alone allows; the patch supplies the friction.
   void testFrictionAndMoveProxy(const chai3d::cVector3d& a_goal, const chai3d::cVector3d&, chai3d::cVector3d&,
                                 chai3d::cGenericObject*) override {
     m_nextBestProxyGlobalPos = a_goal;
@@ -133,8 +136,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
     follow_object();
-    // On a face the wall pushes along its normal; what else the spring has there is a proxy that lags. In an
-    // edge or a corner the spring of a proxy without friction is the force of the contact as a whole.
+    // Takes as load on a face the spring's part along the normal; the rest comes from a proxy that lags. In
+    // an edge or a corner the whole spring force of the frictionless proxy is the load.
     const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
     bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
@@ -164,8 +167,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     return pose;
   }
 
-  /// Carries the frame of the contact with the object that is touched, as long as it is. Reads only objects
-  /// of this tick: others may be deleted. A new object at an old address has another material.
+  /// Carries the contact's frame with the touched object. Reads only objects of this tick, since others may
+  /// be deleted; a new object at an old address is recognised by its material.
   void follow_object() {
     bool held = false;
     for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
@@ -179,7 +182,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
         on_object_ = pose_of(*object_).inverse() * surface_;
       }
     }
-    // Products of rotations drift from being one.
+    // Renormalises the rotation, from which products drift away.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
   }
 
@@ -193,10 +196,10 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;   // touched in this tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // of object_
+  chai3d::cGenericObject* object_ = nullptr;   // object touched in this tick
+  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_
   Pose surface_ = Pose::Identity(),
-       on_object_ = Pose::Identity();  // of the contact: in the world, on object_
+       on_object_ = Pose::Identity();  // pose of the contact: in the world, on object_
 };
 
 /// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the

@@ -1,6 +1,6 @@
-// Tries BrushFingerProxy without a device or a window: a point is pushed into a CHAI3D mesh, pulled within
-// the stick range, slid over it and lifted; a block that falls is pinched by two points, held and lifted.
-// Both beside CHAI3D's own friction cone. Exits with 1 when something is off.
+// Tests BrushFingerProxy without a device or a window: a point is pushed into a CHAI3D mesh, pulled within
+// the stick range, slid over it and lifted; a falling block is pinched by two points, held and lifted. Runs
+// both beside CHAI3D's own friction cone. Exits with 1 when a result is wrong.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,7 +17,7 @@ constexpr double dt = 1e-3;
 constexpr double stiffness = 500.0;  // N/m
 constexpr double kinetic = 0.5;
 
-/// A floor of 0.4 m by 0.4 m at z = 0, of many triangles.
+/// Makes a floor of 0.4 m by 0.4 m at z = 0, of many triangles.
 chai3d::cMesh* make_floor() {
   auto* mesh = new chai3d::cMesh();
   constexpr int n = 20;
@@ -42,12 +42,12 @@ chai3d::cMesh* make_floor() {
 }
 
 struct Outcome {
-  double wall = 0.0;        // N, at rest on the floor
-  double held_first = 0.0;  // N, friction when the pull of 4 um has just ended
-  double held_last = 0.0;   // N, two seconds later
+  double wall = 0.0;        // N, wall force at rest on the floor
+  double held_first = 0.0;  // N, friction at the end of a pull of 4 um
+  double held_last = 0.0;   // N, friction two seconds later
   double lean = 0.0;        // friction over wall force in sliding
-  double across = 0.0;      // N, sideways in sliding
-  double lifted = 0.0;      // N, in the air
+  double across = 0.0;      // N, sideways force in sliding
+  double lifted = 0.0;      // N, force in the air
 };
 
 Outcome run(chai3d::cAlgorithmFingerProxy& proxy, chai3d::cWorld& world) {
@@ -88,15 +88,15 @@ void print(const char* name, const Outcome& o) {
 }
 
 struct Pinch {
-  double wall = 0.0;   // N, of one point
-  double drop = 0.0;   // m, until it holds
-  double creep = 0.0;  // m/s, over the last second of holding
-  double lift = 0.0;   // m, when the points have gone up by lift_m
+  double wall = 0.0;   // N, wall force of one point
+  double drop = 0.0;   // m, fall of the block until it is held
+  double creep = 0.0;  // m/s, mean speed over the last second of holding
+  double lift = 0.0;   // m, rise of the block when the points have gone up by lift_m
 };
 constexpr double lift_m = 0.05;
 
-/// A cube of 40 mm and 0.1 kg between two points that come 4 mm into it, hold it for 2.7 s and go up at 0.1
-/// m/s. It can move up and down only.
+/// Holds a cube of 40 mm and 0.1 kg between two points, which press 4 mm into it for 2.7 s and then go up at
+/// 0.1 m/s. The cube can move only vertically.
 template <class MakeProxy>
 Pinch pinch(const MakeProxy& make_proxy) {
   constexpr double mass = 0.1, side = 0.04, radius = 0.005;
@@ -130,7 +130,7 @@ Pinch pinch(const MakeProxy& make_proxy) {
       on_points += force(2);
       out.wall = std::fabs(force(0));
     }
-    if (i >= 300) {  // on a table until it is pinched
+    if (i >= 300) {  // the block stands on a table until it is pinched
       velocity += dt * (-9.81 - on_points / mass);
       height += dt * velocity;
     }
@@ -165,10 +165,11 @@ int main() {
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);
   print("CHAI3D's cone", theirs);
-  // 2 mm deep (the proxy is a ball of 1 mm): 1 N and more; held by the stiffness of 1 / 52 um per newton.
+  // Requires, at 2 mm depth (the proxy is a ball of 1 mm), a wall force of about 1 N, and a held force by the
+  // stiffness of 1 / 52 um per newton.
   const bool right = ours.wall > 0.9 && ours.held_first > 0.0 && ours.held_last == ours.held_first &&
                      std::fabs(ours.lean - kinetic) < 0.02 * kinetic && ours.lifted == 0.0;
-  // The block swings on its bristles: a damper that works at any speed brings it to rest.
+  // Adds a damper that works at any speed: without it the block swings on its bristles.
   const auto skin = bristle::Material::from_coefficients(bristle::Coefficients{}
                                                              .with_kinetic(kinetic)
                                                              .with_peak(0.55)
@@ -178,7 +179,7 @@ int main() {
   const Pinch held = pinch([&] { return std::make_unique<BrushFingerProxy>(skin); });
   print("brush", held);
   print("CHAI3D's cone", pinch([] { return std::make_unique<chai3d::cAlgorithmFingerProxy>(); }));
-  // It slides a little when the points start at 0.1 m/s.
+  // Allows a small slide when the points start at 0.1 m/s.
   const bool stays =
       held.drop < 0.2e-3 && std::fabs(held.creep) < 1e-9 && std::fabs(held.lift - lift_m) < 1e-3;
   if (!right || !stays) std::printf("not as it should be\n");

@@ -13,17 +13,23 @@ int main() {
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
                                 bristle::KeyedOptions{}.with_capacity(1000));  // all memory is taken here
   batch.warm_up();
-  bristle::ContactFrame frame(Eigen::Vector3d::UnitZ());  // one for each contact, kept as long as its key
+  bristle::ContactFrames frames(patches);  // one for each contact, kept as long as its key
   for (int step = 0; step < 300; ++step) {
     // From the engine: contact 42 between two bodies, its normal (from the other body to the moving one), its
     // force, and the velocity of the one relative to the other where they touch.
     const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);
-    bristle::Motion motion{patches.find_or_add(42), {0.0, 0.0}, 20.0 /* N */};
-    frame.carry(normal);
+    const bristle::KeyedContact contact = patches.find_or_add_contact(42);
+    bristle::Motion motion{contact.id, {0.0, 0.0}, 20.0 /* N */};
+    const bristle::ContactFrame& frame = frames.carry(contact, normal);
     frame.set_displacement(1e-3 /* s */ * velocity, motion);
     bristle::Response response;
     batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // all contacts in one call
     patches.end_step();                                      // contacts not seen in this step go back
+    if (has(response.status, bristle::Status::no_capacity)) {
+      std::printf("%llu contacts found no patch: raise the capacity\n",
+                  static_cast<unsigned long long>(patches.refused()));
+      return 1;
+    }
     const auto wrench = bristle::ContactFrame::wrench(frame.force(response.end), arm);
     if (step % 100 == 99)
       std::printf("force %.3f %.3f N, moment %.3f N m\n", wrench[0], wrench[1], wrench[4]);

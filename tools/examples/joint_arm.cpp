@@ -1,4 +1,4 @@
-// An arm hangs on a geared motor: it is lifted, held without a motor, and let down.
+// Example of an arm on a geared motor: it is lifted, held without a motor, and lowered.
 #include <bristle/joint_friction.hpp>
 
 #include <algorithm>
@@ -44,5 +44,5 @@ int main() {
                   angle, speed, motor, torque);
   }
   // end
-  return std::abs(speed) < 0.01 && angle < 0.5 ? 0 : 1;  // it came down, and stopped
+  return std::abs(speed) < 0.01 && angle < 0.5 ? 0 : 1;  // the arm came down, and stopped
 }

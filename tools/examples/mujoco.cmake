@@ -1,18 +1,19 @@
-# Friction of bristles in MuJoCo, and the program that sets it beside MuJoCo's own. Debian has MuJoCo 2.2; another one:
-# -Dmujoco_DIR=<where MuJoCo was installed>/lib/cmake/mujoco.
+# Builds the friction of bristles in MuJoCo, and the program that compares it with MuJoCo's own. Debian has MuJoCo 2.2;
+# for another: -Dmujoco_DIR=<where MuJoCo was installed>/lib/cmake/mujoco.
 find_package(mujoco CONFIG QUIET GLOBAL)
 if(NOT TARGET mujoco::mujoco)
   bristle_skip("MuJoCo's example" libmujoco-dev)
   return()
 endif()
-# Debian's package names a folder of another package that it does without, and /usr/include is known anyway.
+# Clears an include folder that Debian's package names without depending on its package; /usr/include is known anyway.
 get_target_property(folders mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
 list(FILTER folders EXCLUDE REGEX "libqhull|^/usr/include/?$")
 set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${folders}")
 if(BRISTLE_MINIMAL)
-  return() # two axes, redraw
+  return() # the adapter needs two axes and redraw
 endif()
-# The adapters are compiled from a copy, without this tree among its include folders: they can be copied out.
+# Compiles the adapters from a copy, without this tree among the include folders, which proves that they can be copied
+# out.
 add_library(bristle_mujoco_friction STATIC
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_joints.cpp)

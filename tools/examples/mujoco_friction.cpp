@@ -20,7 +20,7 @@ std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 
-/// Refuses what bristles cannot do.
+/// Checks condims; refuses rolling friction, which bristles cannot give.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
   if (leave_out_rolling) return dims;
   const auto refuse = [&](int object, const char* kind, int id) {
@@ -43,7 +43,7 @@ Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& mov
 bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
   return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
 }
-/// Calls visit(other, mass) for the entries of the inertia matrix in the row of `dof`, to the diagonal.
+/// Calls visit(other, mass) for the entries of the inertia matrix in row `dof`, up to the diagonal.
 template <class Visit>
 void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit& visit) {
 #if mjVERSION_HEADER < 3011000
@@ -55,10 +55,10 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 #endif
 }
 
-/// Where a contact is, m, in a frame that it hardly moves in however fast the bodies are: at the centre of
-/// the smaller geom, with the axes of that geom or, where it is round and may roll, of the world.
+/// Returns the contact's place (m) in a frame in which it hardly moves, however fast the bodies are: the
+/// centre of the smaller geom, with the geom's axes or, if it is round and may roll, the world's.
 Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // a plane has none
+  const auto radius = [&](int geom) {  // a plane has no radius
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
@@ -134,7 +134,7 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
   begin_new_contacts(model, data);
   number_dofs(model);
   for (Cell& cell : cells_) cell.slips = false;
-  // A cell that slips in one pass slips in all later ones.
+  // Repeats until no further cell slips; a cell that slips in one pass slips in all later ones.
   do {
     solve(model, data);
   } while (clip(model.opt.timestep));
@@ -151,8 +151,8 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// By MuJoCo's rules: that of the pair if the model lists it, else that of the geom with the higher priority,
-/// else the larger one.
+/// Returns the contact's dimension by MuJoCo's rules: that of the pair if the model lists it, else that of
+/// the geom with higher priority, else the larger one.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {
@@ -165,7 +165,7 @@ int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) cons
   return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
-/// Contacts of this step, each with what was known of it a step ago.
+/// Matches contacts of this step to those of the step before.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
   cells_before_.swap(cells_);
@@ -178,7 +178,7 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   found_.clear();
   found_points_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
-    if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;  // MuJoCo 3: of soft bodies
+    if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;  // MuJoCo 3: a contact of soft bodies
     found_.push_back(c);
     const Vector3d place = place_of(model, data, *c);
     found_points_.push_back({pair_of(*c), {place[0], place[1], place[2]}});
@@ -194,8 +194,8 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   moved_ = false;
 }
 
-/// Finds a contact of the previous step by its key, or null. MuJoCo lists contacts mostly in the order of the
-/// step before.
+/// Finds a contact of the previous step by its key, or null. Tries the next in order first, as MuJoCo mostly
+/// keeps the order.
 const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) {
   if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
   if (by_key_.empty()) {
@@ -245,7 +245,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   set_rows(model, data, contact);
 }
 
-/// Turns that make no difference wait until they do: most contacts rest.
+/// Turns the contact's frame with its bodies. Negligible turns are summed up until they matter, since most
+/// contacts rest.
 void BristleFriction::carry_frame(const mjModel& model, const mjData& data, const Vector3d& normal,
                                   Contact& contact) {
   constexpr double negligible = 1e-6;  // rad
@@ -263,7 +264,7 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
   contact.turn[1].setZero();
 }
 
-/// Sets the contact's rows, as mj_jac without the columns that are zero, and its velocity.
+/// Sets the contact's Jacobian rows, as mj_jac without the zero columns, and its velocity.
 void BristleFriction::set_rows(const mjModel& model, const mjData& data, Contact& contact) {
   int last[2];
   contact.first_dof = dofs_.size();
@@ -302,8 +303,8 @@ BristleFriction::Rows BristleFriction::rows_of(const Contact& contact) {
   return {rows_.data() + 4 * contact.first_dof, 4, static_cast<Eigen::Index>(contact.dofs)};
 }
 
-/// Gives the degrees of freedom that contacts touch their columns: trees that touch one another come close
-/// together, so that lines are short.
+/// Numbers the columns of the degrees of freedom that contacts touch. Kinematic trees in contact are numbered
+/// close together, so that matrix lines are short.
 void BristleFriction::number_dofs(const mjModel& model) {
   touching_.clear();
   for (const Contact& contact : contacts_) {
@@ -347,8 +348,8 @@ void BristleFriction::number_dofs(const mjModel& model) {
   }
 }
 
-/// Gives every new contact the normal load of a step without friction and, where its bodies already slide
-/// against each other, the bristles of steady sliding along their slip.
+/// Gives every new contact the normal load of a step without friction. If its bodies already slide, its
+/// bristles start in the state of steady sliding along the slip.
 void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   const auto is_new = [](const Contact& contact) { return contact.is_new && contact.patch; };
   if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
@@ -360,12 +361,12 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     contact.normal_load = data.efc_force[contact.row];
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
-    // After a few lengths the bristles have forgotten how the slide began.
+    // Slides far enough for the bristles to forget how the slide began.
     const bool slides = speed * model.opt.timestep > presliding_length_;
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
     for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
-      motions_[cell].has_velocity = 1;  // of zero: dampers stay out of it
+      motions_[cell].has_velocity = 1;  // zero velocity, so that dampers add nothing
   }
   constexpr double no_time = 1e-300;  // s
   batch_.step(no_time, motions_, responses_);
@@ -377,15 +378,15 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   }
 }
 
-/// Finds the velocity of every contact at the end of the step: one linear solve for the change of velocity,
-/// in which the patches' stiffness and damping G act at the end of the step,
+/// Predicts the velocity of every contact at the end of the step: one linear solve for the change of
+/// velocity, in which the patches' stiffness and damping G act at the end of the step,
 ///
 ///   (M + Jn' Jn / R + T Jt' G Jt) (u1 - u0) = T (f + Jn' aref / R + Jt' (E - G Jt u0))
 ///
-/// f: all free forces, and constraints other than contacts as they were a step ago. R, aref: MuJoCo's soft
+/// f: all free forces, and the last step's constraint forces other than contacts. R, aref: MuJoCo's soft
 /// normal force (aref - a) / R of the contacts that carried load. Without it a held body would seem free to
-/// turn under friction, which the normal forces forbid: that rings. The cells of a disc are summed up before
-/// they meet the rows: their number costs the solve nothing.
+/// turn under friction, although normal forces prevent that, and the force would ring. A disc's cells are
+/// summed before they meet the rows, so their number does not add to the cost of the solve.
 void BristleFriction::solve(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   system_.set_zero();
@@ -437,8 +438,8 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Adds up the cells' gain G and elastic force E about the contact point. A cell that slips pulls with its
-/// limit, and without stiffness.
+/// Sums the cells' gain G and elastic force E about the contact point. A slipping cell pulls with its force
+/// limit and has no stiffness.
 void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain,
                                 Vector3d& pull) const {
   for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
@@ -460,7 +461,7 @@ void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matr
   gain(2, 1) = gain(1, 2);
 }
 
-/// Marks the cells beyond their limit. False when there is none.
+/// Marks the cells beyond their force limit as slipping. Returns false when there is none.
 bool BristleFriction::clip(double dt_s) {
   bool clipped = false;
   for (const Contact& contact : contacts_) {
@@ -479,7 +480,7 @@ bool BristleFriction::clip(double dt_s) {
   return clipped;
 }
 
-/// Finds the patches' forces for the predicted slip, and what they do to each degree of freedom.
+/// Finds the patches' forces for the predicted slip, and their generalised force on each degree of freedom.
 void BristleFriction::find_forces(double dt_s) {
   friction_.setZero();
   for (Contact& contact : contacts_) {
@@ -500,7 +501,7 @@ void BristleFriction::find_forces(double dt_s) {
   }
 }
 
-/// By what the contacts really slipped, under the normal loads of this step. All patches step in one call.
+/// Steps all patches in one call, by the real slip of the contacts, under the normal loads of this step.
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
@@ -508,7 +509,7 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   responses_.resize(cells_.size());
   for (Contact& contact : contacts_) {
     const double load = data.efc_force[contact.row];
-    // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
+    // Keeps a load that changes only in the last digits of the solver, so that a patch at rest stays at rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
     const Rows rows = rows_of(contact);
     Vector3d moved = Vector3d::Zero();

@@ -41,89 +41,94 @@
 
 namespace mujoco_example {
 
-/// Motions that the contacts of a model resist: the condim of its geoms and pairs.
+/// Motions that each contact of a model resists: the condim of its geoms and pairs.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
-/// Makes every contact of the model frictionless (condim 1). Coefficients stay where they are. Returns what
-/// the condims were.
+/// Makes every contact of the model frictionless (condim 1), keeping the coefficients. Returns the former
+/// condims.
 ContactDims remove_friction(mjModel& model);
 
 struct FrictionOptions {
-  /// Of each contact point. The infinite brush has no noise and costs less; a law with SnapRule::keep needs
-  /// Population::representatives.
+  /// Options of the patch at each contact point. The infinite brush has no noise and costs less; a law with
+  /// SnapRule::keep needs Population::representatives.
   bristle::PatchOptions patch = bristle::PatchOptions{}
                                     .with_max_normal_load(10.0)
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  int rings = 1;                   ///< of the discs of condim 4: 4, 12, 27 cells
-  bool leave_out_rolling = false;  ///< serve condim 6 as condim 4
-  /// m: a contact point that moves farther in one step, as seen from the smaller of its geoms, is a new one.
+  /// Rings of cells of a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
+  int rings = 1;
+  bool leave_out_rolling = false;  ///< treats condim 6 as condim 4
+  /// m, largest motion of a contact point in a step, seen from the smaller geom; a point that moves farther
+  /// is a new contact.
   double reach = 0.01;
-  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
+  std::uint32_t contacts = 256;  ///< most contacts at once; contacts beyond have no friction
 };
 
 class BristleFriction {
  public:
-  /// `law`: its kinetic coefficient is replaced by that of each contact, peak over kinetic stays. Throws
-  /// bristle::Error, for condim 6 among others.
+  /// Makes the friction of a model. The kinetic coefficient of `law` is replaced by each contact's; peak over
+  /// kinetic stays. Throws bristle::Error, for condim 6 among others.
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
-  /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
-  /// it is.
+  /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
+  /// they are.
   void step(const mjModel& model, mjData& data);
-  /// The halves of step(), for a program that has a step of its own. First, after mj_fwdAcceleration: the
-  /// generalised force of friction in this step, which the caller adds to the others before mj_fwdConstraint.
-  /// Repeated calls within a step do no harm.
+  /// Returns the generalised friction force of this step. With end_step() it makes up step(), for a program
+  /// with a step of its own: call it after mj_fwdAcceleration and add the force to the others before
+  /// mj_fwdConstraint. Repeated calls within a step have no effect.
   const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
-  /// Second, after the velocities have been advanced: the patches step by what the contacts slipped.
+  /// Steps the patches by the slip of the contacts. Call it after the velocities have been advanced.
   void end_step(const mjModel& model, const mjData& data);
-  /// After mj_resetData, or when bodies were put elsewhere: every contact is new.
+  /// Makes every contact new. Call it after mj_resetData, or when bodies were put elsewhere.
   void forget_contacts();
 
-  /// A contact of the last step.
+  /// Contact of the last step.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;       ///< of the batch; of a disc that of the extended patches
-    bristle::ContactFrame frame;  ///< normal from geom1 to geom2
+    bristle::PatchId patch;       ///< id in the batch; for a disc, in the extended patches
+    bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
-                               Eigen::Vector3d::Zero()};  ///< rad, not yet in `frame`
-    Eigen::Vector3d point = {0, 0, 0};                    ///< m, in the world
+                               Eigen::Vector3d::Zero()};  ///< rad, turn not yet in `frame`
+    Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;                                  ///< not found in the step before
-    bool is_disc = false;                                ///< of condim 4
-    double radius = 0.0;                                 ///< m, of a disc
-    double normal_load = 0.0;                            ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                                  ///< the contact's coefficient over the material's
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< m/s along normal and axes, rad/s; predicted
-    int bodies[2] = {0, 0};                              ///< of geom1 and geom2
-    int row = -1;                                        ///< of its normal force among MuJoCo's constraints
+    bool is_new = true;        ///< whether it was not found in the step before
+    bool is_disc = false;      ///< whether it has condim 4
+    double radius = 0.0;       ///< m, radius of a disc
+    double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
+    /// Ratio of the contact's coefficient to the material's.
+    double scale = 1.0;
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted: m/s along normal and axes, rad/s
+    int bodies[2] = {0, 0};                              ///< bodies of geom1 and geom2
+    /// Index of its normal force among MuJoCo's constraints.
+    int row = -1;
     std::size_t first_cell = 0, cells = 0;
-    bristle::ExtendedMotion moved;  ///< of a disc, in this step
+    bristle::ExtendedMotion moved;  ///< motion of a disc in this step
 
    private:
     friend class BristleFriction;
-    std::size_t first_dof = 0, dofs = 0;              // of dofs_ and rows_
+    std::size_t first_dof = 0, dofs = 0;              // first index and number in dofs_ and rows_
     Eigen::Vector4d start = Eigen::Vector4d::Zero();  // `velocity` at the beginning of the step
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
   const bristle::KeyedPatches* discs() const {
     return discs_ ? &*discs_ : nullptr;
-  }  ///< null: none asked for
+  }  ///< null if no contact may spin
 
  private:
-  /// One cell of a patch: a point has one, a disc several.
+  /// Cell of a patch; a point has one, a disc several.
   struct Cell {
-    bristle::Response response;    ///< where the bodies are now
-    Eigen::Vector2d at = {0, 0};   ///< m, from the contact point
-    Eigen::Vector2d way = {0, 0};  ///< of its force, once it slips in the prediction
+    bristle::Response response;    ///< response at the bodies' present place
+    Eigen::Vector2d at = {0, 0};   ///< m, offset from the contact point
+    Eigen::Vector2d way = {0, 0};  ///< direction of its force, once it slips in the prediction
     bool slips = false;
   };
-  /// Rows of a contact: velocity along its normal and axes, spin; a column for each degree of freedom.
+  /// Jacobian rows of a contact (velocity along normal and axes, spin), with a column for each degree of
+  /// freedom.
   using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
 
   void match(const mjModel& model, const mjData& data);
@@ -148,29 +153,30 @@ class BristleFriction {
   ContactDims dims_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches points_;
-  bristle::ExtendedPatches patches_;  // of the discs
+  bristle::ExtendedPatches patches_;  // patches of the discs
   std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
-  std::size_t next_before_ = 0;  // of before_: the one that is likely to come next
-  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;  // places in before_, once somebody asked
+  std::size_t next_before_ = 0;  // index in before_ of the contact that probably comes next
+  // Indices in before_ sorted by key, made on demand.
+  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<bristle::Motion> motions_;  // of all cells
+  std::vector<bristle::Motion> motions_;  // motions of all cells
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
-  std::vector<int> dofs_;            // of each contact, ascending
-  std::vector<double> rows_;         // of each contact, four for each of its dofs_
-  std::vector<int> tree_start_;      // by root body, the first of its degrees of freedom
-  std::vector<int> trees_, column_;  // touched, in an order that keeps neighbours close; by dof, or -1
-  std::vector<std::pair<int, int>> touching_;  // trees, both ways
+  std::vector<int> dofs_;            // degrees of freedom of each contact, ascending
+  std::vector<double> rows_;         // Jacobian rows of each contact, four values for each of its dofs_
+  std::vector<int> tree_start_;      // first degree of freedom of each root body
+  std::vector<int> trees_, column_;  // trees in contact, neighbours close together; column of each dof, or -1
+  std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;
-  Eigen::VectorXd change_;  // of velocity, by column
+  Eigen::VectorXd change_;  // change of velocity, by column
   Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
-  bool moved_ = true;  // since the contacts were matched
+  bool moved_ = true;  // whether the bodies moved since contacts were matched
 };
 
 }  // namespace mujoco_example

@@ -24,21 +24,23 @@ namespace mujoco_example {
 
 class BristleJoints {
  public:
-  /// `joints`: ids of hinges or slides; the i-th is of material i modulo their number. Throws bristle::Error.
+  /// Makes the friction of `joints` (ids of hinges or slides); joint i has material i modulo their number.
+  /// Throws bristle::Error.
   BristleJoints(const mjModel& model, const std::vector<int>& joints,
                 bristle::Span<const bristle::JointMaterial> materials,
                 const bristle::JointOptions& options = {});
 
-  /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
-  /// it is.
+  /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
+  /// they are.
   void step(const mjModel& model, mjData& data);
-  /// After mj_resetData, or when joints were put elsewhere: all bristles are straight where they are.
+  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were put
+  /// elsewhere.
   void forget() {
     batch_.reset();
     begun_ = false;
   }
 
-  const Eigen::VectorXd& torque() const { return torque_; }  ///< N m, of the last step, by joint
+  const Eigen::VectorXd& torque() const { return torque_; }  ///< N m in the last step, by joint
 
  private:
   std::vector<int> dofs_, places_;

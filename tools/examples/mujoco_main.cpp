@@ -1,4 +1,4 @@
-// bristle_mujoco: MuJoCo's own friction beside that of bristles, as a table, as CSV and as a picture.
+// Runs bristle_mujoco: compares MuJoCo's own friction with bristles, as a table, as CSV and as a picture.
 #include <cstdio>
 #include <exception>
 #include <fstream>

@@ -63,7 +63,8 @@ BristleFriction& friction_of(const mjData& data, int instance) {
   return *reinterpret_cast<BristleFriction*>(data.plugin_data[instance]);
 }
 
-/// MuJoCo computes passive forces before the bias and the actuators' forces, which the prediction needs.
+/// Adds friction to the passive forces. MuJoCo computes these before the bias and the actuators' forces,
+/// which the prediction needs, so they are computed here first.
 void add_friction(const mjModel* model, mjData* data, int instance, int /*capability*/) {
   mj_referenceConstraint(model, data);
   mj_rne(model, data, 0, data->qfrc_bias);

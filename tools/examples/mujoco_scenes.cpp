@@ -15,8 +15,8 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// MuJoCo's best for friction that holds: elliptic cones, and friction ten times as stiff as the normal
-/// force.
+/// MuJoCo's best options for friction that holds: elliptic cones, and friction ten times as stiff as the
+/// normal force.
 constexpr const char* option = R"(<option timestep="0.002" cone="elliptic" impratio="10" {}/>)";
 
 std::string gravity_on_slope(double degrees) {
@@ -37,7 +37,7 @@ double heading(const mjtNum* quaternion) {
                     1.0 - 2.0 * (quaternion[2] * quaternion[2] + quaternion[3] * quaternion[3]));
 }
 
-/// One kind of friction at work on a scene of its own.
+/// Simulation of a scene with one kind of friction.
 class Stepper {
  public:
   Stepper(const Scene& scene, Friction kind)
@@ -82,7 +82,8 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];  // a quarter, to the sample
+    // Sample nearest to three quarters of the time.
+    const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);
     std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
@@ -91,7 +92,7 @@ class Stepper {
   }
 
   Run result;
-  std::vector<double> times;  ///< s a step, of each block of steps
+  std::vector<double> times;  ///< s per step, for each block of steps
 
  private:
   void find_place(double (&place)[3]) const {
@@ -214,7 +215,7 @@ Scene pushed_box() {
     const bool push = data.time >= 0.1 && data.time < 0.3;
     const double force = push ? 4.0 : 0.0;
     data.xfrc_applied[6 * body] = force;
-    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // along x, at 0.1 m of y
+    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // torque of a force along x at y = 0.1 m
   };
   return scene;
 }
@@ -283,7 +284,7 @@ Scene held_off_centre(double grip_n) {
 </worldbody>
 <actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
                           fmt::format(option, R"(gravity="-9.81 0 0")"), mass);
-  // In the frame of the hand: what the shaking adds to the weight.
+  // Works in the frame of the hand: the shaking adds an inertial force to the weight.
   scene.drive = [=](const mjModel& model, mjData& data) {
     data.ctrl[0] = data.ctrl[1] = grip_n;
     double* force = data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");
@@ -322,7 +323,7 @@ Scene fingertips(bool shaken) {
   constexpr double rate = 2.0 * pi * 3.0;
   const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
   scene.drive = [reach](const mjModel&, mjData& data) {
-    const double since = std::max(data.time - 0.25, 0.0);  // the fingers have closed
+    const double since = std::max(data.time - 0.25, 0.0);  // the fingers have closed by then
     data.ctrl[0] = 12.0;
     data.ctrl[1] = data.ctrl[2] = 6.0;
     data.ctrl[3] = reach * std::sin(rate * since);

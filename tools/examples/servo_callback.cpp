@@ -1,6 +1,6 @@
-// A haptic servo callback with brush friction, in the shape of an OpenHaptics program: a floor at z = 0 that
-// a simulated hand presses, pulls at without sliding, slides over, and leaves. Prints forces and the times of
-// the callback; exits with 1 when a force or a position is not what it should be.
+// Example of a haptic servo callback with brush friction, in the shape of an OpenHaptics program. A simulated
+// hand presses a floor at z = 0, pulls at it without sliding, slides over it, and leaves. Prints forces and
+// the times of the callback; exits with 1 when a force or a position is wrong.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -25,12 +25,12 @@ const bristle::Material fingertip = bristle::Material::from_coefficients(bristle
                                                                              .with_stribeck_velocity(0.05));
 
 struct Sample {
-  double x, z;      // m, true
+  double x, z;      // m, true position
   double force[3];  // N
   double wall;      // N
 };
 
-/// All that the servo thread works with, made before it starts.
+/// Data of the servo thread, made before it starts.
 struct Servo {
   bristle::PatchBatch batch;
   bristle::Motion motion;
@@ -63,8 +63,8 @@ device::CallbackCode servo_callback(void* user) {
 }
 // end callback
 
-/// Down in 0.3 s, still until 0.5 s, pulled by 1 mm until 1 s, 60 mm in the next, back in the next but for a
-/// press that is too hard for the device, up at the end.
+/// Sets the hand's target: down in 0.3 s, still until 0.5 s, pulled by 1 mm until 1 s, 60 mm in the next
+/// second, back in the next, with a press that is too hard for the device in between, and up at the end.
 void hand(double t, double (&where)[3]) {
   const auto ramp = [t](double from, double to) {
     return std::fmin(1.0, std::fmax(0.0, (t - from) / (to - from)));

@@ -9,10 +9,10 @@ namespace device {
 namespace {
 
 constexpr double mass = 0.05;             // kg
-constexpr double own_damping = 1.5;       // N s/m, of the mechanism
+constexpr double own_damping = 1.5;       // N s/m, damping of the mechanism
 constexpr double hand_stiffness = 400.0;  // N/m
 constexpr double hand_damping = 4.0;      // N s/m
-constexpr int pieces = 20;                // of a tick, for the mechanics
+constexpr int pieces = 20;                // sub-steps of a tick, for the mechanics
 
 struct Simulation {
   double position[3] = {0.0, 0.0, 0.02}, velocity[3] = {}, force[3] = {}, reading[3] = {};
@@ -24,7 +24,7 @@ struct Simulation {
   std::thread servo;
   bristle::DeadlineMonitor times{tick};
 
-  /// A tick of mechanics under the force that was set.
+  /// Moves the mechanics for a tick under the force that was set.
   void move() {
     const double h = tick / pieces;
     for (int i = 0; i < pieces; ++i) {
@@ -50,7 +50,7 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // After a delay it continues from now: no burst of ticks to make up for it.
+      // Continues from the present time after a delay, without a burst of ticks to catch up.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);
     }

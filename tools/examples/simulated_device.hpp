@@ -28,10 +28,12 @@ void start_scheduler();                                     // hdStartScheduler:
 bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): the callback is still wanted
 void stop_scheduler();  // hdStopScheduler: waits until it has ended
 
-// Truths that a real device does not report.
-void set_hand(void (*where)(double time_s, double (&metres)[3]));  // where the hand aims
-double true_position(int axis);                                    // m; once stopped, or in the callback
-const bristle::DeadlineMonitor& servo_times();                     // of the callback; once stopped
+// Exact values, which a real device does not report.
+void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target
+// m; call it in the callback, or once stopped
+double true_position(int axis);
+// Times of the callback; call it once stopped.
+const bristle::DeadlineMonitor& servo_times();
 
 constexpr double encoder_count = 23e-6;  // m
 constexpr double tick = 1e-3;            // s

@@ -1,5 +1,5 @@
-// A soft fingertip on a device of six degrees of freedom: a pad that grows with the load presses, twists and
-// slides, and answers with force and torque. Exits with 1 when they are not those of such a pad.
+// Example of a soft fingertip on a device of six degrees of freedom: a pad that grows with the load presses,
+// twists and slides, and answers with force and torque. Exits with 1 when these are wrong.
 #include <cmath>
 #include <cstdio>
 
@@ -64,17 +64,18 @@ int main() {
   const double spinning = 3.0 * pi / 16.0 * slip * SoftFinger::radius;
 
   run("pressed with 2 N", 100, 0.0, 0.0, 2.0);
-  // It sticks: torque 2/5 K a^2 an angle.
+  // Torque of a Hertz pad that sticks: 2/5 K a^2 per radian.
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);  // v = omega a
+  // Slides and spins with v = omega a.
+  const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);
   const auto slides = run("slides, spins no more", 900, 6e-3, 0.0, 2.0);
   expect(slides[0], -slip, 0.01);
   right = right && std::abs(slides[5]) < 0.02 * spinning;
-  // A quarter of the load: 0.63 of the radius, 0.16 of the torque.
+  // Expects, at a quarter of the load, 0.63 of the radius and 0.16 of the torque.
   run("0.5 N, slides back", 500, -6e-3, 0.0, 0.5);
   expect(run("0.5 N, spins", 900, 0.0, -1.0, 0.5)[5], spinning * std::pow(0.25, 4.0 / 3.0), 0.02);
   const auto before = last;

@@ -1,4 +1,4 @@
-// A wheel on a row of bristles, and how it and its rivals are tried and looked into.
+// Wheel on a bed (row of bristles), with functions that run and inspect it and its rivals.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,8 @@ inline std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
   model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
   std::sort(bristles.begin(), bristles.end(),
             [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
-  const double largest = 1.5 * model.limit / model.stiffness * model.half;  // deflection, m
+  // m, deflection used as full scale
+  const double largest = 1.5 * model.limit / model.stiffness * model.half;
   std::vector<rivals::Traction> rows;
   for (const bristle::BedBristle& b : bristles)
     if (b.stiffness > 0.0)

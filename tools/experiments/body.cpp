@@ -6,7 +6,7 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // of the largest force in the equation
+constexpr double tolerance = 1e-11;  // relative to the largest force in the equation
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -15,10 +15,10 @@ struct Root {
   int evaluations;
 };
 
-// Where a residual that falls with d is zero: secants, kept between the closest points of either sign, with a
-// bisection whenever two steps did not halve what lies between. The friction of a finite brush that redraws
-// is not continuous in d (a bristle takes one snap more); where the residual changes sign in such a jump, no
-// d solves the equation and the better side is taken.
+// Finds the zero of a residual that falls with d by secants, bracketed by the closest points of either sign,
+// with a bisection whenever two steps did not halve the bracket. The friction of a finite redrawing brush
+// jumps in d where one more bristle snaps; if the residual changes sign in such a jump, no d solves the
+// equation, and the better side is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
   double low = -INFINITY, high = INFINITY;  // residual > 0 at low, < 0 at high
@@ -38,7 +38,8 @@ Root solve(const Residual& residual, double d, double slope, double accepted) {
       next = low + 0.5 * width;
       slow = 0;
     }
-    if (next == last_d || (bracketed && !(next > low && next < high))) break;  // no number in between
+    // No floating-point number lies in between.
+    if (next == last_d || (bracketed && !(next > low && next < high))) break;
     const double r = residual(next);
     secant = std::clamp((last - r) / (next - last_d), 1e-3 * slope, slope);
     if (bracketed) slow += (r > 0.0 ? high - next : next - low) > 0.5 * width;

@@ -1,29 +1,29 @@
-// A block on one friction model: its motion of one step from its equation of motion, solved implicitly, so
-// that stiff models hold at 1 kHz.
+// Moves a block on one friction model by implicit steps of its equation of motion, so that stiff models are
+// stable at 1 kHz.
 #pragma once
 
 #include "tools/experiments/subject.hpp"
 
 namespace cli {
 
-/// Pull on the block, averaged over a step in which it moves by d: force_n - stiffness d.
+/// Pull on the block, averaged over a step in which the block moves by d: force_n - stiffness d.
 struct Pull {
   double force_n = 0.0;
-  double stiffness = 0.0;  ///< N/m, half that of a spring whose other end has its own motion
+  double stiffness = 0.0;  ///< N/m; half that of a spring whose other end has a motion of its own
 };
 
-/// Solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d: the midpoint rule.
+/// Block that solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d (midpoint rule).
 class SlidingBlock {
  public:
   explicit SlidingBlock(double mass_kg, double velocity = 0.0) : mass_(mass_kg), velocity_(velocity) {}
 
-  /// Returns the friction force on the block, mean over the step, N.
+  /// Advances a step. Returns the friction force on the block, mean over the step, N.
   double advance(Subject& subject, const Pull& pull, double dt_s, double load_n);
 
   double position() const noexcept { return position_; }
   double velocity() const noexcept { return velocity_; }
-  /// Of all steps: residual over the largest force in the equation. Not small where the friction of a finite
-  /// brush jumps with d (a bristle takes one snap more).
+  /// Returns the largest residual of all steps over the largest force in the equation. It is not small where
+  /// the friction of a finite brush jumps with d (one more bristle snaps).
   double worst_residual() const noexcept { return worst_residual_; }
   int worst_evaluations() const noexcept { return worst_evaluations_; }
 

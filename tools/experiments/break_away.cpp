@@ -1,4 +1,5 @@
-// Break-away: a block under a growing force, over the rate of growth, the load, and the time at rest.
+// Experiment: break-away of a block under a growing force, over the rate of growth, the load, and the time at
+// rest.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,8 +12,8 @@ namespace cli {
 namespace {
 
 struct BreakAway {
-  double friction = 0.0;  // highest before it slides
-  double applied = 0.0;   // at that time
+  double friction = 0.0;  // N, highest friction before the block slides
+  double applied = 0.0;   // N, applied force at that time
 };
 
 BreakAway pull(const std::string& model, const Settings& s, double rate, double load, double highest_load) {
@@ -25,14 +26,15 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   BreakAway found;
   for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
     const double applied = rate * dt * (static_cast<double>(k) - 0.5);
-    if (applied > 100.0 * strongest) break;  // only viscous terms hold the block: it will not break away
+    // Stops: only viscous terms hold the block, so it will not break away.
+    if (applied > 100.0 * strongest) break;
     const double friction = -block.advance(subject, {applied}, dt, load);
     if (friction > found.friction) found = {friction, applied};
   }
   return found;
 }
 
-// Highest force of a slow pull after sliding and a rest.
+// Returns the highest force of a slow pull after sliding and a rest.
 double after_rest(const std::string& model, const Settings& s, double rest_s) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
@@ -49,7 +51,7 @@ double after_rest(const std::string& model, const Settings& s, double rest_s) {
   return move(3.0 * dbar, 1e-5);
 }
 
-// Slope of log y over log x by least squares.
+// Returns the slope of log y over log x by least squares.
 double exponent(const std::vector<double>& x, const std::vector<double>& y) {
   double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   const auto n = static_cast<double>(x.size());
@@ -83,7 +85,7 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   std::vector<double> friction;
   for (const double load : loads) {
-    // A rate in proportion to the load gives every load one time to break away.
+    // Scales the rate with the load, so that break-away takes equally long under every load.
     const double rate = s.number("rate_at_loads") * load / s.number("load");
     const BreakAway found = pull(model, s, rate, load, highest);
     friction.push_back(found.friction);
@@ -113,7 +115,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   over_rates(input, model, result);
   over_loads(input, model, result);
   over_rests(input, model, result);
@@ -150,7 +152,7 @@ Experiment break_away_experiment() {
         "static friction grows with the logarithm of the time at rest (Rabinowicz 1958; Dieterich 1972)",
         "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
       {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
-      &run,
+      &run_break_away,
       &check};
 }
 

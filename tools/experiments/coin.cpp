@@ -1,4 +1,4 @@
-// A coin that slides and spins on a table until it rests.
+// Experiment: a coin that slides and spins on a table until it rests.
 #include <algorithm>
 #include <cmath>
 
@@ -8,13 +8,14 @@
 namespace cli {
 namespace {
 
-constexpr double gravity = 9.81;         // m/s^2
-constexpr double last_ratio = 0.653002;  // root of F(eps) / mu N = 2 eps T(eps) / mu N R of the uniform disc
-constexpr double seen_at = 0.02;         // of the speed at the start: here the ratio is read
-constexpr double stopped_below = 0.002;  // of it
+constexpr double gravity = 9.81;  // m/s^2
+// V / (omega R) at the end, root of F(eps) / mu N = 2 eps T(eps) / mu N R for a uniform disc.
+constexpr double last_ratio = 0.653002;
+constexpr double seen_at = 0.02;         // share of the initial speed at which the late ratio is read
+constexpr double stopped_below = 0.002;  // share of the initial speed below which the coin counts as stopped
 
-/// Result of a throw from v / (omega R) = ratio: the ratio late in the motion, and the times at which sliding
-/// and spinning end, s.
+/// Result of a throw from v / (omega R) = ratio: the ratio late in the motion, and the times (s) at which
+/// sliding and spinning end.
 struct Throw {
   double late_ratio = 0.0;
   double slides_until = 0.0, spins_until = 0.0;
@@ -29,7 +30,7 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
   double v = start * ratio / (1.0 + ratio), spin = start / (1.0 + ratio) / radius;
   Throw seen;
   double shown = 2.0;
-  // A coin that never rests, creeping, is given up after ten times the time that friction needs.
+  // Limits the time to ten times that which friction needs: a creeping coin never rests.
   const double longest = 10.0 * start / (s.number("kinetic") * gravity);
   for (double time = 0.0; time < longest && (seen.slides_until == 0.0 || seen.spins_until == 0.0);) {
     const rivals::Wrench w = subject.step({dt * v, 0.0}, dt * spin, dt, load).end;
@@ -48,7 +49,7 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
   return seen;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_coin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& ratios = input.settings.numbers("ratios");
   double worst = 0.0, apart = 0.0;
   for (std::size_t i = 0; i < ratios.size(); ++i) {
@@ -86,7 +87,7 @@ Experiment coin_experiment() {
        {"stops_at_once", "sliding and spinning end together", "as above",
         "time between the ends (0.2 % of the start's speed), over the time of the motion", "%", "below 1 %"}},
       {"thrown_at", "t[s]", "v[m/s]", "omega_R[m/s]", "ratio"},
-      &run};
+      &run_coin};
 }
 
 }  // namespace cli

@@ -43,7 +43,7 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
   return settings;
 }
 
-// Single quotes for the shell and for gnuplot: refused in names rather than escaped twice.
+// Quotes a path. Shell and gnuplot quote single quotes differently, so names with one are refused.
 std::string quoted(const std::string& path) {
   if (path.find_first_of("'\"\n\\") != std::string::npos) {
     throw UserError(fmt::format("{}: gnuplot cannot take quotes or backslashes in a file name", path));
@@ -51,7 +51,8 @@ std::string quoted(const std::string& path) {
   return "'" + path + "'";
 }
 
-// Beside the program: where both are installed, else where it was built. Relative, so that both may be moved.
+// Returns the folder of plot scripts: as installed beside the program, else where it was built. The path is
+// relative, so that both may be moved.
 fs::path plots_folder() {
   if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
   std::error_code none;
@@ -87,7 +88,8 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report, Outp
   data.append(experiment_csv(report));
   data.flush();
   const std::string command = fmt::format(
-      "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+      "gnuplot -e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+      is_vector_picture(options.plot) ? 1 : 0,
       quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
   if (std::system(command.c_str()) != 0) throw UserError("--plot: gnuplot failed; its message is above");
   picture.finish();
@@ -156,7 +158,7 @@ void experiment_command(const ExperimentOptions& options) {
   const std::vector<std::string> models =
       choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
   for (const Experiment* e : wanted)
-    e->check(settings_for(*e, options));  // refuses bad ones before the first runs
+    e->check(settings_for(*e, options));  // refuses bad settings before the first experiment runs
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;
   for (const Experiment* e : wanted)

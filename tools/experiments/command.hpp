@@ -1,4 +1,4 @@
-// `bristle experiment`: options and what it writes.
+// Command `bristle experiment`: its options and output.
 #pragma once
 
 #include <span>
@@ -10,22 +10,22 @@
 namespace cli {
 
 struct ExperimentOptions {
-  std::string name;                 ///< of an experiment, or "all" or "list"
+  std::string name;                 ///< name of an experiment, or "all" or "list"
   std::vector<std::string> set;     ///< "key=value"; with "all": "experiment.key=value"
   std::string config;               ///< TOML file; empty: none
-  std::vector<std::string> models;  ///< empty: all
-  std::string csv, json, plot;      ///< files; empty: none, "-": stdout (not for plot)
-  std::string markdown;             ///< with "all": the table as a page
-  bool no_cost = false;             ///< with "all": without the time of a step
+  std::vector<std::string> models;  ///< names of models; empty: all
+  std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
+  std::string markdown;             ///< file for the table as a page, with "all"
+  bool no_cost = false;             ///< leaves out the times of a step, with "all"
 };
 
 /// Throws UserError.
 void experiment_command(const ExperimentOptions& options);
 
-/// Names, titles, parameters with defaults and units of all experiments.
+/// Lists names, titles, and parameters with defaults and units of all experiments.
 std::string experiment_list();
 
-/// An experiment with its settings and what came out.
+/// Experiment with its settings and result.
 struct ExperimentReport {
   const Experiment* experiment;
   Settings settings;
@@ -33,13 +33,13 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// Says in words how many phenomena each model shows, and in a table an experiment (with --wide one of all
-/// that have the same models).
+/// Returns a sentence on how many phenomena each model shows, and a table per experiment (with --wide one for
+/// all that have the same models).
 std::string findings_text(std::span<const ExperimentReport> reports);
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
 std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);
 std::string experiment_csv(const ExperimentReport& report);
-/// The page tools/EXPERIMENTS.md.
+/// Returns the page tools/EXPERIMENTS.md.
 std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
                             const std::vector<std::string>& models);
 

@@ -1,5 +1,5 @@
-// Measures the cost of a step of each model in one interleaved run: CPU time of the thread, which other
-// programs do not stretch.
+// Measures the time of a step of each model in one interleaved run, as CPU time of the thread, which other
+// programs do not lengthen.
 #include <memory>
 
 #include <bristle/deadline_monitor.hpp>
@@ -17,7 +17,7 @@ struct Motion {
 };
 constexpr Motion motions[] = {{"presliding", 0.003}, {"sliding", 1.0}};
 
-// Keeps the forces from being optimised away.
+// Stores the forces so that the compiler does not remove the computation.
 volatile double sink = 0.0;
 
 double time_of_steps(Subject& subject, double step, double load, int steps) {

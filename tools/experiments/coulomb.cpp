@@ -1,4 +1,5 @@
-// Coulomb's laws: friction against load, against the number of bristles, and against the apparent area.
+// Experiment: Coulomb's laws, which are friction against load, against the number of bristles, and against
+// the apparent area.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -13,7 +14,7 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // not in step with the snap lengths
+  const double step = 0.37 * s.number("presliding");  // m, out of phase with the snap lengths
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -24,20 +25,19 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   return sum / static_cast<double>(std::max(measure, 1L));
 }
 
-// Asperities on an apparent area, heights exponential (eq. 6) and evenly spread over their law; the surfaces
-// come together until the springs carry the load (eq. 7 without its integral). Returns how many touch (eq.
-// 8).
+// Returns how many asperities of an apparent area touch (eq. 8). Their heights are evenly spaced quantiles of
+// an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7 without its
+// integral).
 double asperities_touching(const Settings& s, double area_factor) {
-  const double sigma = 1e-6;  // m; cancels out
+  const double sigma = 1e-6;  // m; its value has no effect
   const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
   const double in_contact = s.number("bristles_per_newton") * s.number("load");
   const auto count =
       static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
-  const auto height = [&](std::size_t i) {  // the i-th highest
+  const auto height = [&](std::size_t i) {  // height of the i-th highest asperity
     return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
   };
-  // With the n highest touching, the load they carry when the separation is the height of the next one grows
-  // with n.
+  // Adds asperities from the highest down: the load at which the next one would touch grows with n.
   double sum = 0.0;
   for (std::size_t n = 1; n < count; ++n) {
     sum += height(n - 1);
@@ -51,7 +51,8 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const Settings& s = input.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
-  // Not over the kinetic coefficient: where friction depends on the speed, the speed here has its own.
+  // Divides by friction at this speed instead of the kinetic coefficient, which would be wrong for models
+  // that depend on speed.
   const double coefficient = steady_friction(model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {
@@ -83,7 +84,7 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   const double bristles_per_newton = s.number("bristles_per_newton");
   double low = INFINITY, high = -INFINITY;
   for (const double area : input.settings.numbers("areas")) {
-    // As many physical bristles as touch at this area carry the friction of this load; a rival has none.
+    // Gives the brush as many physical bristles as asperities touch at this area; a rival has none.
     const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
     const double friction = steady_friction(model, s, load, load) * (is_brush(model) ? touching : 1.0);
     low = std::min(low, friction);
@@ -94,7 +95,7 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_coulomb(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   over_loads(input, model, result);
   over_bristles(input, model, result);
   over_areas(input, model, result);
@@ -125,7 +126,7 @@ Experiment coulomb_experiment() {
        {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
         "highest less lowest friction at areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
       {"value", "friction[N]", "friction_over_load"},
-      &run};
+      &run_coulomb};
 }
 
 }  // namespace cli

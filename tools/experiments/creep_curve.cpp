@@ -1,5 +1,5 @@
-// A wheel that rolls and creeps sideways: its force, its aligning moment, the parts of the contact that slip,
-// the distance over which its force rises, and whether it stands.
+// Experiment: a wheel that rolls and creeps sideways. Measures its force, aligning moment, slipping parts of
+// the contact and relaxation length, and whether it stands still under a side force.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,8 @@ namespace {
 using rivals::Wheel;
 using Answer = rivals::WheelForce;
 
-/// Distance rolled, in half lengths of the contact, after which a small creepage has 1 - 1/e of its force.
+/// Returns the distance rolled, in half contact lengths, after which a small creepage reaches 1 - 1/e of its
+/// force.
 template <class Model>
 double relaxation(const Wheel& wheel, double per_step) {
   const double creepage = 0.01 * wheel.full_slip(), step = 1e-3 * wheel.half, dt = 1e-3 * step / per_step;
@@ -27,7 +28,7 @@ double relaxation(const Wheel& wheel, double per_step) {
   return length;
 }
 
-/// Way that a wheel which does not roll creeps in a cycle of side force, m, after the first cycle.
+/// Returns how far (m) a standing wheel creeps in a cycle of side force, after the first cycle.
 template <class Model>
 double creep_at_rest(const Wheel& wheel, int cycles) {
   constexpr int steps = 50;
@@ -73,7 +74,7 @@ void examine(const Wheel& wheel, const Settings& s, const std::string& name, Exp
   result.findings.push_back({"stands", name, 1e6 * creep, std::fabs(creep) < 1e-9});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_creep_curve(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   Wheel wheel;
   wheel.load = s.number("load");
@@ -121,7 +122,7 @@ Experiment creep_curve_experiment() {
         "way that a wheel that does not roll creeps in a cycle of 0.1 to 0.5 of its friction", "um",
         "below 1e-3"}},
       {"s_or_x_over_half", "force_or_traction", "moment_or_bound"},
-      &run};
+      &run_creep_curve};
   experiment.models = {{"coulomb_wheel", "Coulomb wheel"},
                        {"slip_formula", "slip formula"},
                        {"lugre_tyre", "LuGre tyre"},

@@ -1,6 +1,6 @@
-// The critical stiffness of stick-slip: the spring below which a slider that is pulled slowly no longer
-// slides steadily. Found twice: by bisection on a slider, and from the force after a small step in speed, by
-// linear theory (Rice and Ruina 1983; Heslot et al. 1994).
+// Experiment: the critical stiffness of stick-slip, which is the spring stiffness below which a slider pulled
+// slowly does not slide steadily. Found twice: by bisection on a simulated slider, and by linear theory
+// from the force after a small step in speed (Rice and Ruina 1983; Heslot et al. 1994).
 //
 // A slider of mass m on a spring k, pulled at v, whose friction answers a small change of speed dv(t) by
 // dF(s) = Z(s) dv(s): m s^2 + k + s Z(s) = 0. On the imaginary axis Re Z(i w) = 0 and k = m w^2 + w Im Z(i
@@ -18,14 +18,15 @@ namespace cli {
 namespace {
 
 struct Response {
-  std::vector<double> t, force;  // s, N s/m: after a step of one m/s
+  std::vector<double> t, force;  // time s; force after a unit step of speed (1 m/s), N s/m
   double at_once() const { return force.front(); }
   double limit() const { return force.back(); }
 };
 
-// Half the difference of two steps, up and down, along the same way: what is not linear cancels, and so does
-// what the model would have done without a step. The step is large beside the ripples of a finite brush; per
-// e-fold of speed, so that a logarithm of the speed is linear.
+// Measures the force after a step in speed, as half the difference of a step up and a step down over the same
+// path: nonlinear terms cancel, and so does the motion without a step. The step is large against the ripples
+// of a finite brush, and is taken per e-fold of speed, so that friction logarithmic in the speed gives a
+// linear response.
 Response measure_response(const std::string& model, const Settings& s, double speed) {
   const double dbar = s.number("presliding"), load = s.number("load"), step = s.number("response_step");
   const double each = dbar / s.number("steps_per_length");
@@ -35,7 +36,7 @@ Response measure_response(const std::string& model, const Settings& s, double sp
   const auto steps = static_cast<long>(std::lround(s.number("response_way") * s.number("steps_per_length")));
   double x = 0.0;
   for (long k = 0; k <= steps; ++k) {
-    const double way = k == 0 ? 1e-5 * each : each;  // first of all what comes at once
+    const double way = k == 0 ? 1e-5 * each : each;  // a tiny first step measures the immediate response
     const double fast = up.step({way, 0.0}, way / (speed * (1.0 + step)), load).end.x;
     const double slow = down.step({way, 0.0}, way / (speed * (1.0 - step)), load).end.x;
     x += way;
@@ -45,10 +46,10 @@ Response measure_response(const std::string& model, const Settings& s, double sp
   return r;
 }
 
-// Z(i w) of a response that is straight between its looks. A smooth response has nothing left to say after
-// some swings, but for ripples, and a finite brush has ripples: a window over about six swings leaves them
-// out, which averages Z over frequencies that differ by a sixth. The window is flat at first: where Z is a
-// power of w it changes it by w's fourth order, 0.2 % at the most.
+// Returns Z(i w) of a response that is linear between its samples. A Gaussian-like window over about six
+// swings removes the ripples of a finite brush; a smooth response has decayed by then. It averages Z over
+// frequencies within a sixth. Its flat top changes a Z that is a power of w only in fourth order, by at most
+// 0.2 %.
 std::complex<double> impedance(const Response& r, double w) {
   constexpr double width = 0.15;
   std::complex<double> z = r.at_once();
@@ -62,7 +63,8 @@ std::complex<double> impedance(const Response& r, double w) {
   return z;
 }
 
-// The springs that are tried: up to twice as stiff as the contact itself, 2 mu N over the presliding length.
+// Range of springs that are tried: up to twice the contact's own stiffness, 2 mu N over the presliding
+// length.
 struct Range {
   explicit Range(const Settings& s)
       : stiffest(4.0 * s.number("kinetic") * s.number("load") / s.number("presliding")),
@@ -70,7 +72,7 @@ struct Range {
   double stiffest, softest;
 };
 
-// 0: steady on every spring; the stiffest: on none.
+// Returns the critical stiffness by theory: 0 if sliding is steady on every spring, the stiffest if on none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
   if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed
   const auto damping = [&](double w) { return impedance(r, w).real(); };
@@ -78,7 +80,7 @@ double critical_by_theory(const Response& r, double mass, double least_slope, co
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
   const int points = 400;
   double critical = 0.0, before = first;
-  bool negative = true;  // it falls with speed
+  bool negative = true;  // sign of Re Z at the last frequency
   for (int i = 1; i <= points; ++i) {
     const double w = first * std::pow(last / first, static_cast<double>(i) / points);
     if (negative != (damping(w) < 0.0)) {
@@ -93,8 +95,8 @@ double critical_by_theory(const Response& r, double mass, double least_slope, co
     before = w;
   }
   if (!negative) return std::min(critical, range.stiffest);
-  // Faster than it is resolved: what falls with speed fades with w^-2, what damps at once stays. Without that
-  // no spring holds it, however fast it swings.
+  // Without immediate damping no spring is stiff enough: at high frequency the part of friction that falls
+  // with speed fades as w^-2, and only immediate damping remains.
   if (!(r.at_once() > 0.0)) return range.stiffest;
   const double faster2 = 1.0 - damping(last) / r.at_once();
   return std::min(held_by(last) + mass * last * last * (faster2 - 1.0), range.stiffest);
@@ -106,8 +108,8 @@ struct Trial {
   double speed, stiffness;
 };
 
-// A slider in steady sliding on its spring. Over the first five presliding lengths of the pull its other end
-// moves faster or slower by a small share; then at the speed again.
+// Slider in steady sliding on its spring. Over the first five presliding lengths its pulled end moves faster
+// or slower by a small share, then at the steady speed.
 class Pulled {
  public:
   Pulled(const Trial& trial, double faster)
@@ -121,7 +123,7 @@ class Pulled {
     friction_ = slide(subject_, s.number("settling") * dbar, trial.speed, each, load);
     stretched_ = friction_ / trial.stiffness;
   }
-  // Force of the spring after a step that ends at t, less steady friction.
+  // Advances to t and returns the spring's force less steady friction.
   double advance(double t, double dt) {
     const double k = trial_.stiffness;
     const double middle = 0.5 * (end_at(t - dt) + end_at(t));
@@ -141,8 +143,8 @@ class Pulled {
   double ahead_m_, stretched_, friction_;
 };
 
-// Two sliders, pulled ahead and back. Half their difference is what that does, without the fluctuations of a
-// finite brush.
+// Pair of sliders, disturbed in opposite directions. Half their difference is the effect of the disturbance,
+// without the fluctuations of a finite brush.
 class Twins {
  public:
   explicit Twins(const Trial& trial)
@@ -156,7 +158,7 @@ class Twins {
     mean_ = 0.5 * (a + b);
     difference_ = 0.5 * (a - b);
   }
-  double mean() const { return mean_; }  // N, off steady friction
+  double mean() const { return mean_; }  // N, deviation from steady friction
   double difference() const { return difference_; }
 
  private:
@@ -166,9 +168,9 @@ class Twins {
   double mean_ = 0.0, difference_ = 0.0;
 };
 
-// Whether the twins' difference swings ever wider: in each of eight stretches of path more than in the one
-// before (the first two left out), or eight times as much as in the first, or by 3 % of kinetic friction.
-// Also true if both leave steady sliding by that much, as on soft springs, where every disturbance grows.
+// Returns whether the twins' difference grows: the swing widens in each of eight stretches of path (from the
+// third on), reaches eight times that of the first, or exceeds 3 % of kinetic friction. Also true if both
+// sliders leave steady sliding by 3 %, as on soft springs, where every disturbance grows.
 bool grows(const Trial& trial) {
   const Settings& s = trial.s;
   const double large = 0.03 * s.number("kinetic") * s.number("load");
@@ -184,15 +186,16 @@ bool grows(const Trial& trial) {
       if (high - low > std::min(large, 8.0 * first) || std::fabs(twins.mean()) > large) return true;
     }
     if (i == 0) first = high - low;
-    // A swing that neither gains nor loses energy stays as it is, except for rounding and for bristles that
-    // snap a step earlier or later.
+    // Counts as stable a swing that neither gains nor loses energy, up to rounding and to bristles that snap
+    // a step earlier or later.
     if (high - low < 1.5e-4 * large || (i >= 2 && !(high - low > 1.01 * before))) return false;
     before = high - low;
   }
   return true;
 }
 
-// 0: it slides steadily on every spring tried; the stiffest: on none.
+// Returns the critical stiffness by bisection: 0 if sliding is steady on every spring tried, the stiffest if
+// on none.
 double critical_by_bisection(const std::string& model, const Settings& s, double speed, const Range& range) {
   if (grows({model, s, speed, range.stiffest})) return range.stiffest;
   double stable = range.stiffest, unstable = 0.0;
@@ -207,7 +210,7 @@ double critical_by_bisection(const std::string& model, const Settings& s, double
   return std::sqrt(stable * unstable);
 }
 
-// Their difference on springs a little softer and a little stiffer.
+// Records the twins' difference on springs a little softer and a little stiffer than critical.
 void trace(const Settings& s, const std::string& model, double speed, double critical,
            ExperimentResult& result) {
   const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");
@@ -226,7 +229,7 @@ void trace(const Settings& s, const std::string& model, double speed, double cri
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_critical_stiffness(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double kinetic = s.number("kinetic") * s.number("load"), dbar = s.number("presliding");
   const std::vector<double>& speeds = s.numbers("speeds");
@@ -279,7 +282,7 @@ Experiment critical_stiffness_experiment() {
         "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",
         "error of the stiffness by bisection against linear theory, worst of the speeds", "%", "below 10 %"}},
       {"speed[m/s]", "stiffness[N/m]", "x_over_presliding", "friction_over_kinetic"},
-      &run};
+      &run_critical_stiffness};
 }
 
 }  // namespace cli

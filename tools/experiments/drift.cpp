@@ -1,5 +1,5 @@
-// Drift: a block under a wavering force below break-away (the paper's Fig. 2; Dupont et al. 2002), and on a
-// slope.
+// Experiment: drift of a block under a wavering force below break-away (the paper's Fig. 2; Dupont et al.
+// 2002), and on a slope.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@
 namespace cli {
 namespace {
 
-// Ramp up to the middle, hold, waver by a sine, unload.
+// Force profile: ramp up to the middle, hold, waver by a sine, unload.
 struct Profile {
   double low, high, ramp, hold, frequency, cycles, unload;
 
@@ -41,8 +41,8 @@ struct Profile {
   }
 };
 
-// Mean position over windows of time that follow each other: springs without dampers keep ringing a little,
-// and that is not drift.
+// Means of the position over successive windows of time, so that the ringing of undamped springs does not
+// count as drift.
 class WindowMeans {
  public:
   WindowMeans(double from, double window) : from_(from), window_(window) {}
@@ -69,7 +69,8 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
   const double dt = s.number("dt"), load = s.number("load");
   Subject subject(model, s);
   SlidingBlock block(s.number("mass"));
-  // The second and the last quarter of the hold; the cycles. Half a step keeps their limits off the steps.
+  // Windows for the quarters of the hold, and for the cycles. An offset of half a step keeps their limits off
+  // the steps.
   WindowMeans hold(profile.ramp + 0.5 * dt, 0.25 * profile.hold);
   WindowMeans cycle(profile.wavering_from() + 0.5 * dt, 1.0 / profile.frequency);
   const auto steps = static_cast<long>(std::lround(profile.end() / dt));
@@ -99,7 +100,7 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   const double periods = std::max(4.0, std::round(s.number("slope_duration") * frequency));
   Subject subject(model, s);
   SlidingBlock block(load * std::hypot(1.0, s.number("slope")) / 9.80665);
-  const double tilting = s.number("ramp_time");  // first the slope is tilted, then shaken
+  const double tilting = s.number("ramp_time");  // the slope is tilted first, then shaken
   WindowMeans period(tilting + 0.5 * dt, 1.0 / frequency);
   const auto steps = static_cast<long>(std::lround((tilting + periods / frequency) / dt));
   const long every = std::max(1L, steps / 2000);
@@ -118,7 +119,8 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   result.findings.push_back({"slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding")});
 }
 
-// A 20th of what happens in the run, so that means and swings are those of the model.
+// Limits the step to a 20th of the shortest event of the run, so that means and swings are those of the
+// model.
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});
@@ -132,7 +134,7 @@ void check_step(const Settings& s) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_drift(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   fig2(input, model, result);
   slope(input, model, result);
 }
@@ -175,7 +177,7 @@ Experiment drift_experiment() {
         "speed down the slope in the second half", "um/s",
         "below a thousandth of the presliding length a second"}},
       {"t[s]", "applied[N]", "friction[N]", "x[m]"},
-      &run,
+      &run_drift,
       &check_step};
 }
 

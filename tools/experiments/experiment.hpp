@@ -1,5 +1,5 @@
-// `bristle experiment`: the classic friction experiments, the brush beside its rivals. Each experiment moves
-// every model in the same way and says, number by number, whether the model shows what the literature
+// Runs the classic friction experiments, the brush beside its rivals: `bristle experiment`. Each experiment
+// moves every model in the same way and decides by numbers whether the model shows what the literature
 // reports.
 #pragma once
 
@@ -14,17 +14,17 @@
 
 namespace cli {
 
-/// A phenomenon of the literature, and the criterion by which a model shows it.
+/// Phenomenon of the literature, and the criterion by which a model shows it.
 struct Phenomenon {
-  std::string id;          ///< "drift_per_cycle"
-  std::string title;       ///< "no drift under a wavering force"
-  std::string literature;  ///< what is reported, and by whom
-  std::string measured;    ///< what the number is
+  std::string id;          ///< name such as "drift_per_cycle"
+  std::string title;       ///< title such as "no drift under a wavering force"
+  std::string literature;  ///< what the literature reports, and who
+  std::string measured;    ///< meaning of the measured number
   std::string unit;
-  std::string passes;  ///< when it counts as shown
+  std::string passes;  ///< criterion by which it counts as shown
 };
 
-/// One cell of the table.
+/// Verdict on one phenomenon and one model: a cell of the table.
 struct Finding {
   std::string phenomenon;
   std::string model;
@@ -32,7 +32,7 @@ struct Finding {
   bool shown = false;
 };
 
-/// A curve point: which picture panel and model it belongs to, and its numbers.
+/// Point of a curve: its picture panel, its model, and its numbers.
 struct SeriesRow {
   std::string panel;
   std::string model;
@@ -47,45 +47,46 @@ struct ExperimentResult {
 struct ExperimentInput {
   Settings settings;
   std::vector<std::string> models;
-  std::function<void(double)> progress = [](double) {};  ///< share done
+  std::function<void(double)> progress = [](double) {};  ///< called with the share that is done
 };
 
 struct Experiment {
   std::string name;
   std::string title;
-  std::vector<Parameter> parameters;  ///< those of every experiment, with this one's defaults, then its own
+  std::vector<Parameter> parameters;  ///< common parameters with this experiment's defaults, then its own
   std::vector<Phenomenon> phenomena;
-  std::vector<std::string> columns;  ///< of SeriesRow::values, units in brackets
-  /// One model: its curves and findings. It may report progress of its own.
+  std::vector<std::string> columns;  ///< names of SeriesRow::values, units in brackets
+  /// Runs one model and adds its curves and findings. It may report progress of its own.
   void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
-  /// Throws UserError where settings do not go together.
+  /// Checks settings against each other. Throws UserError.
   void (*check)(const Settings&) = [](const Settings&) {};
-  /// Names and titles of models of its own; empty: model_names().
+  /// Names and titles of the models, if the experiment has its own; empty: model_names().
   std::vector<std::pair<std::string, std::string>> models = {};
 };
 
-/// In the order of the table.
+/// Returns the experiments in the order of the table.
 const std::vector<Experiment>& experiments();
-/// Throws UserError that lists the names, and `other_names` after them.
+/// Finds an experiment. Throws a UserError that lists the names, and `other_names` after them.
 const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names = {});
 
-/// Seven rivals, the two readings of the brush, the infinite brush (of the reading redraw), an infinite brush
-/// that can be rubbed (with residual and shared renewal), and one that also ages.
+/// Returns the default models: seven rivals, the two readings of the brush, the infinite brush (redraw), an
+/// infinite brush with residual and shared renewal ("rubbed"), and one that also ages.
 std::span<const std::string_view> model_names();
-/// Names of the models of an experiment; nullptr: model_names().
+/// Returns the names of an experiment's models; nullptr: model_names().
 std::vector<std::string> models_of(const Experiment* experiment);
-/// `wanted`, or all of models_of() if that is empty. Throws UserError beginning with `where` on unknown and
-/// repeated names.
+/// Returns `wanted`, or all of models_of() if that is empty. Throws a UserError beginning with `where` on
+/// unknown and repeated names.
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where,
                                        const Experiment* experiment);
-/// As tables print it: "LuGre".
+/// Returns a model's title as tables print it: "LuGre".
 std::string model_title(std::string_view model);
 
-/// Why a model shows a phenomenon or does not; empty where the outcome is not the one of the default
+/// Returns why a model shows a phenomenon or does not; empty if the outcome differs from that of the default
 /// parameters.
 std::string reason_of(std::string_view phenomenon, std::string_view model, bool shown);
 
-/// Runs with progress on a terminal. Throws UserError (a model that this build lacks, for instance).
+/// Runs an experiment with progress on a terminal. Throws UserError (for a model that this build lacks, for
+/// instance).
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input);
 
 Experiment drift_experiment();
@@ -111,7 +112,7 @@ Experiment oblique_impact_experiment();
 Experiment joint_experiment();
 Experiment ratchet_experiment();
 
-/// Time of a step, ns, of every model in one interleaved run.
+/// Time of a step of one model, ns, all models measured in one interleaved run.
 struct CostRow {
   std::string model;
   std::string motion;
@@ -119,7 +120,7 @@ struct CostRow {
   double low = 0.0, high = 0.0;  ///< quartiles
 };
 std::vector<CostRow> measure_cost(const ExperimentInput& input);
-/// The settings that measure_cost needs.
+/// Returns the settings that measure_cost needs.
 std::vector<Parameter> cost_parameters();
 
 }  // namespace cli

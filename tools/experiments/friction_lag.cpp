@@ -1,4 +1,5 @@
-// Friction lag: one-way sliding whose speed swings (Hess and Soom 1990; Canudas de Wit et al. 1995, Fig. 4).
+// Experiment: friction lag in one-way sliding whose speed swings (Hess and Soom 1990; Canudas de Wit et al.
+// 1995, Fig. 4).
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +11,8 @@
 namespace cli {
 namespace {
 
-// Mean over the cycles of the friction at the mean speed, while it grows and while it falls.
+// Swings the speed; averages over the cycles the friction at the mean speed, while it grows and while it
+// falls.
 void swing(const ExperimentInput& input, const std::string& model, double omega, bool decides,
            ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -18,22 +20,22 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const double mean = s.number("velocity_mean"), amplitude = s.number("velocity_amplitude");
   const auto cycles = static_cast<long>(s.number("cycles"));
   const double period = 2.0 * M_PI / omega;
-  // A whole number of steps in a quarter, so that the mean speed falls on the ends of steps.
+  // Uses a whole number of steps in a quarter period, so that the mean speed falls on the end of a step.
   const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
   const long steps = 4 * quarter;
   const double dt = period / static_cast<double>(steps);
-  const auto at = [&](long k) {  // position: the integral of mean + amplitude sin
+  const auto at = [&](long k) {  // position at step k: the integral of mean + amplitude sin
     const double turns = static_cast<double>(k) / static_cast<double>(steps);
     return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
   };
   Subject subject(model, s);
   std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
-  // A brush forgets how it began over ten lengths.
+  // Slides ten lengths first, after which a brush has forgotten its start.
   const auto settling =
       static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {
     for (long k = 1; k <= steps; ++k) {
-      // The force at the middle of the step, where its speed is that of the swing to second order.
+      // Uses the mean force of the step, whose speed is that of the swing to second order.
       const double friction = -subject.step({at(k) - at(k - 1), 0.0}, dt, load).mean.x;
       if (cycle >= 0) force[static_cast<std::size_t>(k - 1)] += friction / static_cast<double>(cycles);
     }
@@ -64,7 +66,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& omegas = input.settings.numbers("omegas");
   const double fastest = *std::max_element(omegas.begin(), omegas.end());
   double done = 0.0;
@@ -91,7 +93,7 @@ Experiment friction_lag_experiment() {
             "friction at the mean speed, growing less falling, over kinetic friction, fastest swing", "%",
             "above 1 %"}},
           {"omega[rad/s]", "v[m/s]", "friction[N]"},
-          &run,
+          &run_friction_lag,
           &check};
 }
 

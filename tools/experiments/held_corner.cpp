@@ -1,4 +1,4 @@
-// A square plate held at one corner: turned about it, and left to hang under a wavering moment.
+// Experiment: a square plate held at one corner, turned about it, and left to hang under a wavering moment.
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +11,10 @@ namespace {
 using rivals::Pair;
 using rivals::SpinForce;
 
-/// Mean distance of a square of side 1 from its corner.
+/// Mean distance of the points of a unit square from its corner.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
-/// A plate that can only turn about its corner.
+/// Plate that can only turn about its corner.
 class HeldPlate {
  public:
   HeldPlate(const std::string& model, const Settings& s)
@@ -23,7 +23,7 @@ class HeldPlate {
         load_(s.number("load")) {}
 
   struct Moment {
-    double end = 0.0, mean = 0.0;  ///< N m, of friction, on the plate, about the corner
+    double end = 0.0, mean = 0.0;  ///< N m, friction torque on the plate about the corner
   };
   Moment turn(double angle, double dt_s) {
     const rivals::Turn centre(turned_, angle);
@@ -41,7 +41,7 @@ class HeldPlate {
   double turned_ = 0.0;
 };
 
-/// Friction of the plate in pure sliding.
+/// Returns the friction of the plate in pure sliding.
 double sliding_friction(const std::string& model, const Settings& s) {
   SpinSubject subject(model, s, {ContactArea::Shape::square, 0.5 * s.number("side")});
   const double step = 0.37 * s.number("presliding"), dt = step / s.number("velocity");
@@ -92,7 +92,7 @@ void hold(const ExperimentInput& input, const std::string& model, ExperimentResu
       {"corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_held_corner(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   turn_steadily(model, input.settings, result);
   input.progress(0.5);
   hold(input, model, result);
@@ -125,7 +125,7 @@ Experiment held_corner_experiment() {
         "path of the plate's edge per cycle, moment between 0.2 and 0.8 of that of sliding", "um",
         "below a thousandth of the presliding length"}},
       {"t[s]", "moment_over_sliding", "way_of_edge[um]"},
-      &run};
+      &run_held_corner};
 }
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// A geared joint: held, driving, driven, turned back. The rivals have a friction that knows no torque;
-// bristles that slide are those of a JointFriction.
+// Experiment: a geared joint that is held, driving, driven, and reversed. The rivals' friction does not
+// depend on torque; the slide rule's brush is a JointFriction.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Friction of a joint that drives at its rated torque: that of the rivals.
+/// Returns the friction of a joint that drives at its rated torque, which the rivals have always.
 double full_friction(const Settings& s) { return s.number("kinetic") * s.number("load"); }
 
 bristle::JointMaterial gear_of(const Settings& s, bool drops) {
@@ -36,8 +36,8 @@ Subject joint_of(const std::string& model, const Settings& s) {
 }
 
 struct Strokes {
-  double up = 0.0, down = 0.0;  ///< steady friction, N m
-  double reversed = -1.0;       ///< presliding lengths to zero friction after the turn
+  double up = 0.0, down = 0.0;  ///< steady friction while lifting and lowering, N m
+  double reversed = -1.0;       ///< presliding lengths from the turn to zero friction
 };
 
 /// Lifts a weight slowly and lets it down again.
@@ -68,15 +68,15 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
   return found;
 }
 
-/// A motor holds the rated torque while the net torque on the arm wavers below friction. Returns how far the
-/// arm creeps in a cycle, rad.
+/// Holds the rated torque of a motor while the net torque on the arm wavers below friction. Returns the arm's
+/// creep per cycle, rad.
 double hold(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
   SlidingBlock arm(0.01);             // kg m^2
-  constexpr std::size_t cycles = 10;  // the force rises during the first one
+  constexpr std::size_t cycles = 10;  // cycles; the force rises from 0 during the first
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
@@ -90,7 +90,7 @@ double hold(const ExperimentInput& input, const std::string& model, ExperimentRe
   return mean[cycles - 1] - mean[cycles - 2];
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_joint(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const std::vector<double>& weights = s.numbers("weights");
   const double full = full_friction(s);
@@ -147,7 +147,7 @@ Experiment joint_experiment() {
         "way in a cycle of a net torque between 0.2 and 0.8 of friction", "urad",
         "below a thousandth of the presliding length"}},
       {"weight_or_lengths_or_cycles", "friction_or_torque_over_full", "driven_or_angle_over_presliding"},
-      &run};
+      &run_joint};
 }
 
 }  // namespace cli

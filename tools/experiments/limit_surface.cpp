@@ -1,4 +1,4 @@
-// The limit surface: a disc slides and spins steadily, at every ratio of the two.
+// Experiment: the limit surface of a disc that slides and spins steadily, at every ratio of the two.
 #include <algorithm>
 #include <cmath>
 
@@ -12,11 +12,12 @@ namespace {
 using rivals::Pair;
 using rivals::Wrench;
 
-/// The wrench of steady motion, averaged; `eps` = v / (omega R).
+/// Returns the mean wrench of steady motion; `eps` = v / (omega R).
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
-  const double step = 0.37 * s.number("presliding");  // of the fastest point; not in step with the snaps
+  // m, step of the fastest point; out of phase with the snaps
+  const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);
   const double slide = slides_alone ? step : step * eps / (1.0 + eps);
@@ -33,10 +34,11 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
   return mean;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_limit_surface(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius");
-  // Not over the kinetic coefficient: where friction depends on the speed, the speed here has its own.
+  // Divides by friction at this speed instead of the kinetic coefficient, which would be wrong for models
+  // that depend on speed.
   const double friction = steady(model, s, INFINITY).force.x;
   double worst = 0.0;
   const std::vector<double>& ratios = s.numbers("ratios");
@@ -79,7 +81,7 @@ Experiment limit_surface_experiment() {
             "force at v = 0.1 omega R, over that of the closed form", "", "within 10 % of 1"}},
           {"v_over_omegaR", "force_over_friction", "aside_over_friction", "torque_over_friction_R",
            "force_in_theory", "torque_in_theory"},
-          &run};
+          &run_limit_surface};
 }
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Load steps: friction when the normal load jumps, in sliding and at rest.
+// Experiment: friction when the normal load jumps, in sliding and at rest.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ class Contact {
         subject_(model, settings_, {1, highest_over_load}),
         dbar_(settings_.number("presliding")) {}
 
-  /// Elastic and other friction, N, after `way` mean snap lengths under a load.
+  /// Slides `way` mean snap lengths under a load. Returns the whole friction at the end, N.
   double move(double way, double load) {
     const double largest = 1.0 / settings_.number("steps_per_length");
     const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
@@ -26,7 +26,7 @@ class Contact {
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
-  /// `rounds` times: mean over a way.
+  /// Returns the mean friction over `way` mean snap lengths.
   double mean(double way, double load) {
     const auto steps = static_cast<long>(std::ceil(way * settings_.number("steps_per_length")));
     double sum = 0.0;
@@ -81,7 +81,7 @@ void resting(const ExperimentInput& input, const std::string& model, ExperimentR
   result.findings.push_back({"load_down_rest", model, left / most, left <= most * 1.001});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_load_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   sliding(input, model, "up", input.settings.number("factor_up"), result);
   sliding(input, model, "down", input.settings.number("factor_down"), result);
   resting(input, model, result);
@@ -113,7 +113,7 @@ Experiment load_step_experiment() {
             "a contact holds no more than its static friction (Coulomb's law)",
             "held force after the load fell to a tenth, over static friction there", "", "at most 1"}},
           {"x_over_presliding", "friction[N]"},
-          &run};
+          &run_load_step};
 }
 
 }  // namespace cli

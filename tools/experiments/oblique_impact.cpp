@@ -1,4 +1,4 @@
-// An elastic sphere that strikes a rigid plane obliquely, or spinning: tests 4 and 5 of Chung and Ooi
+// Experiment: an elastic sphere strikes a rigid plane obliquely, or spinning: tests 4 and 5 of Chung and Ooi
 // (Granular Matter 13, 2011).
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,8 @@ struct Sphere {
   std::string model;
   double friction = 0.0, restitution = 1.0, approach = 0.0;  ///< m/s
   double radius = 0.0, mass = 0.0;                           ///< m, kg
-  double normal_modulus = 0.0, shear_modulus = 0.0;          ///< Pa, E* and G* of the contact
+  /// Pa, effective moduli E* and G* of the contact.
+  double normal_modulus = 0.0, shear_modulus = 0.0;
 };
 
 Sphere read_sphere(const std::string& model, const Settings& s) {
@@ -32,20 +33,20 @@ Sphere read_sphere(const std::string& model, const Settings& s) {
   return sphere;
 }
 
-/// Speed of the centre along the plane, and of the surface by the spin, m/s: the contact slips by their
+/// Speed of the centre along the plane, and surface speed of the spin, m/s; the contact slips by their
 /// difference.
 struct Speeds {
   double centre = 0.0, rim = 0.0;
   double slip() const { return centre - rim; }
 };
 
-/// Speeds after the impact. Hertz's law; a rebound pushes with e^2 of the load of the approach.
+/// Returns the speeds after the impact. The load follows Hertz's law, times e^2 in the rebound.
 Speeds strike(const Sphere& sphere, Speeds speeds) {
   constexpr int steps = 3000;
   const double law = 4.0 / 3.0 * sphere.normal_modulus * std::sqrt(sphere.radius);
   const double deepest = std::pow(1.25 * sphere.mass * sphere.approach * sphere.approach / law, 0.4);
   const double dt = 2.95 * deepest / sphere.approach / steps;
-  const double per_load = 3.5 / sphere.mass * dt;  // change of slip
+  const double per_load = 3.5 / sphere.mass * dt;  // change of slip per unit of friction force in a step
   bristle::BedBatch beds;
   bristle::BedMotion motion;
   bristle::BedOptions options;
@@ -80,12 +81,12 @@ Speeds strike(const Sphere& sphere, Speeds speeds) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_oblique_impact(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   Sphere sphere = read_sphere(model, s);
   const double stiffness_ratio = sphere.shear_modulus / sphere.normal_modulus;
-  // Slip over friction in the units of Maw, Barber and Fawcett. From `slides_from` on even a rigid contact
-  // slides to the end of the impact.
+  // Scales slip by friction in the units of Maw, Barber and Fawcett. From `slides_from` on even a rigid
+  // contact slides throughout the impact.
   const auto scaled = [&](double slip) {
     return stiffness_ratio * slip / (sphere.friction * sphere.approach);
   };
@@ -144,7 +145,7 @@ Experiment oblique_impact_experiment() {
        {"impact_energy", "no impact gains energy", "elastic energy is given back once",
         "largest gain of the energy of slip", "%", "below 0.1 %"}},
       {"angle[deg]_or_spin[rad/s]", "scaled_slip_before", "scaled_slip_after", "v[m/s]", "rim[m/s]"},
-      &run};
+      &run_oblique_impact};
   experiment.models = {{"coulomb", "Coulomb"}, {"history", "history spring"}, {"bed", "bed"}};
   return experiment;
 }

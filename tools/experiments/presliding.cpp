@@ -1,5 +1,5 @@
-// Presliding: the first pull, hysteresis loops with reversals inside reversals, and what is left after
-// letting go.
+// Experiment: presliding, that is the first pull, hysteresis loops with reversals inside reversals, and the
+// deflection that remains after release.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace cli {
 namespace {
 
-// A contact moved by displacement at constant speed, its path and force recorded.
+// Contact moved by displacement at constant speed, which records its path and force.
 class Path {
  public:
   Path(const ExperimentInput& input, const std::string& model, std::string panel, ExperimentResult& result)
@@ -20,7 +20,7 @@ class Path {
         step_(input.settings.number("presliding") / input.settings.number("steps_per_length")),
         result_(result) {}
 
-  /// To x (m), or as soon as `stop(friction)` says so. The last step is shortened to end at x.
+  /// Moves to x (m), or until `stop(friction)` is true. The last step is shortened to end at x.
   template <class Stop>
   void move_to(double x, const Stop& stop) {
     const auto steps = static_cast<long>(std::ceil(std::fabs(x - x_) / step_ - 1e-9));
@@ -53,7 +53,7 @@ class Path {
   double x_ = 0.0, friction_ = 0.0, work_ = 0.0;
 };
 
-// Returns the highest force of a first pull.
+// Pulls a fresh contact and returns the highest force.
 double virgin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const double dbar = input.settings.number("presliding");
   const double kinetic = input.settings.number("kinetic") * input.settings.number("load");
@@ -74,7 +74,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
   const Settings& s = input.settings;
   const double dbar = s.number("presliding");
   const double kinetic = s.number("kinetic") * s.number("load");
-  // Loops of growing width; the energy of the widest one's second round.
+  // Runs loops of growing width; the energy is that of the second round of the widest.
   {
     Path path(input, model, "loops", result);
     for (const double width : {0.3, 0.5, 0.7}) {
@@ -91,7 +91,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
       }
     }
   }
-  // A loop inside a loop: 0.6 -> 0.2 -> 0.4 -> 0.2, and on to 0.6.
+  // Runs a loop inside a loop: 0.6 -> 0.2 -> 0.4 -> 0.2, and on to 0.6.
   Path path(input, model, "nested", result);
   path.move_to(0.6 * dbar);
   const double outer = path.friction();
@@ -118,7 +118,7 @@ void permanent_set(const ExperimentInput& input, const std::string& model, doubl
   result.findings.push_back({"permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_presliding(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const double peak = virgin(input, model, result);
   loops(input, model, result);
   permanent_set(input, model, peak, result);
@@ -150,7 +150,7 @@ Experiment presliding_experiment() {
         "released near break-away, the block springs back in part (Courtney-Pratt and Eisner 1957)",
         "displacement left, in presliding lengths", "", "above 0.02, and it springs back by 0.01"}},
       {"x[m]", "friction[N]"},
-      &run};
+      &run_presliding};
 }
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// A disc turned from rest: its spring, its peak, and what a pull finds while it spins.
+// Experiment: a disc turned from rest; its stiffness, its peak, and the friction of a pull while it spins.
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +10,13 @@ namespace {
 
 using rivals::SpinForce;
 
-/// Friction of a first motion from rest, > 0 where it resists: a force, or a torque over the radius.
+/// Friction of a first motion from rest, > 0 where it resists; a force, or a torque over the radius.
 struct FirstMotion {
-  double slope = 0.0;  ///< N/m, in its first thousandth of a presliding length
+  double slope = 0.0;  ///< N/m, stiffness over the first thousandth of a presliding length
   double peak = 0.0, steady = 0.0;
 };
 
-/// Pulls the centre, or turns the disc, so that its fastest point goes `way` lengths.
+/// Pulls the centre or turns the disc until its fastest point has moved `way` presliding lengths.
 FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bool turns,
                       ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -42,7 +42,7 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
   return found;
 }
 
-/// Highest force of a slow pull on a disc that spins, over its steady force.
+/// Returns the highest force of a slow pull on a spinning disc, over its steady force.
 double peak_while_spinning(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius"), load = s.number("load"), dbar = s.number("presliding");
@@ -51,7 +51,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
     subject.step({}, step / radius, dt, load);
-  // As many steps as from rest: they are longer, for the pull is slower than the spin.
+  // Uses as many steps as from rest; they last longer, because the pull is slower than the spin.
   const long steps = std::lround(s.number("way") * per_length), last = steps / 4;
   double peak = 0.0, steady = 0.0;
   for (long k = 1; k <= steps; ++k) {
@@ -64,7 +64,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   return (peak - steady) / full;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_pure_spin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const FirstMotion pull = from_rest(input, model, false, result);
   input.progress(0.2);
   const FirstMotion turn = from_rest(input, model, true, result);
@@ -113,7 +113,7 @@ Experiment pure_spin_experiment() {
         "rise of the force of a slow pull on the spinning disc above its steady value, over that from rest",
         "", "below 0.5, where there is a peak from rest"}},
       {"way_over_presliding", "friction_over_kinetic"},
-      &run};
+      &run_pure_spin};
 }
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Friction that depends on the direction: its limits, and a block that is shaken to and fro.
+// Experiment: friction that depends on the direction; its limits, and a block that is shaken to and fro.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,7 +14,8 @@ namespace {
 
 using rivals::Pair;
 
-/// Force on the block, N, after a displacement, m. `keeps`: whether the step is made, or tried.
+/// Ground: returns the force on the block (N) after a displacement (m). `keeps` says whether the step is made
+/// or only tried.
 using Ground = std::function<Pair(Pair displacement, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s) {
@@ -50,7 +51,7 @@ Ground make_ground(const std::string& model, const Settings& s) {
   };
 }
 
-/// Friction over load in steady sliding at an angle to the lay, against the motion.
+/// Returns friction over load in steady sliding at an angle to the lay, by the body.
 Pair slide(const std::string& model, const Settings& s, double angle) {
   const Ground ground = make_ground(model, s);
   const double far = 100.0 * s.number("presliding");
@@ -79,10 +80,10 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
       {"to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01});
 }
 
-/// A block on the ground, free along the lay. Its steps are implicit.
+/// Block on the ground, free along the lay, stepped implicitly.
 struct Block {
   Ground ground;
-  double mass, dt, most;  ///< most: N, no friction is larger
+  double mass, dt, most;  ///< most: N, upper bound of the friction
   double x = 0.0, v = 0.0;
 
   void step(double pull) {
@@ -110,7 +111,7 @@ void shake(const std::string& model, const Settings& s, ExperimentResult& result
   Block block = make_block(model, s);
   double begin = 0.0;
   for (long k = 0; k <= (cycles + 1) * per_cycle; ++k) {
-    if (k == per_cycle) begin = block.x;  // the first cycle starts at rest
+    if (k == per_cycle) begin = block.x;  // measures from the second cycle on, since the first starts at rest
     const double phase = 2.0 * M_PI * static_cast<double>(k % per_cycle) / static_cast<double>(per_cycle);
     block.step(force * std::cos(phase));
     if (k % std::max(1L, per_cycle / 50) == 0)
@@ -134,7 +135,7 @@ void hold(const std::string& model, const Settings& s, ExperimentResult& result)
   result.findings.push_back({"holds_on_nap", model, creep, std::fabs(creep) < 1.0});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_ratchet(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   find_limits(model, input.settings, result);
   input.progress(0.3);
   shake(model, input.settings, result);
@@ -174,7 +175,7 @@ Experiment ratchet_experiment() {
         "below its limit a contact does not creep (Dupont et al. 2002)",
         "creep in 1 s under a quarter of the friction along", "nm", "below 1 nm"}},
       {"angle[deg]_or_t[s]", "along_over_load_or_force", "across_over_load_or_x[mm]"},
-      &run};
+      &run_ratchet};
   experiment.models = {{"ellipse", "MuJoCo cone"},
                        {"scaled", "Bullet cone"},
                        {"brush", "brush, elliptic"},

@@ -1,15 +1,15 @@
-// Why a model shows a phenomenon or does not, from its equations. For the default parameters.
+// Explains why a model shows a phenomenon or does not, from its equations, for the default parameters.
 #include <sstream>
 #include <vector>
 
 #include "tools/experiments/experiment.hpp"
-#include "tools/experiments/reasons_text.hpp"  // made by CMake of reasons.txt
+#include "tools/experiments/reasons_text.hpp"  // made by CMake from reasons.txt
 
 namespace cli {
 namespace {
 
-/// Of reasons.txt: below each phenomenon, models that show it (+) or do not (-), and why. Brushes stand
-/// without brush_.
+/// Reason of reasons.txt: below each phenomenon stand models that show it (+) or do not (-), and why. Brushes
+/// are named without the prefix brush_.
 struct Reason {
   std::string phenomenon, text;  ///< "MODEL MODEL: why"
   bool shown;

@@ -1,4 +1,4 @@
-// What `bristle experiment` says: tables for people, CSV for plots, JSON for programs, the page
+// Writes the output of `bristle experiment`: tables for people, CSV for plots, JSON for programs, the page
 // EXPERIMENTS.md.
 #include <algorithm>
 #include <cctype>
@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Three digits; what rounding leaves of nothing is nothing.
+// Formats a value to three digits; a rounding residue becomes 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);
@@ -42,7 +42,7 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
   return nullptr;
 }
 
-/// Verdict and value; the unit stands in a header.
+/// Formats verdict and value; the unit stands in a header.
 std::string cell(const Finding* finding, const char* yes, const char* no) {
   if (!finding) return "not measured";
   return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
@@ -55,33 +55,65 @@ Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const s
                                                         : CellStyle::bad};
 }
 
-// One line for the models that share a verdict and a reason; the largest group comes last, as "all others".
+std::string capitalised(std::string text) {
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+/// Titles of models, with one name for the brushes that snap, or slide, where all of them are in the list.
+std::string titles_of(const std::vector<std::string>& models) {
+  static const std::vector<std::pair<std::string, std::vector<std::string>>> families = {
+      {"brushes that snap", {"brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"}},
+      {"brushes that slide", {"brush_slide", "brush_slide_drop"}}};
+  const auto has = [](const std::vector<std::string>& list, const std::string& model) {
+    return std::find(list.begin(), list.end(), model) != list.end();
+  };
+  std::vector<std::string> titles;
+  for (const std::string& model : models) {
+    std::string title = model_title(model);
+    for (const auto& [name, members] : families) {
+      if (has(members, model) &&
+          std::all_of(members.begin(), members.end(), [&](const auto& m) { return has(models, m); }))
+        title = name;
+    }
+    if (!has(titles, title)) titles.push_back(title);
+  }
+  return fmt::format("{}", fmt::join(titles, "; "));
+}
+
+/// One line for the models that share a verdict and a reason. Where most models share a verdict, only its
+/// brushes and beds are named.
 std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
                     const std::vector<std::string>& models) {
   struct Group {
-    std::string reason, models;
-    std::size_t size = 0;
+    std::string reason;
+    bool shown;
+    std::vector<std::string> models;
   };
   std::vector<Group> groups;
+  std::size_t shown = 0, judged = 0;
   for (const std::string& model : models) {
     const Finding* f = find(result, phenomenon.id, model);
     if (!f) continue;
+    ++judged;
+    shown += f->shown ? 1 : 0;
     std::string reason = reason_of(phenomenon.id, model, f->shown);
     if (reason.empty()) reason = "differs from the outcome with default parameters";
-    reason = (f->shown ? "yes: " : "no: ") + reason;
-    auto group = groups.begin();
-    while (group != groups.end() && group->reason != reason) ++group;
-    if (group == groups.end()) group = groups.insert(group, {reason, "", 0});
-    group->models += (group->size++ > 0 ? "; " : "") + model_title(model);
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const Group& g) { return g.reason == reason && g.shown == f->shown; });
+    if (group == groups.end()) group = groups.insert(group, {reason, f->shown, {}});
+    group->models.push_back(model);
   }
-  const auto largest = std::max_element(groups.begin(), groups.end(),
-                                        [](const Group& a, const Group& b) { return a.size < b.size; });
-  if (largest != groups.end() && largest->size > 2) {
-    largest->models = groups.size() > 1 ? "all others" : "all";
-    std::rotate(largest, largest + 1, groups.end());
-  }
+  const bool most = 2 * shown >= judged;
   std::string text;
-  for (const Group& group : groups) text += fmt::format("  - *{}*, {}.\n", group.models, group.reason);
+  for (Group& group : groups) {
+    const bool all = group.models.size() == models.size();
+    if (group.shown == most && !all)
+      std::erase_if(group.models, [](const std::string& m) { return !m.starts_with("brush") && m != "bed"; });
+    if (group.models.empty()) continue;
+    text += fmt::format("  - *{}*, {}: {}.\n", all ? "all" : titles_of(group.models),
+                        group.shown ? "yes" : "no", group.reason);
+  }
   return text;
 }
 
@@ -119,7 +151,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   return text;
 }
 
-/// Calls `visit` with the reports that have the same models, which follow each other.
+/// Calls `visit` for each run of successive reports that have the same models.
 template <class Visit>
 void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
   while (!reports.empty()) {
@@ -132,7 +164,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Models that show equally many, the most first.
+  // Models grouped by the number of phenomena they show, most first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();
@@ -157,7 +189,7 @@ std::string findings_answer(std::span<const ExperimentReport> reports,
   return text + ".\n";
 }
 
-/// Prints a row a phenomenon and a column a model; the width grows with the models.
+/// Returns a table with a row per phenomenon and a column per model; its width grows with the models.
 std::string wide_table(std::span<const ExperimentReport> reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
@@ -172,7 +204,7 @@ std::string wide_table(std::span<const ExperimentReport> reports, const std::vec
   return table.text();
 }
 
-/// One row a model and one column a phenomenon of one experiment.
+/// Returns a table with a row per model and a column per phenomenon of one experiment.
 std::string tall_table(const ExperimentReport& report, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<" + report.experiment->name};
   for (const Phenomenon& p : report.experiment->phenomena)
@@ -293,15 +325,15 @@ std::string experiment_page(std::span<const ExperimentReport> reports, const std
     }
   });
   text += cost_page(cost, models);
-  text += "\n## What was measured, and why\n";
+  text +=
+      "\n## What was measured, and why\n\nReasons are given for brushes and beds, and for models that differ "
+      "from most others; `--json` has all.\n";
   for (const ExperimentReport& report : reports) {
-    text += fmt::format("\n### {}\n\n{}: `bristle experiment {}`.\n\n", report.experiment->name,
-                        report.experiment->title, report.experiment->name);
+    text +=
+        fmt::format("\n### {}\n\n{}.\n\n", report.experiment->name, capitalised(report.experiment->title));
     for (const Phenomenon& p : report.experiment->phenomena) {
-      std::string literature = p.literature;
-      literature[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(literature[0])));
-      text += fmt::format("- **{}.** {}. Measured: {}{}; yes: {}.\n", p.title, literature, p.measured,
-                          p.unit.empty() ? "" : ", " + p.unit, p.passes);
+      text += fmt::format("- **{}.** {}. Measured: {}{}; yes: {}.\n", p.title, capitalised(p.literature),
+                          p.measured, p.unit.empty() ? "" : ", " + p.unit, p.passes);
       text += reasons(report.result, p, report.models);
     }
   }

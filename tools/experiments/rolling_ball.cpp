@@ -1,4 +1,4 @@
-// A ball that rolls: down a slope, on the level, and after it was thrown without spin.
+// Experiment: a ball that rolls down a slope, on the level, and after a throw without spin.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,13 +14,13 @@ namespace {
 
 constexpr double gravity = 9.81;  // m/s^2
 
-/// Force on the ball, N, and how it falls with the slip, N/m.
+/// Force on the ball, N, and its decrease with slip, N/m.
 struct Pull {
   double force = 0.0, slope = 0.0;
 };
 
-/// What the ball rolls on: answers to how far its surface slips against the ground, and rolls, in a step, m.
-/// `keeps`: whether the step is made, or tried.
+/// Ground: returns the pull for a slip of the ball's surface against the ground and a rolled distance in a
+/// step, m. `keeps` says whether the step is made or only tried.
 using Ground = std::function<Pull(double slip, double rolled, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s, double load) {
@@ -68,16 +68,16 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
 }
 
 struct Ball {
-  double v = 0.0, rim = 0.0;  ///< m/s: of the centre, and of the surface by the spin
+  double v = 0.0, rim = 0.0;  ///< m/s, speed of the centre, and surface speed of the spin
 };
 
-/// Rolls for a time, with the friction implicit. `look` sees the ball after every step.
+/// Rolls for a time, with implicit friction. `look` sees the ball after every step.
 void roll(const ExperimentInput& input, const std::string& model, double degrees, Ball ball, double time,
           const std::function<void(double, const Ball&)>& look) {
   const Settings& s = input.settings;
   const double mass = s.number("mass"), dt = s.number("dt"), angle = degrees * M_PI / 180.0;
   const Ground ground = make_ground(model, s, mass * gravity * std::cos(angle));
-  // Of the slip within a step: 1/m + R^2 / (2/5 m R^2).
+  // Change of slip in a step per newton: 1/m + R^2 / (2/5 m R^2), times dt^2.
   const double per_force = 3.5 * dt * dt / mass;
   for (long k = 1; k <= std::lround(time / dt); ++k) {
     ball.v += dt * gravity * std::sin(angle);
@@ -90,7 +90,7 @@ void roll(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_rolling_ball(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double degrees = s.number("slope"), speed = s.number("speed"), time = s.number("time");
   Ball middle, last;
@@ -149,7 +149,7 @@ Experiment rolling_ball_experiment() {
         "at 5/7 of its speed, whatever the friction (Coriolis 1835, billiards)",
         "speed at the end over the first", "", "within 0.01 of 5/7"}},
       {"t[s]", "v[m/s]", "rim[m/s]", "creepage"},
-      &run};
+      &run_rolling_ball};
   experiment.models = {{"coulomb", "Coulomb"}, {"patch", "patch, dragged"}, {"bed", "bed"}};
   return experiment;
 }

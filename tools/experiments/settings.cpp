@@ -127,7 +127,7 @@ void Settings::read_file(const std::string& path, const std::string& experiment,
   }
   const toml::table* own = file[experiment].as_table();
   for (const auto& [key, node] : own ? *own : file) {
-    if (!own && node.is_table() && is_table_name(key.str())) continue;  // another experiment's
+    if (!own && node.is_table() && is_table_name(key.str())) continue;  // a table of another experiment
     const std::string where = place(path, node, key.str());
     Parameter& p = find(key.str(), fmt::format("{}:{}", path, node.source().begin.line));
     if (p.choices.empty()) {
@@ -190,7 +190,8 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
     p.choices = std::move(choices);
     return p;
   };
-  // Canudas de Wit et al. 1995, and a brush with the same kinetic force, first stiffness and damping.
+  // Defaults from Canudas de Wit et al. 1995 for LuGre, and a brush of equal kinetic force, initial stiffness
+  // and damping.
   std::vector<Parameter> all = {
       number_parameter("dt", 1e-3, "s", "step; where a motion sets its own steps, their longest", 1e-6, 0.1),
       number_parameter("load", 2.5, "N", "normal load", 1e-6, 1e6),

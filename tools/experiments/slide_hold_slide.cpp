@@ -1,5 +1,5 @@
-// Slide, hold, slide: the peak after a hold over its duration, and what the force does meanwhile (Dieterich
-// 1972; Marone 1998).
+// Experiment: slide, hold, slide; the peak after a hold over its duration, and the force during the hold
+// (Dieterich 1972; Marone 1998).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,10 +12,10 @@ namespace cli {
 namespace {
 
 struct Hold {
-  double held = 0.0;     // at the beginning of the hold, dampers gone
-  double relaxed = 0.0;  // at its end
-  double peak = 0.0;     // highest afterwards
-  double way = 0.0;      // to the peak
+  double held = 0.0;     // friction at the start of the hold, without dampers
+  double relaxed = 0.0;  // friction at the end of the hold
+  double peak = 0.0;     // highest friction after the hold
+  double way = 0.0;      // distance to the peak
 };
 
 Hold hold(const std::string& model, const Settings& s, double duration, ExperimentResult& result) {
@@ -28,7 +28,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
   };
   Hold found;
   row(0.0, 0.0, slide(subject, s.number("settling") * dbar, speed, step, load));
-  // Steps that grow with the time, so that a force that relaxes with its logarithm shows.
+  // Uses steps that grow with time, which resolve a force that relaxes logarithmically.
   const int steps = 40;
   double t = 0.0;
   for (int k = 1; k <= steps; ++k) {
@@ -49,7 +49,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
 }
 
 struct Line {
-  double slope = 0.0, worst = 0.0;  // worst: largest distance of a point from it
+  double slope = 0.0, worst = 0.0;  // worst: largest distance of a point from the line
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
@@ -70,7 +70,7 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   return line;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_slide_hold_slide(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double kinetic = s.number("kinetic") * s.number("load");
   std::vector<double> logarithms, peaks;
@@ -124,7 +124,7 @@ Experiment slide_hold_slide_experiment() {
         "friction a ten-thousandth into the hold less that at its end, longest hold, over kinetic friction",
         "%", "above 1 %"}},
       {"hold[s]", "t[s]", "x_over_presliding", "friction_over_kinetic"},
-      &run,
+      &run_slide_hold_slide,
       &check};
 }
 

@@ -1,5 +1,5 @@
-// A contact with an extent under test: a rival in every cell of a grid, or a brush with an outline, moved and
-// asked in the same way.
+// Contact with an extent under test, behind one interface: a rival in every cell of a grid, or a brush with
+// an outline.
 #pragma once
 
 #include <memory>
@@ -23,16 +23,16 @@ struct ContactArea {
 
 class SpinSubject {
  public:
-  /// `model` is one of model_names(). Reads the parameters of spin_parameters(). Throws bristle::Error.
+  /// Makes a model, one of model_names(), with the parameters of spin_parameters(). Throws bristle::Error.
   SpinSubject(std::string_view model, const Settings& settings, ContactArea area);
 
-  /// Wrench on the moving body about the centre of the area. The centre moves by `displacement` (m) and the
-  /// body turns by `angle` (rad, half a turn at most), both at constant speed, in dt_s.
+  /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad, half a turn at most), both at
+  /// constant speed, in dt_s. Returns the wrench on the moving body about the centre of the area.
   rivals::SpinForce step(rivals::Pair displacement, double angle, double dt_s, double load_n);
 
  private:
   struct Brush {
-    std::unique_ptr<bristle::PatchBatch> batch;  // stays where it is
+    std::unique_ptr<bristle::PatchBatch> batch;  // address does not change when this object moves
     bristle::ExtendedPatches patches;
     bristle::PatchId id;
 
@@ -42,8 +42,8 @@ class SpinSubject {
   std::variant<rivals::RivalGrid, rivals::LuGreGrid, Brush> contact_;
 };
 
-/// Into how many cells the area is cut: `across` for the rivals, `rings` for the brush (of a square, twice as
-/// many cells along a side).
+/// Returns parameters that cut the area into cells: `across` for the rivals, `rings` for the brush (for a
+/// square, twice as many cells along a side).
 std::vector<Parameter> spin_parameters(int across = 21, int rings = 6);
 
 }  // namespace cli

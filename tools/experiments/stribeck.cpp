@@ -1,4 +1,4 @@
-// The Stribeck effect: steady friction against speed, lubricated and dry.
+// Experiment: the Stribeck effect, steady friction against speed, lubricated and dry.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -16,11 +16,11 @@ struct Curve {
   double lowest() const { return *std::min_element(force.begin(), force.end()); }
 };
 
-// Friction averaged over a way, after a way to forget the start.
+// Returns the mean friction over a distance, after a first distance to forget the start.
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // The step is no fraction of the snap lengths, and no longer than dt allows.
+  // Takes a step that is no fraction of the snap lengths and at most as long as dt allows.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));
@@ -49,7 +49,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
            ExperimentResult& result) {
   const double kinetic = s.number("kinetic") * s.number("load");
   const double vs = s.number("stribeck_velocity");
-  // Highest force before the lowest one.
+  // Highest force at speeds up to that of the lowest force.
   const auto lowest = std::min_element(lubricated.force.begin(), lubricated.force.end());
   const double before = *std::max_element(lubricated.force.begin(), lowest + 1);
   const double fall = (before - *lowest) / kinetic;
@@ -72,7 +72,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
     high = std::max(high, dry.force[i]);
     ++away_from_rest;
   }
-  if (away_from_rest < 2) return;  // nothing to compare
+  if (away_from_rest < 2) return;  // too few speeds to compare
   const double spread = (high - low) / kinetic;
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }
@@ -84,7 +84,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   Settings dry = input.settings;
   dry.set("viscous=0");
   dry.set("damping=0");
@@ -119,7 +119,7 @@ Experiment stribeck_experiment() {
        {"dry_constant", "dry sliding does not depend on speed", "Coulomb's third law, away from rest",
         "spread of the force from ten Stribeck velocities on, over kinetic friction", "%", "below 2 %"}},
       {"v[m/s]", "friction[N]"},
-      &run,
+      &run_stribeck,
       &check};
 }
 

@@ -1,4 +1,4 @@
-// A friction model under test: a rival or the brush, moved and asked in the same way.
+// Friction model under test, a rival or the brush, behind one interface.
 #pragma once
 
 #include <memory>
@@ -18,24 +18,26 @@ class Subject {
  public:
   struct Options {
     int axes = 1;
-    double highest_load_over_load = 1.0;            ///< the brush has room for so much
-    const bristle::JointMaterial* joint = nullptr;  ///< a joint of it stands for the brush: N m and rad
+    /// Highest load that the brush has capacity for, over the default load.
+    double highest_load_over_load = 1.0;
+    /// If set, a joint of this material is the brush: N m and rad.
+    const bristle::JointMaterial* joint = nullptr;
   };
 
-  /// `model` is one of model_names(). Throws bristle::Error.
+  /// Makes a model, one of model_names(). Throws bristle::Error.
   Subject(std::string_view model, const Settings& settings, const Options& options);
   Subject(std::string_view model, const Settings& settings) : Subject(model, settings, Options{}) {}
 
-  /// Force on the moving body, N. `displacement` (m) is done in dt_s at constant velocity.
+  /// Moves by `displacement` (m) in dt_s at constant velocity. Returns the force on the moving body, N.
   rivals::Force step(rivals::Pair displacement, double dt_s, double load_n);
   /// Returns the force that step() would give; changes nothing.
   rivals::Force find_force(rivals::Pair displacement, double dt_s, double load_n);
 
-  /// Torques of a joint's next steps, N m. Contacts take no notice.
+  /// Sets the torques (N m) of a joint's next steps. No effect on contacts.
   void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
-  /// At least -d(mean force)/d(displacement) of a step, but for falling branches, N/m.
+  /// Returns an upper bound of -d(mean force)/d(displacement) over a step, N/m, except on falling branches.
   double slope_bound(double dt_s, double load_n) const noexcept;
 
  private:
@@ -53,18 +55,19 @@ class Subject {
 
   std::string name_;
   std::variant<rivals::Rival, Brush, Joint> model_;
-  double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;  // at load_; the brush's grow with the load
+  // At load_; the brush's stiffness and damping grow with the load.
+  double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;
   double creep_damping_ = 0.0;
 };
 
 bool is_brush(std::string_view model);
-/// The brush's material for these settings. Throws bristle::Error.
+/// Returns the brush's material for these settings. Throws bristle::Error.
 bristle::Material brush_material(std::string_view model, const Settings& settings);
-/// Options of a patch of that brush, two axes. Throws nothing: PatchBatch::add does.
+/// Returns the options of a patch of that brush, two axes. Does not check them: PatchBatch::add does.
 bristle::PatchOptions brush_options(std::string_view model, const Settings& settings,
                                     double highest_load_over_load = 1.0);
 rivals::Surface rival_surface(const Settings& settings);
-/// The rival with these settings, at rest.
+/// Returns the rival with these settings, at rest.
 rivals::Rival rival_for(std::string_view model, const Settings& settings);
 
 }  // namespace cli

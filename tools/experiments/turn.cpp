@@ -1,4 +1,4 @@
-// A turn: steady sliding, then a new direction in the plane.
+// Experiment: steady sliding, then a new direction in the plane.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   const double step = dbar / per_length, dt = step / speed;
   const double kinetic = s.number("kinetic") * load;
   const double a = degrees * M_PI / 180.0;
-  // Into a turned frame, so that "degrees" need not be a right angle.
+  // Unit vectors before and after the turn, by any angle "degrees".
   const Pair old_way{1.0, 0.0}, new_way{std::cos(a), std::sin(a)};
   Subject subject(model, s, {2, 1.0});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
@@ -42,7 +42,7 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_turn(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   for (const double degrees : input.settings.numbers("turns")) turn(input, model, degrees, result);
 }
 
@@ -67,7 +67,7 @@ Experiment turn_experiment() {
             "after a reversal friction changes its sign over the presliding length (Dahl 1968)",
             "path to zero force after a turn of 180 degrees, in presliding lengths", "", "0.05 to 3"}},
           {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"},
-          &run};
+          &run_turn};
 }
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// Steps in speed, the test of rate-and-state friction: an effect at once, then a way over which friction
-// comes to the level of the new speed (Dieterich 1979; Ruina 1983).
+// Experiment: steps in speed, the test of rate-and-state friction. Friction changes at once, then approaches
+// the level of the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,13 +11,13 @@
 namespace cli {
 namespace {
 
-// Friction over kinetic friction, averaged over the repeats.
+// Friction over kinetic friction in a step of speed, averaged over repeats.
 struct Step {
   double before = 0.0, after = 0.0;
-  std::vector<double> friction;  // after each step of the way
+  std::vector<double> friction;  // friction after each step of the path
 };
 
-// Up and down again, as often as asked for: the mean step up, and the mean step down.
+// Mean step up and mean step down of a repeated pair.
 struct Steps {
   Step up, down;
 };
@@ -46,7 +46,8 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
   return found;
 }
 
-// From the highest friction on: the way over which all but 1/e of the fall is done, in steps; 0: none.
+// Returns the distance, in steps of the path, over which friction falls by all but 1/e from its peak; 0: not
+// reached.
 double evolution_way(const Step& up) {
   const auto peak = std::max_element(up.friction.begin(), up.friction.end());
   const double highest = std::max(*peak, up.before);
@@ -56,11 +57,11 @@ double evolution_way(const Step& up) {
   return there == up.friction.end() ? 0.0 : static_cast<double>(there - from);
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_velocity_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
-  double least = INFINITY, most = -INFINITY;  // direct effect
-  double smallest_fall = INFINITY;            // of all speeds
+  double least = INFINITY, most = -INFINITY;  // range of the direct effect
+  double smallest_fall = INFINITY;            // least fall after the peak over all speeds
   double shortest = INFINITY, longest = 0.0;  // way
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
@@ -130,7 +131,7 @@ Experiment velocity_step_experiment() {
         "path from the highest friction after the step until 1/e of the fall is left, shortest of the speeds",
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
-      &run,
+      &run_velocity_step,
       &check};
 }
 

@@ -1,4 +1,4 @@
-// Shared by CSV files with a header: columns by name, units in brackets, numbers by line.
+// Parses CSV files with a header: columns by name, units in brackets, numbers by line. Shared by the readers.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,8 @@ namespace cli {
 
 struct Unit {
   std::string_view name;
-  double per_si;  ///< a division by a power of ten rounds once; a product with its inverse would twice
+  /// Units per SI unit; dividing by a power of ten rounds once, multiplying by its inverse twice.
+  double per_si;
 };
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}, {"min", 1.0 / 60.0}};
 inline constexpr Unit length_units[] = {{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}, {"um", 1e6}, {"nm", 1e9}};
@@ -27,50 +28,53 @@ inline constexpr Unit torque_units[] = {
 inline constexpr Unit compliance_units[] = {{"m/N", 1.0}, {"mm/N", 1e3}, {"um/N", 1e6}, {"nm/N", 1e9}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
-/// Largest magnitudes of a column, SI units: what scenes allow, and times of any clock.
+/// Largest magnitudes that a column may hold, SI units: the limits of scenes, and times of any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
 
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
-  double most = std::numeric_limits<double>::max();  ///< SI units; the first unit's name is theirs
-  /// Other names of the column, in small letters.
+  /// Largest magnitude, SI units; the first unit has the SI name.
+  double most = std::numeric_limits<double>::max();
+  /// Other names of the column, in lower case.
   std::span<const std::string_view> aliases = {};
 };
 
 struct CsvHeader {
-  std::vector<bool> present;               ///< by kind
-  std::vector<double> per_si;              ///< by kind
-  std::vector<std::string> other_columns;  ///< not of these kinds
-  std::string canonical;                   ///< our names without units, others as "-": for the splitter
+  std::vector<bool> present;               ///< whether the file has the column, by kind
+  std::vector<double> per_si;              ///< the column's units per SI unit, by kind
+  std::vector<std::string> other_columns;  ///< names of columns that are none of these kinds
+  /// Header for the splitter: our names without units, others as "-".
+  std::string canonical;
 };
 
-/// `text` without byte order mark and leading comments, `header_line` the number of its first line. Throws
-/// UserError when it holds no text; `expected` is a header that would do.
+/// Returns `text` without byte order mark and leading comments; sets `header_line` to the number of its first
+/// line. Throws UserError if there is no text; `expected` is an example of a header.
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line);
 
-/// The unit of that name, in any of its spellings ("µm", "Nm", "sec"); null: none of these.
+/// Finds a unit by name, in any of its spellings ("µm", "Nm", "sec"); null if it is none of these.
 const Unit* find_unit(std::span<const Unit> units, std::string_view name);
-/// "N, mN, uN".
+/// Lists the units' names, as "N, mN, uN".
 std::string unit_names(std::span<const Unit> units);
-/// "2N", "0.5 mm/s", "3" (in the first unit), in SI units. Throws UserError naming `what`.
+/// Parses "2N", "0.5 mm/s" or "3" (in the first unit); returns SI units. Throws UserError naming `what`.
 double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what);
 
-/// Reads "x [mm],load". Throws UserError on a unit that is not known and on a column that comes twice.
+/// Parses a header such as "x [mm],load". Throws UserError on an unknown unit and on a column that comes
+/// twice.
 CsvHeader read_csv_header(std::string_view line, const std::string& where, std::span<const ColumnKind> kinds);
 
 std::string_view trim(std::string_view text);
 
-/// Checks of every row: time increases, no load is negative. Throw UserError.
+/// Check every row: times increase, loads are not negative. Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 
-/// A finite number, the whole cell. Throws UserError naming `where`, column and reason.
+/// Parses a cell that is one finite number. Throws UserError naming `where`, column and reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
 /// Reads a cell in SI units, within the limits of its kind.
 double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
-/// For what was integrated from a column of velocities.
+/// Checks that a position integrated from velocities is within limits.
 void require_near(double position_m, const std::string& where);
 
 }  // namespace cli

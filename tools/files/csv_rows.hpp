@@ -1,4 +1,5 @@
-// The rows of a CSV file under a header that was read: split by libfccp, its errors as UserError by line.
+// Reads the rows of a CSV file under a header that was read: libfccp splits them, and its errors become
+// UserErrors with the line.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +20,12 @@
 
 namespace cli {
 
-/// Calls `take(cells, where)` for every row of `text`, which begins with the header in line `header_line`:
-/// cells in the order of `kinds`, null where the file has no such column; `where()` names file and line.
+/// Calls `take(cells, where)` for every row of `text`, which begins with the header in line `header_line`.
+/// Cells are in the order of `kinds`, null if the file has no such column; `where()` names file and line.
 template <std::size_t count, class Take>
 void for_csv_rows(std::string_view text, const std::string& name, std::size_t header_line,
                   const CsvHeader& header, const ColumnKind (&kinds)[count], Take&& take) {
-  // The splitter looks at the byte behind the last line if that has no line end: give it one.
+  // Adds a line end to the last line if missing: the splitter reads the byte behind it.
   std::string canonical = header.canonical;
   canonical += text.substr(std::min(text.find('\n'), text.size()));
   if (!canonical.ends_with('\n')) canonical += '\n';

@@ -51,7 +51,8 @@ std::string status_text(bristle::Status status) {
   } flags[] = {{bristle::Status::unknown_id, "unknown_id"},
                {bristle::Status::repeated_id, "repeated_id"},
                {bristle::Status::bad_input, "bad_input"},
-               {bristle::Status::overload, "overload"}};
+               {bristle::Status::overload, "overload"},
+               {bristle::Status::no_capacity, "no_capacity"}};
   std::string text;
   for (const auto& f : flags) {
     if (has(status, f.flag)) text += (text.empty() ? "" : "+") + std::string(f.name);

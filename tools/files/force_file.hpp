@@ -15,12 +15,13 @@ namespace cli {
 
 class ForceFile {
  public:
-  /// Which of the outputs that some patches compute become columns; empty cells where a patch does not.
+  /// Opens a force file. `with_mean` and `with_energy` add the columns that only some patches compute; the
+  /// others get empty cells.
   ForceFile(const std::string& path, bool with_mean, bool with_energy);
 
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
-  /// Throws UserError when the disk is full.
+  /// Completes the file. Throws UserError when the disk is full.
   void finish();
 
  private:
@@ -31,7 +32,7 @@ class ForceFile {
   fmt::memory_buffer buffer_;
 };
 
-/// "ok", or the names of the flags joined by '+'.
+/// Returns "ok", or the names of the flags joined by '+'.
 std::string status_text(bristle::Status status);
 
 }  // namespace cli

@@ -12,12 +12,12 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t most_preface = 100;  // lines in which a header is looked for
-constexpr std::size_t probed_rows = 50;    // for decimal commas
+constexpr std::size_t most_preface = 100;  // most lines in which a header is looked for
+constexpr std::size_t probed_rows = 50;    // rows examined for decimal commas
 
 struct Line {
   std::string_view text;
-  std::size_t number;  // from 1
+  std::size_t number;  // line number, from 1
 };
 
 std::string lower(std::string_view text) {
@@ -33,7 +33,7 @@ std::string_view unquoted(std::string_view cell) {
   return cell;
 }
 
-/// ' ' stands for any run of blanks.
+/// Splits a line. The separator ' ' stands for any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   if (separator == ' ') line = trim(line);
@@ -51,7 +51,7 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return cells;
 }
 
-/// The cell as a number is written here: a comma becomes a point.
+/// Returns a numeric cell with its decimal comma changed to a point.
 std::string with_point(std::string_view cell) {
   std::string number(cell);
   std::replace(number.begin(), number.end(), ',', '.');
@@ -77,8 +77,8 @@ char separator_of(std::string_view header, std::string_view row) {
   return cells.size() > 1 && all_numbers(cells) ? ' ' : ',';
 }
 
-/// "Position [mm]", "Position (mm)", "position_mm", "Position / mm": the last two only where the end is a
-/// unit of the kind.
+/// Splits "Position [mm]", "Position (mm)", "position_mm" or "Position / mm" into name and unit. The last two
+/// forms count only if the end is a unit of the kind.
 struct NameAndUnit {
   std::string_view name, unit;
 };
@@ -97,7 +97,7 @@ NameAndUnit split_unit(std::string_view cell, std::span<const Unit> units) {
   return {cell, {}};
 }
 
-/// Which column is which kind.
+/// Header of a foreign file: finds which column is of which kind.
 class Header {
  public:
   Header(std::vector<std::string_view> cells, std::span<const ColumnKind> kinds,
@@ -121,7 +121,7 @@ class Header {
   std::string_view unit(std::size_t kind) const {
     return split_unit(cells_[*of_[kind]], kinds_[kind].units).unit;
   }
-  /// Not one of our own names with or without a unit in brackets.
+  /// Returns whether a column has another name than ours, with or without a unit in brackets.
   bool renamed(std::size_t kind) const {
     const std::string_view cell = cells_[*of_[kind]];
     return trim(cell.substr(0, cell.find('['))) != kinds_[kind].name;
@@ -147,7 +147,7 @@ class Header {
     }
     return std::nullopt;
   }
-  /// Only one that means nothing else.
+  /// Returns a column that is known by an alias which means no other kind.
   std::optional<std::size_t> alias(std::size_t kind) const {
     std::optional<std::size_t> found;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -187,7 +187,7 @@ std::string listed(const std::vector<std::string_view>& cells) {
   return all;
 }
 
-/// Cells below the header that are units of their columns, and no number among them.
+/// Returns whether the cells below the header are units of their columns, without a number.
 bool is_unit_row(const std::vector<std::string_view>& cells, const Header& header,
                  std::span<const ColumnKind> kinds) {
   bool any = false;
@@ -240,7 +240,8 @@ class Converter {
     return {};
   }
 
-  /// The first line that names enough; else numbers whose columns are given by place; else the first line.
+  /// Finds the header: the first line that names enough columns; else none, if columns are given by number;
+  /// else the first line.
   void find_header() {
     std::optional<std::size_t> first;
     std::size_t seen = 0, passed = 0;
@@ -330,7 +331,7 @@ class Converter {
       renamed = renamed || header.renamed(k);
       out_.headers[k] = by_place_ ? fmt::format("column {}", *place + 1) : std::string(cell);
       out_.units[k] = unit;
-      // A bracket without an end is left for the reader to refuse.
+      // Keeps a bracket without an end, which the reader then refuses.
       const bool broken = !by_place_ && unit.empty() && cell.find('[') != std::string_view::npos;
       names[*place] = broken         ? std::string(cell)
                       : unit.empty() ? std::string(kinds_[k].name)
@@ -343,10 +344,10 @@ class Converter {
   }
 
   void write_row(std::string_view line) {
-    // A motion file has neither empty lines nor quotes.
+    // Notes what is not our format: a motion file has neither empty lines nor quotes.
     out_.ours = out_.ours && !trim(line).empty() && line.find('"') == std::string_view::npos;
     if (trim(line).empty()) {
-      out_.text += '#';  // a comment: the reader counts cells
+      out_.text += '#';  // makes it a comment, so that the reader does not count its cells
     } else if (line.starts_with('#') || (separator_ == ',' && line.find('"') == std::string_view::npos)) {
       out_.text += line;
     } else {

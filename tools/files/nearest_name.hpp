@@ -1,4 +1,4 @@
-// The name that a person meant who wrote another. Needs the standard library alone.
+// Finds the name that a person probably meant. Uses the standard library only.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@ namespace cli {
 
 using NameList = std::vector<std::string>;
 
-/// The name that begins with `name`, or else is nearest to it by edits; "" where none is near.
+/// Returns the name that begins with `name`, or else is nearest to it by edits; "" if none is near.
 inline std::string nearest_name(std::string_view name, const NameList& names) {
   std::string best;
   std::size_t least = std::min(std::max<std::size_t>(2, name.size() / 2) + 1, name.size());
   for (const std::string& other : names) {
-    // Levenshtein's distance, a row at a time.
+    // Computes Levenshtein's distance row by row.
     std::vector<std::size_t> row(other.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
     for (std::size_t i = 0; i < name.size(); ++i) {
@@ -37,13 +37,13 @@ inline std::string nearest_name(std::string_view name, const NameList& names) {
   return best;
 }
 
-/// " (did you mean 'x'?)", or nothing.
+/// Returns " (did you mean 'x'?)", or an empty text.
 inline std::string meant(std::string_view name, const NameList& names) {
   const std::string nearest = nearest_name(name, names);
   return nearest.empty() ? nearest : " (did you mean '" + nearest + "'?)";
 }
 
-/// " (did you mean 'x'?); allowed: x, y": what follows the refusal of a name.
+/// Returns the end of a refusal: " (did you mean 'x'?); allowed: x, y".
 inline std::string allowed_text(std::string_view name, const NameList& names) {
   std::string text = meant(name, names) + "; allowed:";
   for (const std::string& known : names) text += (&known == names.data() ? " " : ", ") + known;

@@ -1,4 +1,4 @@
-// Any text as one short line that a terminal takes as text.
+// Makes any text one short line that is safe for a terminal.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace cli {
 
-/// Messages quote what a file holds, and a file may hold anything. Control characters become '?', ends of
-/// lines spaces, what is no UTF-8 '?'; of a long text the middle is left out.
+/// Makes a text safe to quote, since a file may hold anything. Control characters and invalid UTF-8 become
+/// '?', ends of lines become spaces; a long text loses its middle.
 std::string one_line(std::string_view text);
 
 }  // namespace cli

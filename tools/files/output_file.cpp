@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of the files that a signal has to take away. A handler may not lock or allocate: a fixed number of
-/// C strings, each owned by an OutputFile.
+/// Names of unfinished files, which a signal handler deletes. A handler may not lock or allocate, so this is
+/// a fixed number of C strings, each owned by an OutputFile.
 std::array<std::atomic<const char*>, 64> unfinished;
 
 extern "C" void remove_unfinished(int signal_number) {
@@ -35,7 +35,7 @@ extern "C" void remove_unfinished(int signal_number) {
 
 constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
-/// Signals that a command handles itself, which ends it in order, are left alone.
+/// Installs the handler, except for signals that a command handles itself to end in order.
 void remove_on_signals() {
   for (const int number : ending) {
     struct sigaction now;
@@ -44,7 +44,7 @@ void remove_on_signals() {
   }
 }
 
-/// Holds signals back while it lives: none may come between the making of a file and the note of its name.
+/// Guard that blocks signals: none may come between making a file and noting its name.
 class HeldSignals {
  public:
   HeldSignals() {
@@ -75,9 +75,9 @@ void forget_unfinished(const char* name) {
   }
 }
 
-/// Opens what is no regular file. ENXIO: a FIFO without a reader.
+/// Opens a path that is not a regular file. ENXIO means a FIFO without a reader.
 int open_special(const std::string& path) {
-  constexpr int pause_ms = 20, patience_ms = 1000;  // before we say that we wait
+  constexpr int pause_ms = 20, patience_ms = 1000;  // wait before the message that we wait
   int file = -1;
   for (int waited = 0; waited < patience_ms; waited += pause_ms) {
     file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
@@ -96,7 +96,7 @@ int open_special(const std::string& path) {
   return file;
 }
 
-/// Whether two names are of one file. A device may be named twice.
+/// Returns whether two names mean the same file. A device may be named twice.
 bool is_same(const std::string& a, const std::string& b) {
   struct stat first, second;
   const bool there = ::stat(a.c_str(), &first) == 0;
@@ -123,7 +123,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   open_beside();
 }
 
-/// The new file keeps the permissions of the old one. A link stays one: the file behind it is replaced.
+/// Opens a temporary file beside the target, with the permissions of the old file. A link stays a link: the
+/// file behind it is replaced.
 void OutputFile::open_beside() {
   static std::atomic<unsigned> count{0};
   std::error_code error;
@@ -157,7 +158,8 @@ OutputFile::~OutputFile() {
   forget_unfinished(beside_.c_str());
 }
 
-/// The list of unfinished files points into `beside_`, whose characters may move with a short name.
+/// Updates the list of unfinished files, which points into `beside_`: characters of a short string move with
+/// it.
 void OutputFile::swap(OutputFile& other) noexcept {
   for (const OutputFile* each : {this, &other})
     if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());
@@ -192,9 +194,12 @@ void OutputFile::finish() {
   beside_.clear();
 }
 
+bool is_vector_picture(const std::string& path) { return path.ends_with(".svg"); }
+
 void check_picture_name(const char* option, const std::string& path) {
-  if (!path.empty() && path != "-" && !path.ends_with(".png"))
-    throw UserError(fmt::format("{} {}: pictures are PNG; let its name end in .png", option, path));
+  if (!path.empty() && path != "-" && !path.ends_with(".png") && !is_vector_picture(path))
+    throw UserError(
+        fmt::format("{} {}: pictures are PNG or SVG; let its name end in .png or .svg", option, path));
   std::error_code none;
   if (fs::is_character_file(path, none))
     throw UserError(

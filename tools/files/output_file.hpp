@@ -1,4 +1,4 @@
-// The one writer of files: every file that a command leaves is written here.
+// Writes all files that a command leaves.
 #pragma once
 
 #include <cstdio>
@@ -9,15 +9,14 @@
 
 namespace cli {
 
-/// A file that is there whole or not at all. Its bytes go into a file beside it, which takes its name when
-/// they are complete and on the disk: until then, and after an error or a signal, a file of that name is as
-/// it was.
-/// "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
+/// File that is written whole or not at all. Its bytes go into a temporary file beside it, which gets its
+/// name once it is complete and on the disk. Until then, and after an error or a signal, an existing file of
+/// that name is unchanged. "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
 class OutputFile {
  public:
   OutputFile() = default;
-  /// Opens before the work whose result it takes: a path that cannot be written must not cost the result.
-  /// Waits for the reader of a FIFO, and says so on stderr after a second. Throws UserError.
+  /// Opens the file before the work whose result it takes, so that an unwritable path does not cost the
+  /// result. Waits for the reader of a FIFO, and says so on stderr after a second. Throws UserError.
   explicit OutputFile(const std::string& path);
   OutputFile(OutputFile&& other) noexcept { swap(other); }
   OutputFile& operator=(OutputFile&& other) noexcept {
@@ -27,7 +26,7 @@ class OutputFile {
   ~OutputFile();
 
   explicit operator bool() const noexcept { return file_ != nullptr; }
-  /// Throws UserError, on a full disk for instance.
+  /// Appends text. Throws UserError, for instance on a full disk.
   void append(const std::string& text);
   /// Lets readers of place() see what was appended. Throws UserError.
   void flush();
@@ -37,13 +36,13 @@ class OutputFile {
     append(text);
     finish();
   }
-  /// Name under which another program, or a library that wants a name, writes before finish().
+  /// Returns the path under which another program, or a library that needs a path, writes before finish().
   const std::string& place() const noexcept { return beside_.empty() ? path_ : beside_; }
 
  private:
   void swap(OutputFile& other) noexcept;
   void open_beside();
-  [[noreturn]] void fail() const;  ///< by errno
+  [[noreturn]] void fail() const;  ///< throws UserError by errno
 
   std::string path_, beside_;
   std::FILE* file_ = nullptr;
@@ -53,13 +52,14 @@ struct FileOption {
   std::string option, path;
 };
 
-/// Refuses the name of a picture that gnuplot is to draw unless it ends in .png and is no device. Empty is no
+/// Whether a picture of this name is drawn as vectors.
+bool is_vector_picture(const std::string& path);
+/// Refuses a picture name for gnuplot unless it ends in .png or .svg and is no device. An empty name means no
 /// picture.
 void check_picture_name(const char* option, const std::string& path);
 
-/// Refuses an output that is one of the inputs, or another output, under whatever name: before any work.
-/// Empty paths are left out. Returns whether an output goes to stdout, where a table for people must not go
-/// then. Throws UserError.
+/// Refuses, before any work, an output that is also an input or another output, under any name. Ignores empty
+/// paths. Returns whether an output goes to stdout, which excludes the table for people. Throws UserError.
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs);
 
 }  // namespace cli

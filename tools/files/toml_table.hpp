@@ -23,13 +23,13 @@ struct Range {
 
 class TomlTable {
  public:
-  /// `what` stands for the table in messages: "[scene]", "[[patch]]".
+  /// Wraps a table; `what` is its name in messages, such as "[scene]" or "[[patch]]".
   TomlTable(const std::string& file, const toml::table& table, std::string what);
 
-  /// The first key read of most tables; from then on messages carry it.
+  /// Reads the key `name`, which messages then carry. Usually the first key read.
   std::string name();
 
-  /// Throws when the table holds a key that is not among these.
+  /// Throws if the table holds a key that is not among these.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
@@ -41,17 +41,19 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
-  /// One of the names, by index.
+  /// Reads a text that must be one of the names; returns its index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;
-  std::vector<std::string> texts(std::string_view key) const;  ///< an array of strings; empty without the key
+  /// Reads an array of strings; empty without the key.
+  std::vector<std::string> texts(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, const Range& range) const;
-  /// A number (then the second one is 0) or an array of two.
+  /// Reads a number (the second one is then 0) or an array of two.
   void pair(std::string_view key, const Range& range, double (&to)[2]) const;
   TomlTable table(std::string_view key) const;
-  std::vector<TomlTable> tables(std::string_view key) const;  ///< an array of tables; empty without the key
+  /// Reads an array of tables; empty without the key.
+  std::vector<TomlTable> tables(std::string_view key) const;
 
-  /// "file:line: what" of the table or of one of its keys.
+  /// Returns "file:line: what" of the table or of one of its keys.
   std::string where() const;
   std::string where(std::string_view key) const;
   [[noreturn]] void fail(std::string_view key, const std::string& why) const;

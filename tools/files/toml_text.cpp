@@ -11,9 +11,10 @@
 namespace cli {
 namespace {
 
-constexpr int most_dots = 16;  // of a key, "a.b.c"; our deepest has two
+constexpr int most_dots = 16;  // dots of a key such as "a.b.c"; ours have at most two
 
-/// Where a string that begins at `from` ends: behind its closing quotes, or at the end of the line or text.
+/// Returns the end of a string that begins at `from`: after its closing quotes, or the end of the line or
+/// text.
 std::size_t end_of_string(std::string_view text, std::size_t from) {
   const char quote = text[from];
   const std::string three(3, quote);
@@ -24,7 +25,7 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
       at += 2;
     } else if (lines && text.substr(at, 3) == three) {
       at += 3;
-      while (at < text.size() && text[at] == quote) ++at;  // two more may belong to the string
+      while (at < text.size() && text[at] == quote) ++at;  // two more quotes may belong to the string
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
       return at + 1;
@@ -35,8 +36,8 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
   return text.size();
 }
 
-/// toml++ bounds how deep values nest, but not keys: each dot of one is a table within a table, and the
-/// destructor of a table goes down into them on the stack.
+/// Refuses keys with many dots. toml++ bounds the nesting of values, but not of keys: each dot is a table
+/// within a table, and their destructors recurse on the stack.
 void refuse_deep_keys(std::string_view text, const std::string& path) {
   int dots = 0, line = 1;
   std::size_t at = 0;

@@ -1,4 +1,4 @@
-// TOML as the command line reads it: bounded, whatever the file holds.
+// Parses TOML with bounds, whatever the file holds.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Throws UserError naming file and line where the text is not TOML, or nests deeper than a file of bristle
-/// may.
+/// Parses TOML. Throws UserError naming file and line if the text is not TOML, or nests deeper than a file of
+/// bristle may.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// An error that the person at the command line can put right: one clear line on stderr, exit code 2.
+// Error that the user can correct: one clear line on stderr, exit code 2.
 #pragma once
 
 #include <stdexcept>

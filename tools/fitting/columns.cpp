@@ -1,4 +1,4 @@
-// The reader of measured friction.
+// Reads files of measured friction.
 #include <algorithm>
 #include <cmath>
 
@@ -36,7 +36,7 @@ constexpr std::string_view names_load[] = {"normal load",  "normal_load", "norma
 constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
                                             "tangential_force"};
 constexpr std::string_view no_other[] = {""};
-/// Tribometers write g for the weight of a gram.
+/// Unit g of a load: tribometers mean the weight of a gram.
 constexpr std::string_view grams = "g";
 constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"mN", 1e3},
@@ -58,9 +58,10 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t
                                             {"angle", angle_units, most_length, no_other},
                                             {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
-constexpr double beyond_most = 0.1;  // of a force that has both signs though the motion is said to have one
+// Share of a force's negative values up to which its motion counts as one-way.
+constexpr double beyond_most = 0.1;
 
-/// The one of several names for a thing that is there; column_count when none is.
+/// Returns the one of several names that the header has; column_count if none.
 unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
   unsigned found = column_count;
   for (const unsigned c : names) {
@@ -78,8 +79,8 @@ bool varies(const std::vector<double>& column) {
   return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
 }
 
-/// A record in the plane has y and fy. Columns y and fy of nothing but one value, as `run` writes them for a
-/// patch on one axis, are no second axis.
+/// Decides whether a record is in the plane: then it has y and fy. Columns y and fy of a constant value, as
+/// `run` writes them for a patch on one axis, do not count.
 void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
   if (moves && !has_fy)
@@ -119,7 +120,7 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading) {
          any({column_force, column_fx, column_friction, column_torque});
 }
 
-/// Column that holds a place or a force.
+/// Column with its unit, for a position or a force.
 struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
@@ -156,7 +157,7 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
   return choice;
 }
 
-/// Whether times look like milliseconds that no one called so.
+/// Warns if times look like milliseconds without a unit.
 void doubt_time(const PlainCsv& csv, FitColumns& data) {
   if (!csv.units[column_t].empty() || data.t.size() < 2) return;
   const double between = (data.t.back() - data.t.front()) / static_cast<double>(data.t.size() - 1);
@@ -166,7 +167,7 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
         between));
 }
 
-/// A motion that no column has: at one speed, one way.
+/// Rebuilds the positions of a file without position: one speed, one direction.
 void rebuild_positions(FitColumns& data, double speed) {
   for (const double t : data.t) data.x.push_back(speed * (t - data.t.front()));
   data.v.assign(data.t.size(), speed);
@@ -180,7 +181,8 @@ void rebuild_positions(FitColumns& data, double speed) {
       fmt::format("position rebuilt from a speed of {:.4g} mm/s, one way", 1e3 * speed));
 }
 
-/// A load of a row, N; what a sensor shows at zero load counts as 0 where the user says so.
+/// Returns a row's load, N; slightly negative loads, the sensor's noise at zero load, count as 0 if the user
+/// allows it.
 double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
                std::size_t& clipped_rows, double& lowest) {
   if (load >= 0.0) return load;
@@ -197,7 +199,7 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
                               : std::string("0 or more")));
 }
 
-/// Checks a number as parse_cell() checks a cell.
+/// Checks a number in memory as parse_cell() checks a cell.
 void require_within(double value, const ColumnKind& kind, const std::string& where) {
   if (std::fabs(value) <= kind.most) return;
   throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,
@@ -300,7 +302,7 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
         next.planar() != all.planar())
       throw UserError(
           fmt::format("{}: its columns (t, x, v, load, force) are not those of {}", next.name, all.name));
-    constexpr std::size_t fewest_rows = 3;  // one velocity at least
+    constexpr std::size_t fewest_rows = 3;  // fewest rows of a file, enough for one velocity
     for (const FitColumns* file : {&all, &next})
       if (file->t.size() < fewest_rows)
         throw UserError(fmt::format("{}: {} data rows; a file of several needs at least {}", file->name,

@@ -14,8 +14,10 @@ namespace cli {
 namespace {
 
 constexpr std::size_t fewest_samples = 20;
-constexpr double to_and_fro = 0.1;              // of the travel goes back
-constexpr double steady_load_deviation = 0.02;  // of the mean: a load that rests, measured with noise
+// Share of the travel in the lesser direction from which a motion is to and fro.
+constexpr double to_and_fro = 0.1;
+// Relative deviation below which a load is constant, up to noise.
+constexpr double steady_load_deviation = 0.02;
 
 double quantile_of(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
@@ -28,7 +30,7 @@ double quantile_of(std::vector<double> values, double share) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
 
-/// Of neighbours in one motion.
+/// Returns the differences of successive values that belong to one motion.
 std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
   std::vector<double> result;
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -58,8 +60,8 @@ void append(std::vector<double>& to, const std::vector<double>& more) {
 
 // ------------------------------------------------------------------------------------------ position
 
-/// Whether the moves are those of a stage on a programme: long runs of equal ones. An encoder's counts come
-/// at every other sample, or jump.
+/// Returns whether moves come in long runs of equal ones, as those of a programmed stage do. An encoder's
+/// counts appear at every other sample, or jump.
 bool runs_evenly(const std::vector<double>& moves, double smallest) {
   std::size_t changes = 0, moving = 0;
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -70,7 +72,8 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
   return 10 * changes < moving;
 }
 
-/// Uncertainty of a move by the digits of the file: by so much its smallest moves differ.
+/// Returns the rounding error of a move: the least difference between moves of different size, which the
+/// digits of the file cause.
 double coarseness(std::vector<double> moves, double smallest) {
   for (double& d : moves) d = std::fabs(d);
   std::sort(moves.begin(), moves.end());
@@ -83,11 +86,11 @@ double coarseness(std::vector<double> moves, double smallest) {
 }
 
 struct Encoder {
-  double quantum = 0.0;  // m; 0: none seen
-  bool rounded = false;  // to digits that a count is not a whole number of
+  double quantum = 0.0;  // m, length of a count; 0: none found
+  bool rounded = false;  // whether the file has too few digits to write a count exactly
 };
 
-/// The step of an encoder: all moves are whole multiples of it, up to the file's digits, and many samples
+/// Finds an encoder: all moves are whole multiples of one count, up to the file's digits, and many samples
 /// repeat.
 Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
@@ -101,7 +104,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   if (runs_evenly(moves, smallest)) return {};
   const std::size_t repeats = moves.size() - sizes.size();
   if (repeats * 50 <= moves.size()) return {};
-  // From the smallest moves on, each the better known the more have been before.
+  // Refines the count from the smallest moves on: each larger move is a multiple that is known the better,
+  // the more have gone before.
   const bool many = sizes.size() >= 50;  // too many to be near whole counts by chance
   const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
@@ -119,7 +123,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   return encoder;
 }
 
-/// The counts of an encoder whose positions a file has rounded: x on the line through them.
+/// Restores encoder positions that a file has rounded: fits a line through them and puts x on its whole
+/// counts.
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
@@ -137,14 +142,14 @@ std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) 
   return counts;
 }
 
-/// Where an encoder creeps up or down by single steps the position is put on the line between the middles of
-/// the steps. It moves by half a step at most. Standing still and turning back stay as they are: a count that
-/// lasts much longer than its neighbours is a rest.
+/// Smooths an encoder signal that creeps by single counts: puts positions on the line between the middles of
+/// the steps, a shift of half a count at most. Rests and turns stay: a count that lasts much longer than its
+/// neighbours is a rest.
 std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
-  std::size_t last = 0;  // samples of the count before
+  std::size_t last = 0;  // number of samples at the previous count
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;
@@ -166,26 +171,28 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   return smooth;
 }
 
-/// Noise of the position, m: of its second differences, by their median, so that motion counts little. A
-/// count of an encoder that was smoothed is off by 0.2 of it or so, and by half of it at most.
+/// Estimates the noise of the position (m) from the median of its second differences, to which motion adds
+/// little. A smoothed encoder count is wrong by about 0.2 of it, at most by half.
 double position_noise(const std::vector<double>& x, double least) {
   std::vector<double> bends;
   for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
-  // The median of |a normal number| is 0.6745 deviations; a second difference of noise has sqrt(6) of them.
+  // Converts the median to a standard deviation: the median of |normal| is 0.6745 deviations, and a second
+  // difference of noise has sqrt(6) of them.
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
-/// Velocity by differences over as many samples as it takes to leave the noise behind.
+/// Finds the velocity by differences over as many samples as it takes to exceed the noise.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
-  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
+  constexpr std::size_t rest_window = 6;  // samples to either side; over fewer an encoder's count may be late
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t w = 1; w <= widest; ++w) {
       const std::size_t a = i > w ? i - w : 0, b = std::min(i + w, n - 1);
       velocity[i] = (x[b] - x[a]) / (t[b] - t[a]);
-      // Where noise is all that moves it rests, up to where it starts or stops.
+      // Sets the velocity to zero at rest, where only noise moves the position, up to where motion starts or
+      // stops.
       const auto moved = [&](std::size_t by) {
         return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
       };
@@ -215,8 +222,8 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
-/// Whether the motion turns at sample i as smoothly as a parabola: it slows down before and gathers speed
-/// after. A stage that goes back at once turns at the sample, or no one knows where.
+/// Returns whether the motion turns at sample i smoothly, like a parabola: it slows down before and speeds up
+/// after. A stage that reverses at once turns at a sample, or at an unknown place between two.
 bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return false;
   const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
@@ -226,13 +233,13 @@ bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
          (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
 }
 
-/// Samples, and between them the turning points that the parabola through three samples shows.
+/// Makes a path of the samples and, between them, the turning points of parabolas through three samples each.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise) {
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // of the turning point, in samples from this one
+    double place = 0.0;  // turning point, in samples from this one
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
@@ -250,7 +257,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   return path;
 }
 
-/// In the plane the samples themselves: what turns smoothly has no turning points.
+/// Makes a path in the plane from the samples alone: a smooth turn in the plane has no turning point.
 std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
                                         const std::vector<double>& y, const std::vector<double>& load) {
   std::vector<PathPoint> path;
@@ -258,7 +265,7 @@ std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std:
   return path;
 }
 
-/// s, of the longest rest: the path stays within what noise moves it, and a part of a thousandth of its
+/// Returns the longest rest, s: a time in which the path stays within its noise and a thousandth of its
 /// range.
 double longest_rest(const std::vector<PathPoint>& path, double slack) {
   double longest = 0.0;
@@ -275,7 +282,7 @@ double longest_rest(const std::vector<PathPoint>& path, double slack) {
 
 // -------------------------------------------------------------------------------------------- force
 
-/// Share of the travel that goes the way that it goes less.
+/// Returns the share of the travel in the direction with less travel.
 double share_back(const FitColumns& c, const std::vector<double>& x) {
   double forth = 0.0, back = 0.0;
   for (const double move : differences(c, x)) (move > 0.0 ? forth : back) += std::fabs(move);
@@ -291,9 +298,9 @@ std::vector<Axis> axes_of(const FitColumns& c) {
   return {{c.x, c.force}};
 }
 
-/// Correlation of the force with the motion, -1 to 1: work over the most that it could be. The middle of the
-/// force is taken out where the motion goes to and fro, so that an offset of the sensor does no work; a slide
-/// of which a few samples go back has its friction on one side.
+/// Returns the correlation of the force with the motion, -1 to 1: its work over the most possible. For a
+/// motion to and fro the force is centred first, so that an offset of the sensor does no work; for a slide
+/// with a few samples backwards it is not, as its friction has one sign.
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -309,7 +316,7 @@ double relative_work(const FitColumns& c) {
   return most > 0.0 ? work / most : 0.0;
 }
 
-/// As relative_work(), for small motion, where little is lost: whether the force grows with the displacement.
+/// Returns the correlation of the force with the displacement, for small motions, which lose little energy.
 double relative_stiffness(const FitColumns& c) {
   double xf = 0.0, xx = 0.0, ff = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -380,15 +387,15 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// Extremes between two samples that stay: its highest and lowest place, where it goes beyond both of them;
-/// in the plane the place that is farthest from the line between them.
+/// Extremes of the path between two kept samples: on one axis its highest and lowest places if beyond both
+/// samples; in the plane the place farthest from the line between them.
 class Between {
  public:
   void add(const PathPoint& point) {
     passed_.push_back(point);
     passed_.back().wanted = false;
   }
-  /// Puts them before the end and forgets them.
+  /// Appends the extremes to the path, then the end; clears them.
   void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
     const PathPoint from = path.empty() ? end : path.back();
     if (axes == 1)
@@ -434,7 +441,7 @@ class Between {
 
 namespace {
 
-/// Of each column the samples that stay, in order.
+/// Copies the samples with indices `stay` of each column, in order.
 void take_columns(const FitData& data, const std::vector<std::size_t>& stay, FitData& part) {
   const std::size_t n = data.samples();
   const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
@@ -456,7 +463,7 @@ void take_columns(const FitData& data, const std::vector<std::size_t>& stay, Fit
   take(data.velocity, part.velocity);
 }
 
-/// A record of the samples that stay, in order, and the turning points between them.
+/// Returns a record of the samples with indices `stay`, in order, and the turning points between them.
 FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   const std::size_t n = data.samples();
   FitData part = data;
@@ -478,7 +485,7 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   return part;
 }
 
-/// Samples of a path that are farther than `slack` from where the contact began; ends stay too.
+/// Lists the samples farther than `slack` from where the contact began, and the first and last.
 std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   std::vector<std::size_t> stay;
   double origin = data.path.front().x;
@@ -493,7 +500,7 @@ std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   return stay;
 }
 
-/// Distance by which noise moves a path at rest, m.
+/// Returns the distance (m) by which noise moves a path at rest.
 double rest_slack(const FitData& data) {
   return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
 }
@@ -539,7 +546,7 @@ FitData without_origin(const FitData& data) {
   double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
   std::vector<std::size_t> stay = beside_origin(data, slack);
   while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
-  if (2 * stay.size() < n) return data;  // it rests there
+  if (2 * stay.size() < n) return data;  // the body rests at the origin
   FitData part = data;
   std::size_t next = 0;
   for (PathPoint& point : part.path)
@@ -550,8 +557,8 @@ FitData without_origin(const FitData& data) {
 
 namespace {
 
-/// Fast over slow: a fifth of the samples is faster and a fifth slower, or a fifth of the way. Turns are
-/// short by the one, strokes at another speed by one of them only.
+/// Returns the ratio of fast to slow speeds, between the outer fifths of the samples or of the distance,
+/// whichever gives more. Brief turns fall outside both fifths; strokes at another speed may show in one only.
 double ratio_of(std::vector<double> speeds) {
   constexpr std::size_t fewest = 20;
   constexpr double tail = 0.2;
@@ -567,7 +574,7 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Speeds of samples that move, and the loads of these.
+/// Describes the speeds of moving samples, and their loads.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
   std::vector<double> speeds, loads, forth, back;
@@ -579,13 +586,15 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   }
   data.slow = quantile_of(speeds, 0.1);
   data.fast = quantile_of(speeds, 0.9);
-  // A difference between directions may come from an offset of the sensor as well as from speed.
+  // Compares speeds within each direction: a difference between directions could also come from an offset of
+  // the sensor.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
   data.least_load = quantile_of(loads, 0.1);
   data.most_load = quantile_of(loads, 0.9);
 }
 
-/// Slope (`order` 1) or bend (2) of `values` at every sample: of the parabola through 2 w + 1 of them.
+/// Returns the slope (`order` 1) or second derivative (2) of `values` at every sample, from a parabola
+/// through 2 w + 1 samples.
 std::vector<double> slope_of(const std::vector<double>& t, const std::vector<double>& values, std::size_t w,
                              int order) {
   const std::size_t n = t.size();
@@ -608,7 +617,8 @@ std::vector<double> slope_of(const std::vector<double>& t, const std::vector<dou
   return result;
 }
 
-/// Noise of the position, m, however the motion bends: of its fourth differences, by their median.
+/// Estimates the noise of the position (m) from the median of its fourth differences, which is right also on
+/// a curved motion.
 double noise_of_bends(const FitData& data, const std::vector<double>& x) {
   std::vector<double> fourth;
   for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
@@ -618,8 +628,8 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x) {
   return std::max(0.3 * data.quantum, quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0)));
 }
 
-/// m/s^2, from as few samples as keep what noise leaves of mass times acceleration below a hundredth of the
-/// force; `left` (N) is what it leaves.
+/// Returns the acceleration (m/s^2) by the narrowest window for which its noise times mass stays below a
+/// hundredth of the force; `left` (N) is that noise.
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
                                  double& left) {
   constexpr std::size_t widest = 25;
@@ -628,7 +638,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
   std::size_t w = 1;
   for (;; ++w) {
-    // Deviation of the bend of a parabola through 2 w + 1 even samples with noise of one.
+    // Standard deviation of the second derivative of a parabola through 2 w + 1 even samples with unit noise.
     const double m = 2.0 * static_cast<double>(w) + 1.0;
     const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
     left = mass * noise * bend / (dt * dt);
@@ -643,7 +653,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   return result;
 }
 
-/// Subtracts mass times acceleration: a sensor that drives the body shows it beside the friction.
+/// Subtracts mass times acceleration: a sensor that drives the body measures it together with the friction.
 void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;
@@ -685,7 +695,8 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     double quantum = encoder.quantum;
     const std::vector<double> seen = encoder.rounded ? whole_counts(axis.x, quantum) : axis.x;
     std::vector<double> place, velocity;
-    double noise = 0.0, coarse = 0.0, longest = 0.0;  // coarse: of what the velocity is found from
+    // Coarse: resolution of the positions that give the velocity.
+    double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> t = slice(c.t, begin, end);
       std::vector<double> x = slice(seen, begin, end);

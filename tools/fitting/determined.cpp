@@ -14,19 +14,22 @@ namespace cli {
 namespace {
 
 using bristle::SnapLaw;
-constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
-constexpr double widest_scale = 1.2;      // the same of a time or a speed: a factor of a hundred
-constexpr double widest_offset = 0.25;    // deviation over the rms of the force
+// Widest deviation of a logarithm; beyond, the 95 % interval spans a factor of seven.
+constexpr double widest_deviation = 0.5;
+// Widest deviation of the logarithm of a time or a speed; beyond, the interval spans a factor of a hundred.
+constexpr double widest_scale = 1.2;
+constexpr double widest_offset = 0.25;  // deviation over the rms of the force
 constexpr double nearly_alike =
-    5.0;  // widened by so much, two terms differ by no more than their laws are good for
+    5.0;  // factor of widening at which two terms differ less than their laws are accurate
 constexpr double widest_asymmetry = 0.1;
-constexpr double no_sliding = 4.0;        // range over presliding length below which a record may not slide
-constexpr double longer = 3.0;            // tried in its place
-constexpr double clearly_worse = 8.0;     // loss in the likelihood (twice its logarithm)
+// Range over presliding length below which a record may lack sliding.
+constexpr double no_sliding = 4.0;
+constexpr double longer = 3.0;            // factor on the length that is tried instead
+constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 
-/// Number of samples that a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1,
-/// counted by (sum of squares)^2 over the sum of fourth powers. Least squares alone would trust a single one.
+/// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
+/// fourth powers of its weights, a column of J (J'J)^-1. Least squares alone would trust a single sample.
 double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
   const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
@@ -37,8 +40,9 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
 }
 
-/// A motion that is short beside the presliding length bends the force a little or not at all: far longer
-/// bristles with the same stiffness may do as well, which no derivative at this point shows.
+/// Returns whether the record slides far enough to determine the length. If the motion is short against the
+/// presliding length, far longer bristles of equal stiffness may fit as well, which no derivative at this
+/// point shows; so they are tried.
 bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   if (!contains(point.free, fit_kinetic) || !contains(point.free, fit_length)) return true;
   if (model.data().range > no_sliding * point.values[fit_length]) return true;
@@ -50,11 +54,11 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
-/// Time of ageing and speed of strengthening: where they are short and slow, all beyond them grows with the
-/// logarithm, and they stay where they are.
+/// Returns whether a parameter is the time of ageing or the speed of strengthening. If its scale is below all
+/// that the record shows, growth is logarithmic throughout, and the parameter keeps its value.
 bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
 
-/// Parameter without which an open one has no meaning.
+/// Returns the parameter without which an open (undetermined) one has no meaning.
 FitParameter owner_of(FitParameter open) {
   return open == fit_ageing_time           ? fit_ageing
          : open == fit_strengthening_speed ? fit_strengthening
@@ -97,7 +101,7 @@ std::string Fitter::lacking(FitParameter p) const {
   }
 }
 
-/// Parameters that ran to an end of their range stay there.
+/// Fixes parameters that ran to an end of their range there.
 bool Fitter::at_an_edge(FitPoint& point) {
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time,
                                fit_strengthening_speed, fit_compliance, fit_delay}) {
@@ -142,10 +146,10 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (p == fit_softening)
     return std::fabs(point.values[p]) >= 2.0 * deviation * model_.scale(point.values, p);
   return point.values[p] >=
-         2.0 * deviation * model_.scale(point.values, p);  // lubricant, damper: there at all?
+         2.0 * deviation * model_.scale(point.values, p);  // tells lubricant or damper from 0
 }
 
-/// Takes a parameter out, and what means nothing without it.
+/// Takes a parameter out of the fit, with those that mean nothing without it.
 void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   const auto drop = [&](FitParameter q) {
     take_out(point.free, q);
@@ -159,7 +163,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   }
   const double before = point.values[p];
   drop(p);
-  if (p == fit_kinetic) {  // the stiffness stays
+  if (p == fit_kinetic) {  // keeps the stiffness when the kinetic coefficient is reset
     double& length = point.values[fit_length];
     length =
         std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));
@@ -170,13 +174,14 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   if (p == fit_strengthening) drop(fit_strengthening_speed);
 }
 
-/// By what factor the deviation of ageing or strengthening is larger if the other of them, which the fit has
-/// left out, may be there too: friction that changes with the speed by itself tells their difference only.
+/// Returns the factor by which the deviation of ageing or strengthening grows if the other one, left out of
+/// the fit, may be present too: friction that changes with speed determines only their difference.
 double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p) {
   const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
   if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
   if (rival == fit_ageing && options_.rule != bristle::SnapRule::redraw) return 1.0;
-  // Ageing follows a change of speed over a length of the way, strengthening does at once.
+  // Tells them apart by the length over which ageing follows a change of speed; strengthening follows at
+  // once.
   if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
   values[fit_strengthening_speed] =
@@ -185,7 +190,7 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
   wide << j, model_.derivative(values, rival);
   const auto i = std::find(point.free.begin(), point.free.end(), p) - point.free.begin();
-  const auto left = [&](const Eigen::MatrixXd& m) {  // of the column, beside the others
+  const auto left = [&](const Eigen::MatrixXd& m) {  // part of the column that the others do not explain
     Eigen::MatrixXd others = m;
     others.col(i).setZero();
     const Eigen::VectorXd column = m.col(i);
@@ -195,7 +200,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
-/// Takes out the most expendable parameter of those that the data do not determine.
+/// Takes out the most expendable of the parameters that the data do not determine. Returns false if there is
+/// none.
 bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   assume(model_, point);
   if (at_an_edge(point)) return true;
@@ -228,8 +234,8 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
-    // Rubbing that the record has shown to pay stays, though its numbers may be poorly known: without one of
-    // them the lengths would be wrong by more than their intervals say.
+    // Keeps rubbing that has paid for itself, even if its numbers are poorly known: without it the lengths
+    // would be wrong by more than their intervals.
     const bool rubbing = p == fit_renewal || p == fit_residual;
     if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
       continue;
@@ -239,12 +245,12 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
-/// Fits with a row of values of a parameter that the data leave open, from the best one on as fine as it
-/// takes until several are as good as the best: those, in the order of the parameter.
+/// Fits with a range of fixed values of an open parameter, refined about the best until several are as good
+/// as the best. Returns these, ordered by the parameter.
 std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
   constexpr int tried = 6, passes = 3;
   constexpr std::size_t several_fits = 3;
-  constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
+  constexpr double as_good = 3.84;  // loss of twice the log likelihood at the 95 % limit
   double low = model_.lowest(open), high = model_.highest(open);
   std::vector<FitPoint> all{point}, row;
   for (int pass = 0; pass < passes && row.size() < several_fits; ++pass) {
@@ -270,11 +276,11 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
   return row;
 }
 
-/// Where the data leave the spread, the time of ageing or the speed of strengthening open, the point takes
-/// the middle one of those that are as good as the best; what these differ by is a part of every interval.
+/// Replaces an open spread, time of ageing or speed of strengthening by the middle one of the values that fit
+/// as well as the best; the scatter of these becomes part of every interval.
 FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
   if (!contains(point.free, owner_of(open)) || contains(point.free, open)) return point;
-  // Of the spread not where only the stiffness is known, nor where it ran to an end of its range.
+  // Skips the spread if only the stiffness is known, or if the spread ran to an end of its range.
   if (open == fit_spread && (!contains(point.free, fit_kinetic) || why_[open] != lacking(open))) return point;
   assume(model_, point);
   std::vector<FitPoint> row = as_good(point, open);
@@ -302,7 +308,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   }
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   if (!point.free.empty()) point = keep_predicting(point);
-  // With the error of the bristles themselves some are not determined after all.
+  // Drops parameters that are undetermined once the error from the finite number of bristles is included.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
   for (const FitParameter open : {fit_spread, fit_ageing_time, fit_strengthening_speed})
     point = take_middle(point, open);

@@ -20,10 +20,12 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-constexpr double least_explained = 0.3;  // of the force: below, this is no friction of this motion
-constexpr double least_friction = 0.01;  // of the force: below, the brush has no part in it
+// Explained share of the force below which the data are not friction of this motion.
+constexpr double least_explained = 0.3;
+// Share of friction in the force below which the brush has no part in it.
+constexpr double least_friction = 0.01;
 constexpr std::size_t search_samples = 2000;
-constexpr double clearly_closer = 0.97;  // held-out error over that of redraw, for another rule to be taken
+constexpr double clearly_closer = 0.97;  // ratio of held-out errors below which slide is preferred to redraw
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
   bristle::Material m = model.unit_material(p);
@@ -40,7 +42,7 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
   return m;
 }
 
-/// Force by the body less what the sensor adds, N.
+/// Returns the measured force (N, by the body) without the sensor's offset and drift.
 Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   Eigen::VectorXd f(static_cast<Eigen::Index>(data.force.size()));
   const double middle = data.start() + 0.5 * data.length();
@@ -54,7 +56,7 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
 
 bool has_time(const FitValues& p) { return p[fit_ageing] > 0.0 || p[fit_strengthening] > 0.0; }
 
-/// Parameters that stiffness, peak and friction either way follow from.
+/// Returns whether stiffness, peak and directional friction follow from this parameter.
 bool shapes_friction(FitParameter p) {
   return p == fit_kinetic || FitModel::bends(p) || p == fit_strengthening || p == fit_strengthening_speed ||
          p == fit_asymmetry;
@@ -74,7 +76,8 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 
-/// The peak is that of a first loading. Empty where the record shows one, and reaches it.
+/// Explains why the peak, that of a first loading, is not known; empty if the record shows a first loading up
+/// to it.
 std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
   if (data_.columns.disc) return "a disc does not show it: its rings pass their peaks one after the other";
   assume(model_, point);
@@ -82,7 +85,7 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   const Eigen::VectorXd friction = friction_measured(data_, point.values);
   const double elastic = model_.elastic_coefficient(point.values);
   const std::size_t n = data_.samples();
-  double highest = 0.0, reached = 0.0;  // over the load: measured, less what the sensor adds; of the fit
+  double highest = 0.0, reached = 0.0;  // friction over load: highest measured, and highest of the fit
   for (std::size_t i = 0; i < n; ++i) {
     if (data_.load[i] < 0.1 * data_.mean_load) continue;
     const auto length = [&](const Eigen::VectorXd& force) {
@@ -100,7 +103,7 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   return {};
 }
 
-/// Peak coefficient and stiffness: functions of what was fitted, errors carried over.
+/// Derives peak coefficient and stiffness from the fitted parameters, with propagated errors.
 void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result) {
   const auto moved = [&](FitParameter p, double by) {
     FitValues values = point.values;
@@ -109,7 +112,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
       values[p] = std::clamp(values[p], p == fit_kinetic ? 0.0 : model_.lowest(p), model_.highest(p));
     return values;
   };
-  // Derivatives of the logarithm in units of FitModel::scale.
+  // Differentiates the logarithm by finite differences, in units of FitModel::scale.
   const auto interval = [&](FitEstimate& estimate, const auto& function) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
     for (std::size_t i = 0; i < point.free.size(); ++i) {
@@ -135,7 +138,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
            [&](const FitValues& p) { return model_.elastic_coefficient(p) / model_.kinetic_deflection(p); });
   interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
   interval(result.backward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 - p[fit_asymmetry]); });
-  // Parameters that stayed where they were put count as known only where they do not matter.
+  // Counts parameters at their defaults as known only where they do not matter.
   result.peak.fitted =
       contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
   if (!result.peak.fitted) {
@@ -152,7 +155,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Notes what the numbers mean that change with speed, time and direction.
+/// Notes at which speed, time and direction the numbers hold.
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
   if (frame.speed > 0.0) {
@@ -272,7 +275,7 @@ FitResult Fitter::report(const FitPoint& point) {
 
 namespace {
 
-/// The fit at all samples of a record.
+/// Returns the fitted force at all samples of a record.
 std::vector<double> curve_at(const FitData& data, const FitOptions& options, const FitResult& result) {
   FitModel model(data, options, Detail::finish);
   model.set_past(result.past);
@@ -288,7 +291,7 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
 
 namespace {
 
-/// What of the options holds with this rule. Throws UserError where they do not go together.
+/// Returns the options that apply to this rule. Throws UserError where options contradict it.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
   held.rule = rule;
@@ -307,18 +310,18 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
   return held;
 }
 
-/// Searches with redraw and with slide. Returns the options and the point of the one that predicts better.
+/// Searches with redraw and with slide, and returns options and point of the rule that predicts better.
 std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& thin, const FitOptions& options,
                                           Progress& progress, std::string& note) {
   const bool free_law = options.law == SnapLaw::table;
   const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
   FitOptions held = with_rule(data, options, first);
-  if (free_law) held.law = SnapLaw::lognormal;  // to begin with
+  if (free_law) held.law = SnapLaw::lognormal;  // lognormal law, the starting point of a free one
   Found found = Fitter(thin, held, Detail::search, progress).search();
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);
   Found slid = Fitter(thin, other, Detail::search, progress).search();
-  // A residual at the end of its range is a brush on its way to slide.
+  // Prefers slide more readily if the residual is at the end of its range: such a brush is close to slide.
   const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
   const bool slides =
       slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;
@@ -334,7 +337,7 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
 FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
-    // The search needs no more than shows the shape.
+    // Searches on a thinned record without long rests, which is enough to find the shape.
     const FitData whole = options.for_prediction ? data : without_rests(data);
     const FitData moving =
         options.rule == SnapRule::keep && !options.for_prediction ? without_origin(whole) : whole;

@@ -1,4 +1,4 @@
-// The fit of one record: searches the best point, adds what the data show, takes away what they do not
+// Fits one record: searches the best point, adds terms that the data show, removes those that they do not
 // determine. Used within this folder only.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace cli {
 
-inline constexpr double one_speed = 1.3;  // fast over slow below which there is one speed only
-inline constexpr double several = 1.3;    // the same of loads
+inline constexpr double one_speed = 1.3;  // ratio of fast to slow speed below which a record has one speed
+inline constexpr double several = 1.3;    // ratio of loads from which a record has several
 inline constexpr double bristles_per_newton = 900.0;
 
 inline bool contains(const FitParameterSet& set, FitParameter p) {
@@ -29,16 +29,16 @@ inline void take_out(FitParameterSet& set, FitParameter p) {
 
 inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
-/// A point, and of what is not free why.
+/// Fitted point, and for each parameter that is not free the reason.
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
-  int evaluations = 0;    ///< that it took
-  double held_out = 0.0;  ///< N, rms of parts that were not fitted to
+  int evaluations = 0;    ///< evaluations of the force
+  double held_out = 0.0;  ///< N, rms error of held-out parts
 };
 
-/// Finds the best point of a record, or takes away from one what the record does not determine.
+/// Fitter of one record: finds the best point, or takes away from a point what the record does not determine.
 class Fitter {
  public:
   Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
@@ -49,7 +49,7 @@ class Fitter {
     return {point, why_, stage_note_, model_.evaluations(),
             std::sqrt(held_out(point) / static_cast<double>(samples()))};
   }
-  /// A fit with a law of any lengths, to finish with that law.
+  /// Fits the slide rule with a free law of snap lengths, whose quantiles it returns.
   Found with_free_law(const Found& found, std::vector<double>& quantiles) {
     FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
     quantiles = std::move(free.quantiles);
@@ -103,8 +103,8 @@ class Fitter {
     values[fit_delay] = options_.delay.value_or(0.0);
   }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
-  /// A stage at one speed each way still passes through all below it in its turns: enough for a damper, which
-  /// is gone at speed, not for a lubricant, which would be read from the speed itself.
+  /// Returns whether turns pass through speeds well below the fastest. That is enough to fit a damper, which
+  /// vanishes at speed, but not a lubricant, which would be read from the one sliding speed.
   bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
   bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
@@ -122,7 +122,7 @@ class Fitter {
   void leave(FitPoint& point, FitParameter p, const std::string& why);
   std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
   FitPoint take_middle(FitPoint point, FitParameter open);
-  /// By what a function of the parameters differs over points that are as good: mean square.
+  /// Returns the mean square by which a function of the parameters varies over points that fit as well.
   template <typename Function>
   double open_variance(const Function& function) const {
     double sum = 0.0;
@@ -149,30 +149,32 @@ class Fitter {
     if (options_.for_prediction) return static_cast<double>(samples());
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
-  /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
-  /// population has of its own must not look like a damper.
+  /// Returns Bayes' information criterion with the effective number of samples and doubled weight of
+  /// parameters: the peculiarities of a small population must not look like a damper.
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
-  /// Penalty of so many parameters in the criterion.
+  /// Returns the penalty of a number of parameters in the criterion.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);
   }
-  /// Numbers that are linear in the force: kinetic, and the sensor's where the motion goes two ways.
+  /// Lists the parameters in which the force is linear: kinetic, and offset and drift of the sensor if the
+  /// motion goes two ways.
   FitParameterSet linear_set() const;
-  /// A few samples that go back do not tell an offset of the sensor from friction.
+  /// Returns whether the motion goes both ways enough to tell an offset of the sensor from friction; a few
+  /// samples are not enough.
   bool two_ways() const;
 
   const FitData& data_;
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;  // which of delay and compliance the record does not tell from the other
+  std::string stage_note_;  // says that the record cannot tell delay from compliance
   struct Row {
     FitPoint middle;
     std::vector<FitPoint> points;
   };
-  std::vector<Row> rows_;  // of points as good as the best, for each parameter that the data leave open
+  std::vector<Row> rows_;  // points as good as the best, for each open parameter
   Progress& progress_;
 };
 

@@ -1,4 +1,4 @@
-// The law of the lengths of bristles that slide, free: a histogram whose weights are found by least squares.
+// Fits a free law of snap lengths for the slide rule: a histogram whose weights come from least squares.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,7 +25,7 @@ struct Bins {
   double middle(int i) const { return 0.5 * (low(i) + high(i)); }
 };
 
-/// Bins in a geometric row, from what the samples resolve to what the motion reaches.
+/// Makes bins in geometric progression, from the samples' resolution to the reach of the motion.
 Bins make_bins(const FitModel& model, double presliding_length) {
   const double low = std::max(model.lowest(fit_length), 0.03 * presliding_length);
   const double high = std::max(std::min(model.data().range, 12.0 * presliding_length), 4.0 * low);
@@ -35,15 +35,16 @@ Bins make_bins(const FitModel& model, double presliding_length) {
   return all;
 }
 
-/// A sum of squares (w - w*)' N (w - w*) up to a constant, as N w and its right side.
+/// Normal equations of a sum of squares w' N w - 2 w' s + const: the matrix N and the right side s.
 struct Normal {
   MatrixXd matrix;
   VectorXd side;
-  double squares = 0.0;  // of the force itself
+  double squares = 0.0;  // sum of squares of the force itself
   double left(const VectorXd& w) const { return w.dot(matrix * w) - 2.0 * w.dot(side) + squares; }
 };
 
-/// Penalty of second differences of neighbouring weights; beyond either end weights count as 0.
+/// Returns the penalty matrix of second differences of neighbouring weights; weights beyond either end count
+/// as 0.
 MatrixXd roughness(Eigen::Index unknowns) {
   MatrixXd d = MatrixXd::Zero(bins, unknowns);
   for (int i = 0; i < bins; ++i) {
@@ -54,7 +55,7 @@ MatrixXd roughness(Eigen::Index unknowns) {
   return d.transpose() * d;
 }
 
-/// Quantiles, over their mean, of a histogram of probability.
+/// Returns quantiles, over their mean, of a histogram of probability.
 std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& probability) {
   constexpr int last = bristle::SnapLength::max_table_size - 1;
   double total = 0.0, mean = 0.0;
@@ -77,15 +78,15 @@ std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& pro
 
 }  // namespace
 
-/// All that is not the law stays as in `about`, but for what is linear beside it. The smoothness is that
-/// which leaves least where the weights were not fitted.
+/// Finds the law with the other parameters of `about` fixed, except linear ones. Chooses the smoothness with
+/// the least error on held-out samples.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about) {
   assume(model, about);
   const FitData& data = model.data();
   const std::size_t samples = data.samples();
   const Bins all = make_bins(model, about.values[fit_length]);
 
-  // Columns: bristles of one bin that hold all of the load, then what is linear.
+  // Columns: the force of bristles of one bin carrying all the load, then the linear parameters.
   std::vector<FitParameter> linear;
   for (const FitParameter p : about.free)
     if (p == fit_viscous || p == fit_damping || p == fit_offset || p == fit_drift) linear.push_back(p);
@@ -142,7 +143,7 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   const VectorXd weights = solved(whole, smoothness);
 
   FreeLaw found;
-  std::vector<double> probability;  // in proportion to stiffness: force over length
+  std::vector<double> probability;  // proportional to stiffness, which is force over length
   double stiffness = 0.0, kinetic = 0.0;
   for (int i = 0; i < bins; ++i) {
     probability.push_back(weights[i] / all.middle(i));

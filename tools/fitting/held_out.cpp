@@ -1,4 +1,4 @@
-// Whether a term of the fit predicts what it was not fitted to.
+// Tests whether a term of the fit predicts parts of the record that it was not fitted to.
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +9,9 @@
 
 namespace cli {
 
-/// A record is cut into blocks, every fifth of which is held out in turn: all that happens in a record
-/// happens on both sides of such a cut, and neighbours, whose residuals are alike, are on the same. What the
-/// rest of the record gives for the parameters follows to first order from derivatives: no fit is repeated.
+/// Cuts the record into blocks and holds out every fifth in turn: each kind of event occurs on both sides of
+/// such a cut, while correlated neighbours stay together. Parameters without a block follow to first order
+/// from derivatives, so no fit is repeated.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples) {
   constexpr std::size_t folds = 5;
@@ -44,8 +44,9 @@ double Fitter::held_out(const FitPoint& point) {
   return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
 }
 
-/// Sum of squares of the later fifths of a record, each forecast from all before it by the offsets and drifts
-/// of the sensor, all else as it is. Between blocks that it was fitted to a drift follows anything slow.
+/// Returns the sum of squares of the later fifths of a record, each forecast from all before it by the
+/// sensor's offsets and drifts alone. Between blocks that it was fitted to, a drift would follow any slow
+/// change.
 double Fitter::forecast(const FitPoint& point) {
   constexpr std::size_t parts = 5, first = 2;
   FitPoint sensor = point;
@@ -71,8 +72,8 @@ double Fitter::forecast(const FitPoint& point) {
   return squares;
 }
 
-/// Takes out terms that explain the record, but not the parts of it that they were not fitted to. The brush
-/// itself and the sensor's offset stay.
+/// Removes terms that explain the record but do not predict its held-out parts. The brush itself and the
+/// sensor's offset stay.
 FitPoint Fitter::keep_predicting(FitPoint point) {
   for (const FitParameter p :
        {fit_drift, fit_drift_y, fit_delay, fit_softening, fit_compliance, fit_asymmetry, fit_damping,

@@ -46,21 +46,22 @@ constexpr ColumnKind kinds[column_count] = {
     {"speed", rate_units, 1e9, names_speed}, {"motor", torque_units, most_force, names_motor},
     {"current", current_units, 1e9},         {"outside", torque_units, most_force}};
 
-/// Residuals are means over so long, s: an acceleration from differences is noise over less.
+/// s, time over which residuals are averaged; over less, an acceleration from differences is noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
-/// Into so many parts of equal time a log is cut, of which every second one is held out.
+/// Number of equal times into which a log is cut; every second one is held out.
 constexpr double parts = 24.0;
 
-/// A model of friction along a log. Its first number is the inertia, kg m^2; all are positive.
+/// Model of joint friction along a log. Its first parameter is the inertia, kg m^2; all parameters are
+/// positive.
 struct Model {
   std::string name;
   std::vector<const char*> names, units;
   std::vector<VectorXd> guesses;
-  /// Friction on the joint over each interval between samples, N m; its derivatives by the numbers, if
-  /// wanted.
+  /// Computes friction on the joint for each interval between samples, N m, and on request its derivatives by
+  /// the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< along the log, for friction and derivatives
+  int runs_with_slopes = 1;  ///< runs along the log that friction with derivatives takes
 };
 
 double size(const std::vector<double>& x) {
@@ -71,7 +72,8 @@ double size(const std::vector<double>& x) {
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
-/// Change of the motor's torque between samples, from which on nobody knows when in between it happened.
+/// Returns the change of motor torque between samples that counts as a jump: when it happened between them is
+/// unknown.
 double jump_of(const JointLog& log) {
   std::vector<double> change;
   for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
@@ -81,8 +83,8 @@ double jump_of(const JointLog& log) {
   return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
 }
 
-/// A log cut into blocks: the balance of torques over each. Blocks that are fitted to come first; those in
-/// which the motor's torque jumps are left out.
+/// Balance of torques over each block of a log. Blocks that are fitted to come first; blocks in which the
+/// motor's torque jumps are left out.
 class Balance {
  public:
   Balance(const JointLog& log, JointPart part) : log_(log) {
@@ -113,7 +115,7 @@ class Balance {
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Torque that is left over in each block, N m, and its derivatives.
+  /// Returns the unbalanced torque of each block, N m, and its derivatives.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
     VectorXd friction(intervals);
@@ -161,14 +163,14 @@ VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& l
   return s;
 }
 
-/// A place in the search: numbers, torque that is left over where it is fitted, its derivatives.
+/// State of the search: parameters, unbalanced torque of the fitted blocks, its derivatives.
 struct Place {
   VectorXd numbers, left;
   MatrixXd by;
   double squares() const { return left.squaredNorm(); }
 };
 
-/// Levenberg's and Marquardt's steps over numbers that stay positive. `runs` counts those along the log.
+/// Minimises by Levenberg-Marquardt steps over positive parameters. `runs` counts the runs along the log.
 Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
     runs += with_slopes ? model.runs_with_slopes : 1;
@@ -186,8 +188,7 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
     a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
     const VectorXd g = here.by.transpose() * here.left;
-    // No number falls below a thousandth of its guess in one step from above it, nor grows by more than
-    // tenfold.
+    // Limits a step: no parameter grows more than tenfold, or falls below a thousandth of its first guess.
     const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
     VectorXd next = here.numbers + bounded_minimum(a, g, least - here.numbers);
@@ -226,7 +227,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   fit.fitted_rms = rms(fitted);
   fit.judged_rms = rms(left.tail(balance.blocks() - balance.fitted()));
 
-  // Numbers without an effect, or that went to 0, are no part of the covariance.
+  // Leaves out of the covariance the parameters that have no effect or went to 0.
   std::vector<Eigen::Index> told;
   const double noise = std::max(fit.fitted_rms, 1e-12 * balance.scale());
   for (Eigen::Index i = 0; i < p.size(); ++i)
@@ -239,8 +240,8 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
   const double quantile = student_quantile(freedom);
-  // Samples are no continuous motion, and friction between them is known to some two thousandths of its size:
-  // so is every number, whatever the noise.
+  // Adds a model error of 0.5 % of the friction to each parameter's error: between samples the motion is
+  // unknown, so friction is known to a few thousandths only, however small the noise.
   const double shape =
       0.005 * rms(by.topRows(balance.fitted()).rightCols(p.size() - 1) * p.tail(p.size() - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
@@ -266,7 +267,7 @@ VectorXd vector_of(std::initializer_list<double> x) {
   return Eigen::Map<const VectorXd>(x.begin(), static_cast<Eigen::Index>(x.size()));
 }
 
-/// Makes the model take its derivatives from differences of its friction: a run more a number.
+/// Makes the model compute derivatives by differences, at one more run for each parameter.
 void use_differences(Model& model) {
   model.runs_with_slopes = 1 + static_cast<int>(model.names.size());
   model.friction = [along = model.friction](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
@@ -296,7 +297,7 @@ bristle::JointMaterial material_of(const VectorXd& p) {
   return m;
 }
 
-/// Guesses are of the log's own size: torque and speed, rms.
+/// Makes the brush model. Its guesses scale with the log's rms torque and speed.
 Model brush_model(const JointLog& log, double torque, double speed) {
   Model model;
   model.name = "brush";
@@ -320,7 +321,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
-  // The motor's torque that led to a sample: where it jumps, that of the sample before.
+  // Motor torque before each sample: where it jumps, the torque of the previous sample.
   std::vector<double> led = log.motor;
   const double jump = jump_of(log);
   for (std::size_t k = 1; k < led.size(); ++k)
@@ -352,8 +353,9 @@ Model brush_model(const JointLog& log, double torque, double speed) {
   return model;
 }
 
-/// Friction that stops the joint within the interval, where its budget suffices: Coulomb, Stribeck, and bam
-/// (Duclusaud et al. 2025). Its numbers are the inertia, the viscous coefficient and those of `budget`.
+/// Adds a model whose friction stops the joint within an interval if its budget (limit) suffices: Coulomb,
+/// Stribeck, and bam (Duclusaud et al. 2025). Its parameters are the inertia, the viscous coefficient and
+/// those of `budget`.
 void add_budget(
     std::vector<Model>& models, const JointLog& log, const char* name, std::vector<const char*> names,
     std::vector<VectorXd> guesses,
@@ -380,7 +382,7 @@ void add_budget(
 std::vector<Model> rival_models(const JointLog& log, double torque, double speed) {
   std::vector<Model> models;
   const double inertia = 0.01 * torque / speed, viscous = 0.02 * torque / speed;
-  /// The Stribeck term 1 at rest, its speed at [i] and its exponent at [i + 1].
+  /// Evaluates the Stribeck term, 1 at rest, with speed [i] and exponent [i + 1].
   const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
     return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
   };
@@ -455,8 +457,8 @@ void require_motion(const JointLog& log) {
   if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
 }
 
-/// The brush, whose deflection is the log's angle; or, where that is closer, a brush that is too stiff for
-/// the log's angles: its limit by direction stops the joint, as bam's does.
+/// Fits the brush with the log's angle as deflection; or, if that fits better, a brush too stiff for the
+/// angles to show its bending, whose limit in each direction stops the joint as bam's does.
 JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
   const double torque = balance.scale(), speed = size(log.speed);
   Model bent = brush_model(log, torque, speed);

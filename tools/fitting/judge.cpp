@@ -21,19 +21,19 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// A rival as a function of what is fitted: logarithms first, the lubricant and the offset last (both
-/// linear).
+/// Rival model as a function of its fitted parameters: first those fitted as logarithms; last viscous
+/// friction and offset (both linear).
 struct RivalModel {
   std::string name;
   int logarithms = 0;
-  /// Parameters to a model at rest; those of mean load 1.
+  /// Makes a model at rest from the parameters, for a mean load of 1.
   std::function<rivals::Rival(const VectorXd&)> make;
   std::function<std::string(const VectorXd&)> describe;
 };
 
-/// Friction of a rival along the path, N, by the body, without lubricant and offset.
+/// Returns the friction of a rival along the path (N, by the body), without viscous friction and offset.
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
-  if (start != StartState::straight) {  // it came from far away
+  if (start != StartState::straight) {  // a long slide precedes the record
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i) {
       rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
@@ -58,7 +58,7 @@ VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState star
   return force;
 }
 
-/// The whole force; `linear` are lubricant and offset.
+/// Adds viscous friction and offset, the two numbers in `linear`, to the elastic force.
 VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscous, double offset) {
   VectorXd force = elastic.array() + offset;
   for (Eigen::Index i = 0; i < force.size(); ++i)
@@ -66,12 +66,12 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
-/// Residuals over the force's scale, with differences for derivatives.
+/// Residuals of a rival over the force's scale, with derivatives by differences.
 struct RivalResiduals {
   const RivalModel& model;
   const FitData& data;
   StartState start;
-  double speed;  // that the lubricant is counted in
+  double speed;  // m/s, unit of the viscous term
 
   Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
   VectorXd force(const VectorXd& p) const {
@@ -119,7 +119,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   double least = std::numeric_limits<double>::infinity();
   for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
     RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
-    // As for the brush: straight unless the data say otherwise.
+    // Prefers a straight start, as for the brush, unless another start lowers the sum of squares by 2 %.
     const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
     if (squares < least) {
       least = squares;
@@ -137,7 +137,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
 }
 
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
-  // The three most promising of them.
+  // Fits only the three most promising guesses.
   const double speed = std::max(data.fast, 1e-12);
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
   std::vector<std::pair<double, VectorXd>> rated;
@@ -162,7 +162,7 @@ rivals::Surface bare_surface(double kinetic) {
   return s;
 }
 
-/// Lengths from what the data resolve to what they travel, evenly in the logarithm.
+/// Returns trial lengths from the data's resolution to the distance travelled, evenly in the logarithm.
 std::vector<double> trial_lengths(const FitData& data, int count) {
   const double low = std::max({0.5 * data.quantum, 0.3 * data.finest_move, 1e-4 * data.range}),
                high = data.range;
@@ -202,14 +202,15 @@ RivalModel lugre_model(const FitData& data) {
 
 constexpr int elements = rivals::MaxwellSlip::elements;
 
-/// Stiffness of each over load (1/m), then its slip length (m) at mean load.
+/// Makes the Maxwell model. Its parameters are each element's stiffness over load (1/m), then each one's slip
+/// length (m) at mean load.
 RivalModel maxwell_model(const FitData& data) {
   const double load = data.mean_load;
   return {"Maxwell-slip", 2 * elements,
           [load](const VectorXd& p) -> rivals::Rival {
             rivals::MaxwellSlip m;
             m.surface = bare_surface(1.0);
-            m.surface.stiffness = load;  // so that mu N / sigma0 is 1 m at mean load
+            m.surface.stiffness = load;  // makes mu N / sigma0 equal 1 m at mean load
             for (int i = 0; i < elements; ++i) {
               m.stiffness_share[static_cast<std::size_t>(i)] = std::exp(p[i]);
               m.slip_length[static_cast<std::size_t>(i)] = std::exp(p[elements + i]);
@@ -217,7 +218,8 @@ RivalModel maxwell_model(const FitData& data) {
             return m;
           },
           [](const VectorXd& p) {
-            // Without those that hold less than a hundredth, whose lengths nothing determines.
+            // Leaves out elements with less than a hundredth of the strongest one's force, whose lengths are
+            // undetermined.
             double strongest = 0.0, low = 1e300, high = 0.0;
             int count = 0;
             const auto limit = [&](int i) { return std::exp(p[i] + p[elements + i]); };
@@ -235,7 +237,8 @@ RivalModel maxwell_model(const FitData& data) {
           }};
 }
 
-/// Ten lengths given, stiffnesses, lubricant and offset by least squares; none negative.
+/// Returns a guess with ten fixed lengths, and stiffnesses, viscous friction and offset from nonnegative
+/// least squares.
 VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
   const auto samples = static_cast<Eigen::Index>(data.force.size());
   const double speed = std::max(data.fast, 1e-12);
@@ -262,7 +265,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   return p;
 }
 
-/// Path since the last turn, m; from the first sample before the first one.
+/// Returns the path since the last turn, m; before the first turn, the path since the first sample.
 std::vector<double> way_since_turn(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
   std::vector<double> ways;
@@ -360,7 +363,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   Progress progress("rivals", options.quiet);
   progress.update(0.0);
 
-  // The brush, each time with the drift of the sensor held: it must not be drawn on beyond what was fitted.
+  // Fits the brush without drift of the sensor: a drift must not be extrapolated beyond the fitted part.
   FitOptions held = options;
   held.no_drift = held.for_prediction = held.no_time = true;
   held.quiet = true;
@@ -375,7 +378,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   sliding.rule = bristle::SnapRule::slide;
   FitOptions any_law = sliding;
   any_law.law = bristle::SnapLaw::table;
-  FitOptions handed_out = options;  // with stage, sensor and time, as without --rivals
+  FitOptions handed_out = options;  // options as without --rivals, with stage, sensor and time terms
   handed_out.quiet = handed_out.no_drift = true;
 
   Judgements all;
@@ -438,7 +441,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
-    for (const double damper : {1e-3, 0.3}) {  // over the stiffness, in the time that the length takes
+    // Damper over stiffness, in units of the time in which the length is passed.
+    for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
       VectorXd p(7);
       p << std::log(kinetic), std::log(1.1 * kinetic), std::log(std::max(train.slow, 1e-12)),

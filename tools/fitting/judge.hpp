@@ -1,4 +1,4 @@
-// `bristle fit --rivals`: brush and rivals fitted to one part of a record and judged on the rest.
+// Fits brush and rivals to one part of a record and judges them on the rest: `bristle fit --rivals`.
 #pragma once
 
 #include <string>
@@ -8,30 +8,31 @@
 
 namespace cli {
 
-/// Root mean squares of the residuals, N; NaN where there is no such sample.
+/// Root mean square residuals, N, of all samples and of kinds of them; NaN where there is no such sample.
 struct Residuals3 {
   double all = 0.0;
-  double reversal = 0.0;  ///< within twice the presliding length after a turn
+  double reversal = 0.0;  ///< rms residual within twice the presliding length after a turn
   double sliding = 0.0;   ///< beyond
 };
 
 struct Judgement {
   std::string model;
-  int parameters = 0;  ///< that were fitted, the offset of the sensor among them
+  int parameters = 0;  ///< number of fitted parameters, with the offset of the sensor
   double fitted = 0.0;
   Residuals3 judged;
-  std::string values;  ///< in words
-  std::string failed;  ///< why there is no fit; empty where there is one
+  std::string values;  ///< fitted values in words
+  std::string failed;  ///< reason why there is no fit; else empty
 };
 
 struct Judgements {
   double until = 0.0;              ///< s, end of the fitted part
-  double presliding_length = 0.0;  ///< m, that tells reversals from sliding
+  double presliding_length = 0.0;  ///< m, distance that tells reversals from sliding
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
   std::vector<Judgement> models;
 };
 
-/// `until` (s after the first sample). Throws UserError where either part is hopeless.
+/// Judges brush and rivals, fitted up to `until` (s after the first sample). Throws UserError where either
+/// part determines nothing.
 Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until);
 
 std::string judgement_table(const Judgements& judgements);

@@ -1,4 +1,4 @@
-// Bristles that keep their snap lengths, along a measured path: a stratified population.
+// Steps a stratified population of bristles that keep their snap lengths along a measured path.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,30 +11,34 @@ namespace {
 
 using bristle::SnapLength;
 
-constexpr double longest_way = 1e9;    // lengths in a step: whole snaps are counted in 32 bits
-constexpr double shortest_way = 1e-4;  // lengths: shorter ones are gathered, for the sake of float
+// Mean lengths of the longest step, since whole snaps are counted in 32 bits.
+constexpr double longest_way = 1e9;
+// mean lengths; shorter steps are summed up first, since float would round them off
+constexpr double shortest_way = 1e-4;
 
 double part(double value) { return value - std::floor(value); }
 
-/// Path, in mean lengths, over which a slide forgets its phases: it begins to after the first, and has after
-/// the second.
+/// Path (in mean lengths) over which a slide forgets its phases: it starts forgetting at `begins`, and has
+/// forgotten at `ends`.
 struct Forgetting {
   double begins, ends;
   explicit Forgetting(const SnapLength& law)
       : begins(5.0 + 2.0 / law.cv()), ends(std::min(15.0 + 4.0 / law.cv(), 400.0)) {}
-  /// Share of its own length by which each bristle has been carried on, smooth in the path.
+  /// Returns the share of its own length by which each bristle has been shifted after the path `run`, smooth
+  /// in the path.
   double share(double run) const {
     const double u = std::clamp((run - begins) / (ends - begins), 0.0, 1.0);
     return u * u * (3.0 - 2.0 * u);
   }
 };
 
-/// Representatives in the order in which load brings them into contact. Lengths in mean lengths.
+/// Representatives in the order in which load brings them into contact. Unit of length: the mean snap length.
 class KeptBristles {
  public:
   KeptBristles(const SnapLength& law, std::size_t count, double most_load, Memory memory)
       : most_load_(most_load), forgetting_(law), forgets_(memory == Memory::forgotten) {
-    // Two additive sequences (powers of the plastic number): every prefix covers length and phase evenly.
+    // Samples lengths and phases by two additive sequences (powers of the plastic number): every prefix
+    // covers both evenly.
     for (std::size_t i = 0; i < count; ++i) {
       const double k = static_cast<double>(i) + 0.5;
       length_.push_back(static_cast<float>(law.quantile(part(0.7548776662466927 * k)) / law.mean()));
@@ -52,7 +56,7 @@ class KeptBristles {
     active_ = now;
   }
 
-  /// A slide that has forgotten how it began, in the direction `e`.
+  /// Sets the state after a long slide in the direction `e`, which has forgotten its start.
   void slide(double e) {
     direction_ = e;
     run_ = forgetting_.ends;
@@ -71,7 +75,7 @@ class KeptBristles {
     }
     const double before = run_;
     run_ += std::fabs(d);
-    // Another way to and fro, else they cancel.
+    // Shifts phases by a different amount in each direction, since equal shifts would cancel.
     const double spread = forgets_ ? forgetting_.share(run_) - forgetting_.share(before) : 0.0;
     advance(static_cast<float>(e), static_cast<float>(std::min(std::fabs(d), longest_way)),
             static_cast<float>(e > 0.0 ? spread : 2.0 * spread));
@@ -92,7 +96,8 @@ class KeptBristles {
   }
 
  private:
-  /// A bristle bent against the motion does not snap on its way to straight: its whole lengths round to 0.
+  /// Advances all bristles. One bent against the motion does not snap on its path to straight: its number of
+  /// whole lengths rounds to 0.
   void advance(float e, float way, float spread) {
     const auto count = static_cast<std::size_t>(std::ceil(active_));
     float* bent = bent_.data();

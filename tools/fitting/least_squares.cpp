@@ -12,7 +12,7 @@
 namespace cli {
 namespace {
 
-/// A sum of squares in the form that Eigen's Levenberg-Marquardt takes.
+/// Adapter that gives a sum of squares the form of Eigen's Levenberg-Marquardt.
 struct Function {
   using Scalar = double;
   const SumOfSquares& sum;
@@ -62,7 +62,7 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::Ve
         steepest = i;
     if (steepest < 0) break;
     used.push_back(steepest);
-    for (;;) {  // back to the first limit on the way, and without those that are there
+    for (;;) {  // moves to the first bound on the line, and frees the unknowns that reached it
       const Eigen::VectorXd to = solved();
       double share = 1.0;
       for (const Eigen::Index i : used)

@@ -9,7 +9,7 @@ namespace cli {
 
 namespace {
 
-/// Of the snap length at an age.
+/// Returns the snap length at an age over its initial value.
 double growth(const bristle::Ageing& ageing, double age) {
   bristle::Material m;
   m.with_ageing(ageing);
@@ -35,8 +35,8 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
   }
 }
 
-/// At fit_length, which is given at an age A, delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): b
-/// is what the data show, whatever tau is.
+/// Returns the ageing for which delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))). fit_length is
+/// delta(A), at the frame's age A, so that the data determine b nearly independently of tau.
 bristle::Ageing FitModel::ageing(const FitValues& p) const {
   if (p[fit_ageing] == 0.0) return {};
   if (frame_.form == bristle::AgeingForm::saturating)
@@ -93,12 +93,12 @@ double FitModel::elastic_coefficient(const FitValues& p) const {
   return std::max(rest, 1e-3 * p[fit_kinetic]);
 }
 
-/// Of the damper at a speed over Stribeck's.
+/// Returns the damper's coefficient at speed `u` (over Stribeck's), relative to that at rest.
 double FitModel::decay(double u) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
 }
 
-/// Force of the damper over load, speed and damping.
+/// Returns the damper's force over load, speed and damping.
 double FitModel::damper(double speed, double stribeck) const {
   if (!(stribeck > 0.0)) return 0.0;
   return over_rings(2, [&](double lever) { return decay(lever * speed / stribeck); });
@@ -117,17 +117,17 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return sum * data_.velocity[row] / speed_[k];
 }
 
-/// The stage is pulled back by the friction: x - c F - q F^2. Between two samples the force is straight in
-/// time.
+/// Returns the path of the contact. The stage is pulled back by the friction F: x - c F - q F^2. The force is
+/// linear in time between two samples.
 std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   std::vector<PathPoint> path = data_.path;
   const double c = p[fit_compliance];
   const std::size_t n = data_.samples();
   const std::vector<double>& t = data_.columns.t;
-  std::size_t next = 0;  // sample at or behind the point
+  std::size_t next = 0;  // first sample at or after the point
   for (PathPoint& point : path) {
     const std::size_t k = std::min(next, n - 1);
-    double share = 0.0;  // of the sample before
+    double share = 0.0;  // weight of the previous sample
     if (!point.wanted && k > 0 && t[k] > t[k - 1])
       share = std::clamp((t[k] - point.t) / (t[k] - t[k - 1]), 0.0, 1.0);
     const auto at = [&](std::size_t axis) {
@@ -147,7 +147,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   const std::vector<double>& t = data_.columns.t;
   const std::size_t n = data_.samples();
   for (std::size_t axis = 0; axis < data_.axes; ++axis) {
-    double before = 0.0, seen = 0.0;  // of the sample before: the force, and what the sensor shows
+    double before = 0.0, seen = 0.0;  // previous sample's force, and the sensor's output there
     for (std::size_t k = 0; k < n; ++k) {
       double& f = force[static_cast<Eigen::Index>(axis * n + k)];
       const double now = f;
@@ -190,8 +190,8 @@ Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sen
 void FitModel::settle_stage(const FitValues& p) {
   if (!bends_stage(p)) return;
   constexpr int most_rounds = 100;
-  constexpr double share =
-      0.5;  // of each correction: a stage up to three times as soft as the bristles converges
+  constexpr double share = 0.5;  // share of each correction that is applied; converges for stages up to three
+                                 // times as soft as the bristles
   Eigen::VectorXd force = Eigen::VectorXd::Zero(stage_force_.size());
   for (int round = 0; round < most_rounds; ++round) {
     set_stage_force(force);
@@ -215,8 +215,8 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
   return f;
 }
 
-/// By differences of the logarithm or of the number. The force is smooth over such a step, and far from
-/// rounding; that of kept lengths has waves.
+/// Differentiates by finite differences of the parameter or its logarithm. The step is far above rounding,
+/// and the force is smooth over it; with kept snap lengths the force has waves, which need other steps.
 Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
   const bool keep = options_.rule == bristle::SnapRule::keep;
   const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
@@ -326,7 +326,7 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
       return force / data_.mean_load;
     case fit_viscous:
       return force / std::max(data_.fast, 1e-12);
-    case fit_damping:  // of a damper whose highest force is that of the data
+    case fit_damping:  // scale of a damper whose highest force equals the data's
       return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
     case fit_softening:
       return data_.range / (force * force);
@@ -343,7 +343,7 @@ double FitModel::lowest(FitParameter parameter) const {
     case fit_length:
       return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
-      return 0.0525;  // the infinite brush takes 0.05, and derivatives look a little beyond
+      return 0.0525;  // the infinite brush accepts 0.05; derivatives look a little beyond
     case fit_residual:
     case fit_renewal:
     case fit_ageing:
@@ -385,7 +385,7 @@ double FitModel::highest(FitParameter parameter) const {
       return std::max(data_.fast, 10.0 * lowest(fit_strengthening_speed));
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
-    case fit_compliance:  // the stage bends by the whole motion
+    case fit_compliance:  // upper bound: the stage takes up the whole motion
       return data_.range / data_.force_scale;
     case fit_softening:
       return data_.range / (data_.force_scale * data_.force_scale);

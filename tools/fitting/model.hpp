@@ -1,4 +1,4 @@
-// Friction along a measured path as a function of the fitted parameters, and its derivatives.
+// Computes friction along a measured path as a function of the fitted parameters, with its derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,45 +23,46 @@ class FitModel {
   const FitFrame& frame() const { return frame_; }
   Detail detail() const { return detail_; }
 
-  /// N, by the body, at the samples.
+  /// Returns the force at the samples, N, by the body.
   Eigen::VectorXd force(const FitValues& values);
-  /// Before the sensor has delayed and shifted it: what bends a compliant stage.
+  /// Returns the force before the sensor's delay and offset, which is the force that bends a compliant stage.
   Eigen::VectorXd force_on_stage(const FitValues& values);
-  /// The force that bends a compliant stage, N, by the body, at the samples; at first the measured one.
+  /// Sets the force that bends a compliant stage (N, by the body, at the samples). Initially it is the
+  /// measured force.
   void set_stage_force(Eigen::VectorXd force) {
     stage_force_ = std::move(force);
     known_values_ = {};
   }
   const Eigen::VectorXd& stage_force() const { return stage_force_; }
-  /// Sets the force that bends the stage to the model's own, without the measured one.
+  /// Sets the force that bends the stage to the model's own, found by iteration without the measured force.
   void settle_stage(const FitValues& values);
-  /// Where the contact is when the stage bends.
+  /// Returns the path of the contact, shifted by the bending of the stage.
   std::vector<PathPoint> contact_path(const FitValues& values) const;
-  /// dF/dp times scale(p). What bends the brush by differences: central ones, or one-sided ones at half the
-  /// cost.
+  /// Returns dF/dp times scale(p). Parameters that shape the brush need finite differences: central, or
+  /// one-sided at half the cost.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
-  /// A step of a parameter that counts as one: the value itself where it is positive by nature (a logarithm
-  /// is fitted), else a natural unit of the data.
+  /// Returns the unit step of a parameter: the value itself if it is positive by nature (its logarithm is
+  /// fitted), else a natural unit of the data.
   double scale(const FitValues& values, FitParameter parameter) const;
   static bool is_logarithmic(FitParameter p) {
     return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck ||
            p == fit_ageing_time || p == fit_strengthening_speed || p == fit_compliance || p == fit_delay;
   }
-  /// A number that shapes the elastic force, which is the same for all others.
+  /// Returns whether a parameter shapes the elastic force; the others leave that force unchanged.
   static bool bends(FitParameter p) { return p >= fit_length && p <= fit_ageing_time; }
-  /// Range in which a parameter is looked for.
+  /// Returns the lower end of the range in which a parameter is searched; highest() returns the upper end.
   double lowest(FitParameter parameter) const;
   double highest(FitParameter parameter) const;
 
-  /// Elastic friction for an elastic coefficient of 1, N.
+  /// Returns the elastic friction for an elastic coefficient of 1, N.
   const Eigen::VectorXd& elastic(const FitValues& values);
-  /// The part of fit_kinetic that is not strengthening with speed.
+  /// Returns fit_kinetic minus the part that strengthening with speed adds.
   double elastic_coefficient(const FitValues& values) const;
-  /// Mean deflection in steady sliding, m: elastic coefficient over stiffness per newton.
+  /// Returns the mean deflection in steady sliding, m: elastic coefficient over stiffness per newton.
   double kinetic_deflection(const FitValues& values) const;
-  /// Of the form of the frame, as a material has it.
+  /// Returns the ageing, in the frame's form, as a material has it.
   bristle::Ageing ageing(const FitValues& values) const;
-  /// Kinetic coefficient 1 per metre of it, one bristle per newton.
+  /// Returns a material with one bristle per newton whose kinetic coefficient is 1 per metre of deflection.
   bristle::Material unit_material(const FitValues& values) const;
   int evaluations() const { return evaluations_; }
   const FitData& data() const { return data_; }
@@ -69,7 +70,8 @@ class FitModel {
 
  private:
   double decay(double u) const;
-  /// Sum of share x lever^power x function(lever) over the rings of a disc; function(1) of other contacts.
+  /// Returns the sum of share x lever^power x function(lever) over the rings of a disc; function(1) for other
+  /// contacts.
   template <class Function>
   double over_rings(int power, Function&& function) const {
     double sum = 0.0;
@@ -80,27 +82,27 @@ class FitModel {
   double damper(double speed, double stribeck) const;
   Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
   Eigen::VectorXd before_sensor(const FitValues& values);
-  /// Applies a first-order low-pass to a force that is straight between the samples.
+  /// Applies a first-order low-pass to a force that is linear between samples.
   Eigen::VectorXd low_passed(Eigen::VectorXd force, double time) const;
   BrushShape shape(const FitValues& values) const;
   Eigen::VectorXd elastic_at(const FitValues& values);
   Eigen::VectorXd bent_derivative(const FitValues& values, FitParameter parameter, bool central);
-  /// Larger one way than the other.
+  /// Scales the force up in one direction and down in the other.
   Eigen::VectorXd skewed(Eigen::VectorXd force, double asymmetry) const;
-  /// Friction over load of strengthening with speed per unit of it at a sample, along the axis.
+  /// Returns friction over load per unit of strengthening with speed, at a sample, along the axis.
   double strengthening(std::size_t row, double speed_scale) const;
 
   const FitData& data_;
   const FitOptions& options_;
   Detail detail_;
   Eigen::VectorXd stage_force_;
-  std::vector<PathPoint> bent_path_;  // what brush_ steps along
+  std::vector<PathPoint> bent_path_;  // path that brush_ steps along
   PathForce brush_;
   std::vector<Ring> rings_;
-  double square_lever_ = 1.0;  // mean over the load
+  double square_lever_ = 1.0;  // mean square of the lever over the load
   Past past_;
   FitFrame frame_;
-  std::vector<double> speed_;  // m/s, at the samples
+  std::vector<double> speed_;  // m/s, speed at the samples
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

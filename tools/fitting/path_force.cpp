@@ -13,9 +13,11 @@ namespace {
 
 using bristle::SnapRule;
 
-/// The brush is computed at this length and the path scaled to it, so that one material serves all lengths.
+/// m, length at which the brush is computed. The path is scaled to it, so that one material serves all
+/// lengths.
 constexpr double unit_length = 1e-5;  // m
-/// Longer than any law remembers (core/patches/COHORTS.md: 1,260 lengths at a spread of 2).
+/// Presliding lengths after which every law has forgotten its start (core/patches/COHORTS.md: 1,260 lengths
+/// at a spread of 2).
 constexpr double long_slide = 3000.0;   // presliding lengths
 constexpr double shortest_step = 1e-9;  // s
 constexpr std::size_t most_made = 8;
@@ -23,7 +25,8 @@ constexpr std::size_t most_made = 8;
 struct Direction {
   double x, y;
 };
-/// Direction of a slide before the record: +x on one axis, that of the first motion in the plane.
+/// Returns the direction of a slide before the record: +x on one axis, the direction of the first motion in
+/// the plane.
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;
@@ -55,7 +58,8 @@ bristle::Material BrushShape::material(double length) const {
   }
   m.snap_rule = rule;
   m.residual_length =
-      std::min(share * length, bristle::largest_residual * mean);  // much growth: no more fits
+      std::min(share * length, bristle::largest_residual * mean);  // clamped to the largest residual allowed,
+                                                                   // under strong growth
   m.shared_renewal = redraws ? shared_renewal : 0.0;
   m.ageing_form = ageing_form;
   m.ageing_strength = redraws ? ageing_strength : 0.0;
@@ -63,7 +67,7 @@ bristle::Material BrushShape::material(double length) const {
   return m;
 }
 
-/// A batch of one patch.
+/// Brush of a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
@@ -88,7 +92,7 @@ struct PathForce::Brush {
   struct Force {
     double x, y;
   };
-  /// Friction by the body after a step, N, for a stiffness of 1 N/m and newton.
+  /// Steps the brush and returns its friction (N, by the body) for a stiffness of 1 N/m and newton.
   Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;
     motion.id = patch;

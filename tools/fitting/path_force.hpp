@@ -1,6 +1,6 @@
-// The force of a brush along a measured path, as fitting needs it: expected, without noise, smooth in the
-// parameters. The infinite brush of the library steps along the path; bristles that keep their lengths, which
-// it does not have, are a stratified population of their own.
+// Computes the expected force of a brush along a measured path, without noise and smooth in the parameters,
+// as fitting needs it. The library's infinite brush steps along the path; for bristles that keep their
+// lengths, which it does not have, a stratified population stands in.
 #pragma once
 
 #include <list>
@@ -11,36 +11,37 @@
 
 namespace cli {
 
-/// A place of the path. Between points the motion is straight; the load of a point acts on the way to it.
+/// Point of a path. Motion between points is straight; the load of a point acts on the segment that ends
+/// there.
 struct PathPoint {
   double x = 0.0;       ///< m
   double load = 0.0;    ///< N
-  bool wanted = true;   ///< the force here is wanted; else a place passed on the way (a turning point)
-  double t = 0.0;       ///< s, for contacts that age
-  double y = 0.0;       ///< m, of a record in the plane
-  bool begins = false;  ///< a new record: nothing is remembered of what was before
+  bool wanted = true;   ///< whether the force is wanted here; else a turning point
+  double t = 0.0;       ///< s, time for contacts that age
+  double y = 0.0;       ///< m, second coordinate, in the plane only
+  bool begins = false;  ///< whether a new record begins, with no memory of the last
 };
 
 /// State of the bristles at the first point.
 enum class StartState : unsigned char {
-  straight,  ///< set down there
-  forward,   ///< after a long slide towards +x; in the plane along the first motion
-  backward   ///< after a long slide towards -x; in the plane against the first motion
+  straight,  ///< bristles straight: set down there
+  forward,   ///< state after a long slide towards +x; in the plane, along the first motion
+  backward   ///< state after a long slide towards -x; in the plane, against the first motion
 };
 
-/// Memory of a population that keeps its lengths.
+/// Memory of a population that keeps its snap lengths.
 enum class Memory : unsigned char {
-  forgotten,  ///< a long slide spreads its phases evenly: no place is met again as it was
-  whole       ///< all: where they were straight together they are so again
+  forgotten,  ///< a long slide spreads the phases evenly, so that no state recurs
+  whole       ///< full memory: bristles that were straight together are so again at that place
 };
 
-/// Path before the record, and the part of it that counts.
+/// State before the record.
 struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
-  double rested = 0.0;                 ///< s, of straight bristles that age
-  double speed = 0.0;                  ///< m/s, of the slide before; 0: so fast that nothing ages
-  std::vector<StartState> later = {};  ///< of the second record and of those after it; none: straight
+  double rested = 0.0;                 ///< s, rest of straight bristles before the record, for ageing
+  double speed = 0.0;                  ///< m/s, speed of a slide before the record; 0: too fast to age
+  std::vector<StartState> later = {};  ///< starts of the later records; none: straight
   StartState of_part(std::size_t part) const {
     return part == 0 ? start : part <= later.size() ? later[part - 1] : StartState::straight;
   }
@@ -52,16 +53,17 @@ struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  double residual_share = 0.0;  ///< redraw only, as all that follows
+  /// Share of the presliding length that a snap leaves; for redraw only, as the members below.
+  double residual_share = 0.0;
   double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;
   double ageing_time = 1.0;            ///< s
-  double growth = 1.0;                 ///< of the mean snap length at the age at which lengths are given
-  std::vector<double> quantiles = {};  ///< of SnapLaw::table, over their mean
+  double growth = 1.0;                 ///< mean snap length at the frame's age over that without age
+  std::vector<double> quantiles = {};  ///< snap lengths over their mean, for SnapLaw::table
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
-  /// A material of this shape whose friction is that of one bristle stiffness and one bristle per newton.
+  /// Returns a material of this shape with a bristle stiffness of 1 N/m and one bristle per newton.
   bristle::Material material(double presliding_length_m) const;
 };
 
@@ -71,17 +73,17 @@ enum class Detail : unsigned char {
   finish   ///< redraw: within 0.05 % rms; keep: 2048 bristles; slide: 64 strata
 };
 
-/// Part of a contact that turns: everything on one radius goes the same way.
+/// Ring of a turning contact: all its points move equally far.
 struct Ring {
-  double lever = 1.0;  ///< its radius, over the one at which the record has way and force
-  double share = 1.0;  ///< of the load
+  double lever = 1.0;  ///< its radius over the radius of the record's path and force
+  double share = 1.0;  ///< share of the load
 };
-/// Rings of a contact; one that slides as a whole has a single ring of lever 1. A disc under an even
-/// pressure: rings at Gauss's radii, for which stiffness and friction in sliding come out exact.
+/// Returns the rings of a contact: for one that slides as a whole, a single ring of lever 1; for a disc under
+/// even pressure, rings at Gauss points, which give stiffness and sliding friction exactly.
 std::vector<Ring> rings_of(bool disc, Detail detail);
 
-/// Computes forces along one path. Keeps the brushes that it made: a shape that was asked for lately costs no
-/// table of its law again. For one thread.
+/// Computes forces along one path. Caches its last brushes, so that a recent shape needs no new table of its
+/// law. For one thread.
 class PathForce {
  public:
   explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1, bool disc = false);
@@ -89,9 +91,9 @@ class PathForce {
   PathForce(const PathForce&) = delete;
   PathForce& operator=(const PathForce&) = delete;
 
-  /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1 at
-  /// `kinetic_speed` (m/s; 0: so fast that nothing ages). In the plane first all x, then all y. Of a disc the
-  /// torque over its radius.
+  /// Returns the elastic friction (N, positive along the motion) at every wanted point, for a kinetic
+  /// coefficient of 1 at `kinetic_speed` (m/s; 0: too fast to age). In the plane, all x, then all y. For a
+  /// disc, torque over radius.
   std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail,
                            double kinetic_speed = 0.0);
 
@@ -105,10 +107,10 @@ class PathForce {
   unsigned axes_;
   bool disc_;
   double most_load_ = 0.0;
-  std::list<std::unique_ptr<Brush>> made_;  // the last used first
+  std::list<std::unique_ptr<Brush>> made_;  // most recently used first
 };
 
-/// Force along the path of bristles that keep their lengths.
+/// Returns the force along the path of bristles that keep their snap lengths.
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
                                double presliding_length_m, Past past, Detail detail);
 

@@ -1,4 +1,4 @@
-// Errors of a fit from a finite number of bristles.
+// Computes errors of a fit that come from a finite number of bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -12,18 +12,20 @@ namespace {
 
 constexpr std::size_t brushes = 100;
 constexpr std::uint32_t bristles_of_each = 200;
-constexpr std::size_t most_samples = 2000;  // the errors of neighbours are alike: more tell no more
-constexpr double widest_slide = 3000.0;     // presliding lengths, before the record
+// Errors of neighbouring samples are alike: more samples tell no more.
+constexpr std::size_t most_samples = 2000;
+constexpr double widest_slide = 3000.0;  // longest slide before the record, in presliding lengths
 constexpr double whole_memory_variance = 2.0;
 
-/// Elastic force of brushes drawn at random less their mean, N, by sample and brush.
+/// Returns the elastic force of randomly drawn brushes minus their mean, N, by sample (row) and brush
+/// (column).
 Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const FitData& data) {
   const bristle::Material material = model.unit_material(point.values);
   double most_load = 0.0;
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
   bristle::PatchBatch batch;
-  std::vector<bristle::Motion> motions(brushes * rings.size());  // those of the first ring first
+  std::vector<bristle::Motion> motions(brushes * rings.size());  // ordered by ring, the first ring first
   std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
   options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load);
@@ -84,7 +86,7 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   return force.colwise() - force.rowwise().mean();
 }
 
-/// Sum of products of neighbours: what noise of its own at each sample does not raise.
+/// Returns the sum of products of neighbouring residuals, to which independent noise adds nothing on average.
 double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(r.size() - 1)); }
 
 }  // namespace
@@ -92,7 +94,8 @@ double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(
 PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles) {
-  if (model.options().rule == bristle::SnapRule::slide) {  // lengths are those of the law, and none is drawn
+  // Lengths follow the law exactly, none is drawn at random.
+  if (model.options().rule == bristle::SnapRule::slide) {
     const auto freedom = static_cast<double>(residuals.size() - jacobian.cols());
     return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()), false, 0.0,
             residuals.squaredNorm() / std::max(freedom, 1.0)};
@@ -115,7 +118,7 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   const Eigen::MatrixXd moved = pseudo_inverse(j) * force;
   const Eigen::MatrixXd left = force - j * moved;
 
-  // Of one brush: sums of squares and of products of neighbours that it leaves in the residuals.
+  // Mean sums of squares and of neighbour products that one brush leaves in the residuals.
   const double count = static_cast<double>(brushes);
   double squares = 0.0, products = 0.0, scatter = 0.0;
   for (Eigen::Index i = 0; i < left.cols(); ++i) {
@@ -129,8 +132,10 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const double of_mean_load = bristles_of_each * model.data().mean_load / most_load;
 
-  // Variance over that of the simulation: what is usual, as wide as itself, and what the residuals show meet
-  // as two measurements do. A quarter of a deviation more: too few bristles cost width, too many cost trust.
+  // Combines two estimates of the bristle variance, relative to the simulation's: the usual one, with an
+  // error as large as itself, and that shown by the residuals, as a weighted mean of two measurements. Adds a
+  // quarter of its deviation, to be safe: underestimating the number of bristles widens intervals,
+  // overestimating it makes them wrong.
   const double usual = of_mean_load / usual_bristles;
   const double chance = r.squaredNorm() / std::sqrt(static_cast<double>(samples));
   PopulationError error;
@@ -145,8 +150,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
     error.bristles = of_mean_load / std::max(shown, 1e-12);
   }
   error.covariance = moved * moved.transpose() * (share / (count - 1.0));
-  // Bristles that remember all repeat the same errors in every stroke, and the sum of squares has many
-  // minima: of forty fits three in four held the truth by linear theory. Measured, not derived.
+  // Widens the errors of bristles that remember all: they repeat their errors in every stroke, and the sum of
+  // squares has many minima. Without this factor linear theory covered the truth in three of four among forty
+  // fits. The factor is measured, not derived.
   if (model.options().rule == bristle::SnapRule::keep && point.past.memory == Memory::whole)
     error.covariance *= whole_memory_variance;
   error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /

@@ -1,4 +1,4 @@
-// Reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/reports/JSON.md.
+// Writes reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/reports/JSON.md.
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -15,7 +15,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
-#include "tools/fitting/fit_plot_script.hpp"  // made by CMake of tools/plots/fit.gp
+#include "tools/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
 #include "tools/fitting/joint.hpp"
 #include "tools/fitting/judge.hpp"
 #include "tools/reports/conditions.hpp"
@@ -32,9 +32,9 @@ struct Row {
   const char* name;
   const char* unit;
   double per_si;
-  const char* key;  ///< in JSON and Python
+  const char* key;  ///< name in JSON and Python
 };
-/// By FitParameter, then peak and stiffness.
+/// Rows of the report, in the order of FitParameter, then peak, stiffness and friction by direction.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"presliding_length", "um", 1e6, "presliding_length"},
                                        {"spread", "", 1.0, "spread"},
@@ -60,10 +60,10 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"kinetic towards +x", "", 1.0, "kinetic_forward"},
                                        {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
 
-/// Rows that a record of this kind has.
+/// Returns whether a row applies to this record.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // friction either way
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // friction towards +x and -x
   return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
 }
 
@@ -79,7 +79,7 @@ const char* rule_text(bristle::SnapRule rule) {
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
 
-/// Replay: the interval of the measurement, or a finer whole part of it, 1 ms at most.
+/// Returns the time step of a replay: the measurement's interval, or a whole fraction of it, at most 1 ms.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
 }
@@ -92,14 +92,14 @@ std::string quoted(const std::string& text) {
   }() + "'";
 }
 
-/// Runs gnuplot on the script that was built in, the samples in it.
-void draw(const FitData& data, const FitResult& result, OutputFile& picture) {
+/// Runs gnuplot on the built-in script, with the samples inserted.
+void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
   std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
   if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
-  const std::string script =
-      fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
-                  quoted(picture.place()), quoted(data.columns.name), fit_plot_script);
-  // Where nobody reads it, the write must fail instead of ending this program.
+  const std::string script = fmt::format(
+      "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
+      quoted(picture.place()), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
+  // Ignores SIGPIPE, so that a write to a pipe without reader fails instead of ending this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   std::fwrite(script.data(), 1, script.size(), pipe);
   const int status = pclose(pipe);
@@ -120,7 +120,7 @@ const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   return *follow[row - fit_parameters];
 }
 
-/// In words: how well it fits, and the first two parameters.
+/// Returns a sentence on how well the brush fits, and the first two parameters.
 static std::string fit_answer(const FitData& data, const FitResult& r) {
   std::string found;
   std::size_t fitted = 0;
@@ -201,9 +201,9 @@ std::string fit_table(const FitData& data, const FitResult& r) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 1500;  // samples of a curve in a report
+constexpr std::size_t most_drawn = 1500;  // most samples of a curve in a report
 
-/// Every so many samples, the first and the last of each file among them.
+/// Selects evenly spaced samples, with the first and the last of each file among them.
 std::vector<std::size_t> drawn(const FitColumns& c) {
   const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
   std::vector<std::size_t> places;
@@ -218,7 +218,7 @@ Json taken(const std::vector<double>& values, const std::vector<std::size_t>& pl
   return out;
 }
 
-/// Data as understood, and the fit.
+/// Returns the prepared data and the fit as JSON curves.
 Json curves(const FitData& data, const FitResult& r) {
   const std::vector<std::size_t> places = drawn(data.columns);
   const std::size_t n = data.samples();
@@ -235,7 +235,7 @@ Json curves(const FitData& data, const FitResult& r) {
   return out;
 }
 
-/// The columns before anything was done to them.
+/// Returns the columns as the file has them.
 Json as_written(const FitData& data) {
   const std::vector<std::size_t> places = drawn(data.columns);
   Json out = Json::array();
@@ -337,7 +337,8 @@ std::string fit_csv(const FitData& data, const FitResult& r) {
 
 namespace {
 
-/// Beside the scene, where the data are no motion file themselves; empty where there is no scene on disk.
+/// Returns the name of the motion file beside the scene, needed if the data are no motion file; empty if the
+/// scene is not written to disk.
 std::string motion_file(const FitOptions& options) {
   if (options.write.empty() || options.write == "-") return {};
   return std::filesystem::path(options.write).replace_extension().string() + "_motion.csv";
@@ -349,7 +350,7 @@ std::string fit_motion(const FitData& data) {
   const FitColumns& c = data.columns;
   const bool planar = c.planar(), with_load = c.has_load;
   std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
-  double jump_x = 0.0, jump_y = 0.0;  // another file begins elsewhere: the body has not slid there
+  double jump_x = 0.0, jump_y = 0.0;  // m, offset between files: the body has not slid from one to the next
   for (std::size_t i = 0; i < c.t.size(); ++i) {
     if (i > 0 && !c.follows(i)) {
       jump_x += c.x[i] - c.x[i - 1];
@@ -365,7 +366,7 @@ std::string fit_motion(const FitData& data) {
 
 namespace {
 
-/// A material as coefficients.
+/// Writes a material by its coefficients.
 std::string by_coefficients(const FitResult& r) {
   const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
   const bool slides = c.rule == bristle::SnapRule::slide;
@@ -390,7 +391,7 @@ std::string by_coefficients(const FitResult& r) {
   return text;
 }
 
-/// A material whose law no coefficients determine, by its bristles.
+/// Writes a material by its bristles, if no coefficients determine its law.
 std::string own_law(const bristle::Material& m) {
   const auto quantiles = m.snap_length.table_values();
   return fmt::format(
@@ -424,7 +425,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  // Of the motion that is replayed: the fit may have taken a load that wobbles as constant.
+  // Highest load of the replayed motion: the fit may have taken a varying load as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
@@ -473,7 +474,7 @@ void rivals_command(const FitOptions& options, bool on_stdout) {
   if (!on_stdout) print_report(judgement_table(judgements));
 }
 
-/// Fits the whole record and writes what was asked for.
+/// Fits the whole record and writes the outputs that the options ask for.
 void fit_record(const FitOptions& options, bool prints) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
@@ -485,7 +486,7 @@ void fit_record(const FitOptions& options, bool prints) {
   if (scene) scene.write(fit_toml(data, options, result));
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result));
-  if (picture) draw(data, result, picture);
+  if (picture) draw(data, result, is_vector_picture(options.plot), picture);
   if (json) json.write(fit_json(data, result));
   if (prints) print_report(fit_table(data, result));
 }
@@ -510,7 +511,7 @@ void fit_command(const FitOptions& options) {
                                                           {"the motion of --write", motion_file(options)}});
   if (!options.rivals) return fit_record(options, !on_stdout);
   rivals_command(options, on_stdout);
-  FitOptions whole = options;  // --json has the judgements
+  FitOptions whole = options;  // without --json, which has the judgements instead
   whole.json.clear();
   if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
 }

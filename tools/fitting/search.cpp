@@ -1,4 +1,4 @@
-// Where a fit starts, and the minimum that it finds.
+// Searches starting points of a fit, and minimises from them.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -16,10 +16,10 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-constexpr double least_back = 0.02;  // of the travel, for an offset
+constexpr double least_back = 0.02;  // share of travel backwards that determines an offset of the sensor
 
-/// Share of the travel that goes the way that it goes less; in the plane of the travel that does not lead
-/// away.
+/// Returns the share of the travel in the direction with less travel; in the plane, of the travel that does
+/// not lead away from the start.
 double share_back(const std::vector<PathPoint>& path) {
   double travel = 0.0, away = 0.0;
   std::size_t begin = 0;
@@ -38,7 +38,7 @@ double share_back(const std::vector<PathPoint>& path) {
 
 bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
 
-/// The lowest of a row of points that have no lower neighbour.
+/// Returns the lowest local minima of a row of points, at most `most`.
 std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
   std::vector<FitPoint> low;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -66,8 +66,8 @@ FitParameterSet Fitter::linear_set() const {
   return linear;
 }
 
-/// The point that is bent like this (length, spread, rubbing, Stribeck velocity), everything else being
-/// linear.
+/// Makes a starting point with the shape parameters of `bent` (length, spread, rubbing, Stribeck velocity);
+/// all others, in which the force is linear, come from least squares.
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.past = model_.past();
@@ -77,7 +77,7 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
         fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
-  point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
+  point.values[fit_kinetic] = 1.0;  // makes the derivative the force at unit coefficient
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
@@ -92,20 +92,21 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   return point;
 }
 
-/// A grid over length and shapes (spread, rubbing), the rest linear; Levenberg-Marquardt from its best
-/// lengths over the linear ones and `bending`.
+/// Searches a grid over length and shapes (spread, rubbing), with linear parameters by least squares. From
+/// the best lengths it starts Levenberg-Marquardt over the linear parameters and `bending`.
 FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
                              double progress) {
   FitParameterSet linear = linear_set();
   FitParameterSet free = linear;
   free.insert(free.end(), bending.begin(), bending.end());
-  if (several_speeds()) linear.push_back(fit_viscous);  // else it would bend the force of the brush
+  // At one speed a lubricant would distort the brush's force.
+  if (several_speeds()) linear.push_back(fit_viscous);
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
   std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
   for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  // Kept lengths leave waves in the force: many minima, each narrow.
+  // Uses a finer grid for kept snap lengths, whose force has waves: many minima, each narrow.
   const bool keep = options_.rule == SnapRule::keep;
   const double factor = keep ? 1.2 : 1.6;
   const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
@@ -128,14 +129,14 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
   std::vector<FitPoint> starts = valleys(best_of_length, 3);
-  if (keep) {  // a wide law is fair everywhere, and hides the narrow one that is right
+  if (keep) {  // a wide law fits fairly everywhere, and would hide the narrow one that is right
     starts.clear();
     for (const std::vector<FitPoint>& of_shape : of_shapes) {
       const std::vector<FitPoint> lowest = valleys(of_shape, 2);
       starts.insert(starts.end(), lowest.begin(), lowest.end());
     }
   }
-  if (rubs(bending)) {  // shapes differ more than lengths
+  if (rubs(bending)) {  // sums of squares differ more between shapes than between lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
       if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
@@ -155,7 +156,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   return best;
 }
 
-/// Where rubbing is looked for: what is held stays. Empty where both are held.
+/// Lists shapes from which rubbing (residual and renewal) is fitted; values set by options stay. Empty where
+/// both are set.
 std::vector<FitValues> Fitter::rubbed_shapes() const {
   std::vector<FitValues> shapes;
   if (options_.residual && options_.renewal) return shapes;
@@ -174,7 +176,7 @@ std::vector<FitValues> Fitter::rubbed_shapes() const {
   return shapes;
 }
 
-/// The paper's brush, or what is held of rubbing.
+/// Searches with the paper's brush, or with the rubbing that the options set.
 FitPoint Fitter::search_plain() {
   std::vector<FitValues> shapes;
   const std::vector<double> spreads = options_.rule == SnapRule::keep
@@ -197,8 +199,8 @@ FitPoint Fitter::search_plain() {
   return better(whole, forgotten) ? whole : forgotten;
 }
 
-/// Bristles that remember all are out of step by a whole length after a slide of as many lengths as one is
-/// off: a fine grid about the brush that forgets.
+/// Searches a fine grid of lengths about a brush with fading memory. Bristles that remember everything are a
+/// whole length out of phase after a slide of 1/e lengths, e being the relative error of the length.
 FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   model_.set_past({about.past.start, Memory::whole});
   FitParameterSet linear;
@@ -226,8 +228,9 @@ FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   return best;
 }
 
-/// Kept lengths leave waves in the sum of squares, on which Levenberg-Marquardt stops: a grid of lengths and
-/// spreads about the point, then smaller and smaller steps from the best. All else is linear.
+/// Polishes a fit with kept snap lengths, whose sum of squares has waves that stop Levenberg-Marquardt: tries
+/// a grid of lengths and spreads about the point, then ever smaller steps from the best. All other parameters
+/// are linear.
 FitPoint Fitter::polish(const FitPoint& point) {
   FitParameterSet linear;
   for (const FitParameter p : point.free) {
@@ -264,9 +267,9 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
-/// Whether a number more, put to one of these values, promises half of what it must gain: by the linear
-/// theory about the point without it, which is wrong about the rest. The stage bends by the force of the fit:
-/// the noise of the measured one would hide a compliance.
+/// Returns whether one more parameter, set to one of these values, promises at least half the gain that it
+/// must reach, by linear theory about the point without it; the minimum may gain more. The stage is bent by
+/// the fitted force: noise of the measured force would hide a compliance.
 bool Fitter::promises(const FitPoint& core, const std::vector<FitValues>& with) {
   if (with.empty()) return false;
   assume(model_, core);
@@ -301,7 +304,7 @@ bool Fitter::promises_rubbing(const FitPoint& core) {
   return promises(core, with);
 }
 
-/// A brush that can be rubbed; nothing free where both numbers are held.
+/// Searches with rubbing free; returns a point with nothing free if the options set both of its numbers.
 FitPoint Fitter::search_rubbed() {
   if (options_.residual && options_.renewal) return {};
   FitParameterSet free = bending();
@@ -310,8 +313,8 @@ FitPoint Fitter::search_rubbed() {
   return search_with(rubbed_shapes(), free, 0.4);
 }
 
-/// A brush that is not rubbed, with all its terms, made to rub: a search without damper and lubricant may end
-/// where they cannot be added later.
+/// Adds rubbing to a finished fit without it: a search without damper and lubricant may end where they cannot
+/// be added later.
 FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   FitPoint best = plain;
   for (const double residual : {0.0, 0.2}) {
@@ -330,7 +333,8 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   return best;
 }
 
-/// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
+/// Chooses between brushes without and with rubbing once both have all other terms that the data show;
+/// rubbing must pay for its parameters.
 FitPoint Fitter::choose() {
   struct Brush {
     FitPoint core, whole;
@@ -398,13 +402,14 @@ FitPoint Fitter::choose() {
   return add_asymmetry(takes_rubbed ? of_rubbed.whole : of_plain.whole);
 }
 
-/// Straight bristles at the first sample unless the data say clearly that the body came sliding.
+/// Chooses the state at the first sample: straight bristles, unless the data say clearly that the body came
+/// sliding.
 FitPoint Fitter::try_starts(FitPoint best) {
   const FitPoint straight = best;
   for (const StartState start : {StartState::forward, StartState::backward}) {
     FitPoint from = straight;
     from.past.start = start;
-    // Where the first stroke speaks against it, fitting would not help.
+    // Skips a start that the first stroke already contradicts.
     if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
     const FitPoint point = minimise(model_, from);
     const double count = samples_that_count(point);
@@ -414,7 +419,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   return try_later_starts(best);
 }
 
-/// Tries starts of each later record of several, all else as it is; then fits all together again.
+/// Chooses the starting state of each later record with all else fixed; then refits everything.
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;
@@ -435,7 +440,7 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
   return changed ? minimise(model_, point) : point;
 }
 
-/// With the lubricant, the damper, or both; all that bends the brush as in `core`, so that nothing need be
+/// Returns candidates with lubricant, damper, or both, and the shape of `core`, so that no brush need be
 /// stepped.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
@@ -480,7 +485,7 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   return candidates;
 }
 
-/// The lubricant, the damper, or both, where they pay for their parameters.
+/// Adds lubricant, damper, or both, where they pay for their parameters.
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {

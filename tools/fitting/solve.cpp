@@ -8,8 +8,7 @@
 namespace cli {
 namespace {
 
-/// Positive parameters are fitted as logarithms, those with a range through a logistic curve onto it: every
-/// argument is allowed.
+/// Unbounded coordinates of parameters: logarithms for positive ones, logistic for those with a range.
 class Coordinates {
  public:
   Coordinates(const FitModel& model, const FitPoint& from) : model_(model), from_(from) {
@@ -41,7 +40,7 @@ class Coordinates {
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double at = low + (high - low) / (1.0 + std::exp(-place));
-        // The logarithm of an end, and back: not the end to the last digit.
+        // Clamps to the range: the exponential of an end's logarithm misses the end by its last digit.
         values[p] =
             std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
@@ -52,7 +51,7 @@ class Coordinates {
     return values;
   }
 
-  /// d(value)/du over FitModel::scale(value).
+  /// Returns d(value)/du over FitModel::scale(value).
   double slope(std::size_t i, const FitValues& values, double place) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
@@ -107,8 +106,8 @@ FitPoint minimise(FitModel& model, FitPoint from) {
             model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) / scale;
       }
     };
-    // First step of length 1: a factor e of each parameter. Where the brush can be rubbed the ends of the
-    // ranges are near, and flat.
+    // Limits the first step to length 1, a factor e of each parameter; to less with rubbing, where the ends
+    // of the ranges are near and flat.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
@@ -144,7 +143,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
   const Eigen::VectorXd r = residuals.array() - residuals.mean();
   const double power = r.squaredNorm();
   if (!(power > 0.0)) return 1.0;
-  // Summed up to a lag five times the sum (Sokal): further terms are noise.
+  // Sums autocorrelations up to a lag of five times the sum (Sokal): further terms are noise.
   double sum = 1.0;
   const Eigen::Index n = r.size();
   for (Eigen::Index lag = 1; lag < n / 3; ++lag) {
@@ -156,7 +155,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
 
 namespace {
 
-/// Inverse of J'J by its eigenvectors, columns first scaled to length 1.
+/// Inverts J'J by its eigenvectors, with columns scaled to length 1 first.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
@@ -168,7 +167,7 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Variances of at least those of `other`, correlations as they are.
+/// Raises variances to at least those of `other` and keeps the correlations.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;
@@ -211,7 +210,7 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
 void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals,
                     std::size_t samples) {
   constexpr std::size_t parts = 5;
-  constexpr double by_chance = 3.0;  // ratio of variances that noise exceeds in 2 % of the records
+  constexpr double by_chance = 3.0;  // ratio of variances that noise exceeds in 2 % of records
   Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(j.cols(), static_cast<Eigen::Index>(parts));
   for (Eigen::Index row = 0; row < j.rows(); ++row) {
     const std::size_t part = static_cast<std::size_t>(row) % samples * parts / samples;
@@ -219,7 +218,7 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
   }
   const double freedom = static_cast<double>(parts) - 1.0;
   const double wider =
-      student_quantile(freedom) / student_quantile(1e9);  // five parts know their spread poorly
+      student_quantile(freedom) / student_quantile(1e9);  // widens for the poorly known spread of five parts
   const Eigen::MatrixXd normal = inverse_normal_matrix(j);
   Eigen::MatrixXd seen =
       normal * gradients * gradients.transpose() * normal * (static_cast<double>(parts) / freedom);
@@ -230,13 +229,15 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
 
 double student_quantile(double nu) {
   if (nu < 3.0) {
-    // Exact at 1, 2 and 3 degrees; a parabola of the logarithm over 1 / nu is within 1 % in between.
+    // Interpolates Student's quantile below 3 degrees: exact at 1, 2 and 3; in between a parabola of its
+    // logarithm over 1 / nu is within 1 %.
     const double one = std::log(12.70620), two = std::log(4.302653), three = std::log(3.182446);
     const double x = 1.0 / std::max(nu, 1.0);
     return std::exp(one * 3.0 * (x - 1.0 / 2.0) * (x - 1.0 / 3.0) - two * 12.0 * (x - 1.0) * (x - 1.0 / 3.0) +
                     three * 9.0 * (x - 1.0) * (x - 1.0 / 2.0));
   }
-  // Expansion about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 3 degrees on.
+  // Expands about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 3 degrees of freedom
+  // on.
   constexpr double z = 1.959963984540054;
   constexpr double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * nu) + (5 * z5 + 16 * z3 + 3 * z) / (96 * nu * nu) +

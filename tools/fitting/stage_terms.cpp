@@ -1,5 +1,5 @@
-// Between the friction and the file: a stage that bends between the measured position and the contact, and a
-// low-pass of the force sensor. Both shift the force behind the position.
+// Fits a compliant stage between the measured position and the contact, and a low-pass of the force sensor.
+// Both make the force lag behind the position.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,16 +12,17 @@
 namespace cli {
 namespace {
 
-constexpr double told_apart = 12.0;  // gain in the likelihood, twice its logarithm
-/// Of the time between samples that a delay is, and of the whole bending that the stage's is, to begin with.
+constexpr double told_apart = 12.0;  // gain in twice the log likelihood that tells two terms apart
+/// Starting values: of a delay over the sampling interval, or of the stage's share of the total compliance.
 constexpr std::array<double, 2> shares(bool delayed) {
   return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};
 }
-constexpr int rounds = 2;  // of the force that bends the stage: first the measured one, then the fit
+constexpr int rounds = 2;  // rounds, in each of which the stage is bent by the force of the last fit
 
 }  // namespace
 
-/// The measured force has noise, which would move the contact; that of the fit has none.
+/// Minimises with the stage bent by the fitted force: the measured force has noise, which would move the
+/// contact.
 FitPoint Fitter::minimise_bent(FitPoint point) {
   for (int i = 0; i < rounds; ++i) {
     assume(model_, point);
@@ -31,7 +32,7 @@ FitPoint Fitter::minimise_bent(FitPoint point) {
   return point;
 }
 
-/// Note where `other` is as close to the record as `taken`; else empty.
+/// Returns a note if `other` fits the record as closely as `taken`; else empty.
 std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
   const auto text = [](const FitPoint& p) {
     const double delay = p.values[fit_delay], compliance = p.values[fit_compliance];
@@ -44,7 +45,7 @@ std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
       text(taken), text(other), 1e6 * other.values[fit_length], 1e6 * taken.values[fit_length]);
 }
 
-/// Delay, compliance, or both, where they pay for their parameters.
+/// Adds delay, compliance, or both, where they pay for their parameters.
 FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   const auto explain = [&](FitParameter p, const std::string& why) { why_[p] = why; };
   if (options_.delay) explain(fit_delay, "held");
@@ -63,7 +64,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       from.values[fit_delay] = std::clamp(share * data_.sample_time, 1.1 * model_.lowest(fit_delay),
                                           0.9 * model_.highest(fit_delay));
     } else {
-      // The whole bends as before: a share of it in the stage.
+      // Shares the total compliance, which stays the same, between stage and bristles.
       const double whole = from.values[fit_length] / (from.values[fit_kinetic] * data_.mean_load);
       from.free.push_back(fit_compliance);
       from.values[fit_compliance] = std::clamp(0.5 * share * whole, 1.1 * model_.lowest(fit_compliance),
@@ -106,7 +107,8 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     const double count = samples_that_count(candidate);
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
-  // Friction of bristles is alike either way: a stage that is stiffer one way shows beside any of them.
+  // Tries a stage of different stiffness in the two directions. Bristles are symmetric, so it shows beside
+  // any of them.
   const bool may_soften =
       !options_.compliance && data_.axes == 1 && two_ways() && contains(core.free, fit_length);
   std::vector<FitValues> softer(2, best.values);
@@ -120,7 +122,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       if (criterion(point, count) < criterion(best, count)) best = point;
     }
   }
-  // The other alone, where it pays as well and is as close.
+  // Considers the other term alone, if it pays as well and fits as closely.
   const bool one = contains(best.free, fit_delay) != contains(best.free, fit_compliance);
   if (one && candidates.size() == 3) {
     const FitPoint& other = candidates[contains(best.free, fit_delay) ? 1 : 0];

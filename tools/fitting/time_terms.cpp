@@ -1,4 +1,5 @@
-// Ageing and strengthening with speed, where a record shows them; friction that differs with the direction.
+// Fits ageing and strengthening with speed where a record shows them, and friction that differs with
+// direction.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -14,12 +15,13 @@ namespace {
 using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
-constexpr double rest_samples = 10.0;  // as many at one place are a rest
-constexpr double told_apart = 12.0;    // gain in the likelihood (twice its logarithm) of one form over the
-                                       // other: without bristles that differ by chance 4 would do
+constexpr double rest_samples = 10.0;  // samples at one place that make a rest
+// Gain in twice the log likelihood that tells two forms apart; 4 would do if bristles did not differ by
+// chance.
+constexpr double told_apart = 12.0;
 constexpr int tried_times = 4, tried_speeds = 5;
 
-/// A number of one digit, in the middle of two on a logarithmic scale.
+/// Returns a number of one digit near the geometric mean of two.
 double middle_of(double low, double high) {
   const double middle = std::sqrt(low * high);
   const double ten = std::pow(10.0, std::floor(std::log10(middle)));
@@ -44,8 +46,9 @@ FitFrame Fitter::time_frame(const FitPoint& core) const {
   return frame;
 }
 
-/// The likeliest combinations of ageing, strengthening and lubricant, each from its best time and speed, by
-/// the linear theory about the brush without them: those that promise to pay for their parameters.
+/// Returns starting points: the likeliest combinations of ageing, strengthening and lubricant, each at its
+/// best time and speed, by linear theory about the brush without them. Only combinations that promise to pay
+/// for their parameters are included.
 std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& base) {
   FitPoint about = core;
   about.frame = time_frame(core);
@@ -115,7 +118,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
           point.values[fit_strengthening_speed] = s.scale;
           point.free.push_back(fit_strengthening_speed);
         }
-        // Half of what the parameters cost must be promised: linear theory is wrong about the rest.
+        // Requires only half of the parameters' price to be promised: linear theory underestimates some
+        // gains.
         const double count = static_cast<double>(samples()) / correlated_samples(found.left);
         const double most = std::max(count, base_count);
         const double gain =
@@ -139,7 +143,7 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   return starts;
 }
 
-/// Tries the rest of straight bristles before the record, in decades, where it matters.
+/// Tries rest times of straight bristles before the record, in decades, where it matters.
 FitPoint Fitter::try_rests(FitPoint point) {
   if (!contains(point.free, fit_ageing) || point.past.start != StartState::straight) return point;
   FitPoint best = point;
@@ -155,7 +159,7 @@ FitPoint Fitter::try_rests(FitPoint point) {
   return gain > 10.0 ? best : point;
 }
 
-/// The other form of ageing, if the data say so.
+/// Replaces logarithmic ageing by the saturating form if that fits clearly better.
 FitPoint Fitter::try_saturating(FitPoint point) {
   if (!contains(point.free, fit_ageing)) return point;
   FitPoint best;
@@ -178,7 +182,8 @@ FitPoint Fitter::try_saturating(FitPoint point) {
   return chosen;
 }
 
-/// `core`: without lubricant and damper; `base`: with what pays for itself of these.
+/// Adds time terms where they pay. `core` is the fit without lubricant and damper; `base` has those of them
+/// that pay.
 FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   const FitParameter terms[] = {fit_ageing, fit_ageing_time, fit_strengthening, fit_strengthening_speed};
   const auto explain = [&](const std::string& why) {
@@ -214,7 +219,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   return best;
 }
 
-/// Under one load an offset of the sensor and friction that differs with the direction are the same.
+/// Adds friction that differs with direction. It needs several loads: under one load it equals an offset of
+/// the sensor.
 FitPoint Fitter::add_asymmetry(const FitPoint& point) {
   if (data_.axes == 2) {
     why_[fit_asymmetry] = "a record in the plane is fitted as one isotropic contact";

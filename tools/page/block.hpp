@@ -1,4 +1,4 @@
-// A block on a rough floor, pulled by a hand through a spring. It moves along one line.
+// Block on a rough floor, pulled by a hand through a spring, moving along one line.
 #pragma once
 
 #include <bristle/bristle.hpp>
@@ -11,19 +11,19 @@ namespace page {
 
 struct BlockSettings {
   bristle::Coefficients coefficients;
-  bool infinite = false;           ///< cohorts in place of bristles
-  std::uint32_t bristles = 1000;   ///< representatives, all in contact
+  bool infinite = false;           ///< uses cohorts instead of bristles
+  std::uint32_t bristles = 1000;   ///< number of representatives, all in contact
   double normal_load = 1.0;        ///< N
   double mass = 0.1;               ///< kg
-  double spring_stiffness = 60.0;  ///< N/m, between hand and block
+  double spring_stiffness = 60.0;  ///< N/m, spring between hand and block
 };
 
-/// One millisecond of the past.
+/// Record of one past millisecond.
 struct Sample {
   double time = 0.0;      ///< s
-  double position = 0.0;  ///< m, of the block
-  double friction = 0.0;  ///< N, on the block, at the end of the step
-  double pull = 0.0;      ///< N, of the spring on the block
+  double position = 0.0;  ///< m, position of the block
+  double friction = 0.0;  ///< N, friction on the block at the end of the step
+  double pull = 0.0;      ///< N, spring force on the block
 };
 
 class Block {
@@ -32,14 +32,14 @@ class Block {
   static constexpr std::size_t remembered = 1u << 14;
 
   Block();
-  /// Throws bristle::Error and keeps the old settings if the new ones are no material. Bristles keep their
-  /// bends where only the material or the spring changed.
+  /// Changes the settings. Throws bristle::Error and keeps the old ones if the new ones are no valid
+  /// material. Bristles keep their bends if only the material or the spring changed.
   void set(const BlockSettings& settings);
-  /// Back to the middle at rest, all bristles straight, nothing remembered.
+  /// Returns the block to the middle at rest, with straight bristles and no samples.
   void reset();
 
-  /// The hand takes the block where it is. `move_hand` says where the hand is wanted, relative to the place
-  /// at which it took hold: it gets there within some 40 ms, smoothly, as a pointer does not.
+  /// Lets the hand take the block where it is. `move_hand` sets the hand's target relative to that place; the
+  /// hand gets there smoothly within some 40 ms, even if the target jumps as a pointer does.
   void grab();
   void move_hand(double position_m);
   void release() { held_ = false; }
@@ -55,9 +55,9 @@ class Block {
   double kinetic_friction() const { return kinetic_; }  ///< N
   double peak_friction() const { return peak_; }        ///< N
   std::uint64_t steps() const { return steps_; }
-  /// Ring of the last samples; the newest is at (steps() - 1) % remembered.
+  /// Returns the ring of the last samples; the newest is at (steps() - 1) % remembered.
   const std::vector<Sample>& samples() const { return samples_; }
-  /// Bends of some bristles in contact, m; how many were written.
+  /// Reads bends of some bristles in contact, m. Returns how many were written.
   std::size_t read_bends(bristle::Span<double> bends) const;
 
  private:

@@ -1,11 +1,12 @@
-// A scene whose state hash the page shows beside the number that the native build computed.
+// Scene whose state hash the page shows beside that of the native build.
 #pragma once
 
 #include <string>
 
 namespace page {
 
-/// Sixteen hexadecimal digits: the state after patches of every kind were moved, lifted and turned round.
+/// Returns, as sixteen hexadecimal digits, the state hash after patches of every kind were moved, lifted and
+/// reversed.
 std::string fixed_scene_hash();
 
 }  // namespace page

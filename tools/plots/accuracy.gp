@@ -1,11 +1,12 @@
-# Draws what `bristle accuracy --csv` wrote: error of the force against time per scene step.
+# Draws the output of `bristle accuracy --csv`: error of the force against time per scene step.
 #   gnuplot -e "csv='accuracy.csv'; png='accuracy.png'; title='fingertip'" accuracy.gp
 if (!exists("csv")) { print "accuracy.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "accuracy.png"
 if (!exists("title")) title = csv
 
-# Rows by columns: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11 error,
-# 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference, 24 population. awk, which every system has.
+# Columns by number: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11
+# error, 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference, 24 population. Selects
+# rows by awk, which every system has.
 pick(condition) = sprintf("awk -F, 'NR > 1 && (%s) { print $19, 100 * $11, 100 * $12 }' '%s'", condition, csv)
 there(condition) = int(system(pick(condition)." | wc -l")) > 0
 cell(what, row) = real(system(sprintf("awk -F, 'NR == %d { print %s }' '%s'", row, what, csv)))
@@ -62,7 +63,7 @@ set label 2 sprintf("deadline %g us", deadline) at 0.93 * deadline, 0.65 * y2 ri
 set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#999999" dashtype 3
 set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left textcolor rgb "#777777"
 
-# Only what was measured: an empty series would be a warning.
+# Plots only series that were measured: an empty one would give a warning.
 command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'
 do for [i=1:7] {
   if (there(condition[i])) {

@@ -1,4 +1,4 @@
-# Draws `bristle experiment break-away --csv`.
+# Draws the output of `bristle experiment break-away --csv`.
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "Break-away: the highest friction of a block under a growing force" font ",17"
 set ylabel "break-away friction, axis from 0.9  [N]"
@@ -21,7 +21,7 @@ set ylabel "break-away friction, axis from 0.9  [N]"
 set yrange [0.9:*]
 unset key
 plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)
-# The key, alone.
+# Draws an empty plot that holds the key.
 unset logscale
 unset title
 unset xlabel

@@ -1,6 +1,6 @@
-# Draws `bristle experiment coin --csv`.
+# Draws the output of `bristle experiment coin --csv`.
 load folder."/experiment_style.gp"
-# A blank line between two throws, so that no line joins them.
+# Adds a blank line between two throws, so that no line joins them.
 throws(m) = sprintf("< awk -F, '$1 == \"coin\" && $2 == \"%s\" { if (last != \"\" && $3 != last) print \"\"; last = $3; print }' '%s'", m, csv)
 set multiplot @two title "A coin that slides and spins until it rests" font ",17"
 set title "speeds"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment coulomb --csv`.
+# Draws the output of `bristle experiment coulomb --csv`.
 wanted = "brush_redraw brush_keep"
 load folder."/experiment_style.gp"
 keyed = present

@@ -1,4 +1,4 @@
-# Draws `bristle experiment creep-curve --csv`.
+# Draws the output of `bristle experiment creep-curve --csv`.
 load folder."/experiment_style.gp"
 models = "coulomb_wheel slip_formula lugre_tyre fastsim bed"
 titles = "'Coulomb wheel' 'slip formula' 'LuGre tyre' 'FASTSIM' 'bed'"

@@ -1,5 +1,6 @@
-# Draws `bristle experiment critical-stiffness --csv`: the critical stiffness over the speed of the pull, found twice; the
-# response to a step in speed that theory starts from; a small disturbance on a spring a little softer and a little stiffer.
+# Draws the output of `bristle experiment critical-stiffness --csv`: the critical stiffness over the speed of the pull,
+# by two methods; the response to a step in speed from which theory starts; a small disturbance on springs a little
+# softer and a little stiffer.
 load folder."/experiment_style.gp"
 um(speed) = system(sprintf("awk 'BEGIN { printf \"%%g um/s\", 1e6 * %s }'", speed))
 set multiplot @four title "Critical stiffness: which spring makes a slow pull stick and slip" font ",17"

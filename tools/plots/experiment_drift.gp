@@ -1,4 +1,4 @@
-# Draws `bristle experiment drift --csv`: the paper's Fig. 2, and the block on the slope.
+# Draws the output of `bristle experiment drift --csv`: the paper's Fig. 2, and the block on the slope.
 wanted = "lugre elasto_plastic brush_redraw"
 load folder."/experiment_style.gp"
 keyed = present

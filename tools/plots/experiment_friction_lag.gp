@@ -1,4 +1,5 @@
-# Draws `bristle experiment friction-lag --csv`: friction over speed, a panel for each frequency (at most four).
+# Draws the output of `bristle experiment friction-lag --csv`: friction over speed, a panel per frequency (at most
+# four).
 wanted = "lugre gms rate_state brush_rubbed brush_aged"
 load folder."/experiment_style.gp"
 omegas = system(sprintf("awk -F, '$1 == \"width\" && !seen[$3]++ && n++ < 4 { printf \"%%s \", $3 }' '%s'", csv))

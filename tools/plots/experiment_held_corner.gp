@@ -1,4 +1,4 @@
-# Draws `bristle experiment held-corner --csv`.
+# Draws the output of `bristle experiment held-corner --csv`.
 load folder."/experiment_style.gp"
 set title "A plate held at one corner, under a moment that wavers below that of sliding" font ",17"
 set xlabel "time  [s]"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment joint --csv`.
+# Draws the output of `bristle experiment joint --csv`.
 wanted = "coulomb lugre maxwell_slip brush_rubbed brush_slide brush_slide_drop"
 load folder."/experiment_style.gp"
 name(m) = m eq "brush_slide" ? "joint" : m eq "brush_slide_drop" ? "joint, static part" : word(titles, index_of(m))

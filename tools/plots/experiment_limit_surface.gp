@@ -1,4 +1,4 @@
-# Draws `bristle experiment limit-surface --csv`.
+# Draws the output of `bristle experiment limit-surface --csv`.
 load folder."/experiment_style.gp"
 set multiplot @four title "A disc that slides and spins" font ",17"
 set xlabel "velocity of the centre / (omega R)"

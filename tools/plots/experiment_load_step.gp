@@ -1,6 +1,6 @@
-# Draws `bristle experiment load-step --csv`.
+# Draws the output of `bristle experiment load-step --csv`.
 load folder."/experiment_style.gp"
-set terminal pngcairo size 1200,520 font "DejaVu Sans,13" linewidth 1.2
+set terminal @term size 1200,520 font "DejaVu Sans,13" linewidth 1.2
 set output png
 set multiplot @two title "The load jumps while the contact slides" font ",17"
 set xlabel "displacement after the jump  [presliding lengths]"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment oblique-impact --csv`.
+# Draws the output of `bristle experiment oblique-impact --csv`.
 load folder."/experiment_style.gp"
 models = "coulomb history bed"
 titles = "'Coulomb' 'history spring' 'bed'"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment presliding --csv`.
+# Draws the output of `bristle experiment presliding --csv`.
 wanted = "lugre maxwell_slip brush_redraw"
 load folder."/experiment_style.gp"
 keyed = present

@@ -1,4 +1,4 @@
-# Draws `bristle experiment pure-spin --csv`.
+# Draws the output of `bristle experiment pure-spin --csv`.
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "A disc turned from rest, and pulled while it spins" font ",17"
 set xrange [0:4]

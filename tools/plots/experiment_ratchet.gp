@@ -1,4 +1,4 @@
-# Draws `bristle experiment ratchet --csv`.
+# Draws the output of `bristle experiment ratchet --csv`.
 load folder."/experiment_style.gp"
 models = "ellipse scaled brush nap"
 titles = "'MuJoCo cone' 'Bullet cone' 'brush, elliptic' 'brush, to and fro'"

@@ -1,4 +1,4 @@
-# Draws `bristle experiment rolling-ball --csv`.
+# Draws the output of `bristle experiment rolling-ball --csv`.
 load folder."/experiment_style.gp"
 models = "coulomb patch bed"
 titles = "'Coulomb' 'patch, dragged' 'bed'"

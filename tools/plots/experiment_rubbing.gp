@@ -1,4 +1,4 @@
-# Draws `bristle experiment rubbing --csv`.
+# Draws the output of `bristle experiment rubbing --csv`.
 wanted = "lugre maxwell_slip brush_redraw brush_keep brush_infinite brush_rubbed"
 load folder."/experiment_style.gp"
 at_stroke(stroke, m) = sprintf("< awk -F, '$1 == \"stroke\" && $2 == \"%s\" && $3 == %s' '%s'", m, stroke, csv)

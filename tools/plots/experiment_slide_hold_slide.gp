@@ -1,5 +1,5 @@
-# Draws `bristle experiment slide-hold-slide --csv`: the force of the aged brush and of rate and state through each hold,
-# the peak over the hold, and the force while it is held.
+# Draws the output of `bristle experiment slide-hold-slide --csv`: the force of the aged brush and of rate and state
+# through each hold, the peak over the hold, and the force during the hold.
 load folder."/experiment_style.gp"
 set multiplot @four title "Slide, hold, slide: what a contact gains at rest" font ",17"
 holds = system(sprintf("awk -F, '$1 == \"peak\" && !seen[$3]++ { printf \"%%s \", $3 }' '%s'", csv))

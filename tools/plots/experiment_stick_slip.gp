@@ -1,4 +1,4 @@
-# Draws `bristle experiment stick-slip --csv`.
+# Draws the output of `bristle experiment stick-slip --csv`.
 wanted = "lugre rate_state brush_redraw brush_rubbed brush_aged"
 load folder."/experiment_style.gp"
 set multiplot @four title "Stick-slip: a mass on a spring pulled at constant speed" font ",17"

@@ -1,6 +1,6 @@
-# Draws `bristle experiment stribeck --csv`.
+# Draws the output of `bristle experiment stribeck --csv`.
 load folder."/experiment_style.gp"
-set terminal pngcairo size 1200,520 font "DejaVu Sans,13" linewidth 1.2
+set terminal @term size 1200,520 font "DejaVu Sans,13" linewidth 1.2
 set output png
 set multiplot @two title "Steady friction against speed" font ",17"
 set logscale x

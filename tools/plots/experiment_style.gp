@@ -1,11 +1,11 @@
-# What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
-# and folder='...' (where this file is).
+# Sets the common style of the pictures of `bristle experiment`. Loaded by experiment_*.gp, which get csv='FILE' (of
+# --csv), png='FILE' and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
 models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged brush_slide brush_slide_drop"
 titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush' 'brush, slide' 'brush, slide, drop'"
 index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
-# Okabe and Ito: told apart by everybody. The brush is drawn thick.
+# Colours of Okabe and Ito, distinguishable for the colour-blind. The brush is drawn thick.
 set linetype 1 linecolor rgb "#888888" dashtype 3 linewidth 1.4 pointtype 4
 set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 1.4 pointtype 6
 set linetype 3 linecolor rgb "#D55E00" dashtype 1 linewidth 1.4 pointtype 8
@@ -22,7 +22,8 @@ set linetype 13 linecolor rgb "#CC6677" dashtype 1 linewidth 2.6 pointtype 14
 set linetype 14 linecolor rgb "#661100" dashtype 2 linewidth 2.6 pointtype 15
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
-# Twelve curves hide each other: of more than seven models, one of each kind is drawn. --models names others.
+# Draws one of each kind if there are more than seven models, because twelve curves hide each other. --models names
+# others.
 all_present = present
 if (words(all_present) > 7) {
   kinds = "coulomb lugre maxwell_slip rate_state brush_redraw brush_rubbed brush_aged brush_slide brush_slide_drop"
@@ -31,18 +32,21 @@ if (words(all_present) > 7) {
   present = kept
 }
 is_there(m) = strstrt(" ".all_present, " ".m." ") > 0
-# Of the models that a script wants to draw, those that the file holds; where it holds none of them, its first one.
+# Draws those models that a script wants and the file holds; if it holds none of them, its first one.
 if (!exists("wanted")) wanted = present
 few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)
 set datafile separator comma
-set terminal pngcairo size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
+# svg=1: vectors; else PNG.
+if (!exists("svg")) svg = 0
+term = svg ? 'svg dynamic background "white"' : 'pngcairo'
+set terminal @term size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
 set output png
 set border 3 linecolor "#555555"
 set tics nomirror
 set grid linecolor "#DDDDDD"
-# One key, below all panels: `set key @below` comes before the last plot.
+# Draws one key, below all panels: `set key @below` comes before the last plot.
 keyed = few
 below = "at screen 0.5,0.0 center bottom vertical maxrows (words(keyed) + 3) / 4 samplen 2.5 spacing 1.1 noenhanced"
 four = "layout 2,2 margins screen 0.085,0.97,0.16,0.91 spacing screen 0.1,0.12"

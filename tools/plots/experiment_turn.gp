@@ -1,4 +1,4 @@
-# Draws `bristle experiment turn --csv`: turns by 90 and 180 degrees.
+# Draws the output of `bristle experiment turn --csv`: turns by 90 and 180 degrees.
 load folder."/experiment_style.gp"
 set multiplot @four title "A turn out of steady sliding" font ",17"
 set xlabel "displacement after the turn  [presliding lengths]"

@@ -1,4 +1,5 @@
-# Draws `bristle experiment velocity-step --csv`: friction over the way after a step up and a step down in speed.
+# Draws the output of `bristle experiment velocity-step --csv`: friction over the path after a step up and a step down
+# in speed.
 wanted = "lugre gms rate_state brush_rubbed brush_aged"
 load folder."/experiment_style.gp"
 um(speed) = system(sprintf("awk 'BEGIN { printf \"%%g um/s\", 1e6 * %s }'", speed))

@@ -11,10 +11,10 @@ if (!exists("patches")) patches = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++
 n = words(patches)
 if (n == 0) { print "forces.gp: no rows in ".csv; exit status 2 }
 name(i) = word(patches, i)
-# Rows of one patch. Names hold no commas, so awk, which every system has, can split them off.
+# Selects rows of one patch by awk, which every system has; names hold no commas.
 rows(i) = sprintf("< awk -F, 'NR == 1 || $2 == \"%s\"' '%s'", name(i), csv)
 first_rows(i) = sprintf("< awk -F, 'NR == 1 { for (c = 1; c <= NF; ++c) if ($c == \"x\") x = c; print } NR > 1 && $2 == \"%s\" { if ($x > %g || -$x > %g) exit; print }' '%s'", name(i), 1e-6 * zoom, 1e-6 * zoom, csv)
-# Patches that feel a force along y.
+# Names of the patches with a force along y.
 with_y = system(sprintf("awk -F, 'NR > 1 && $4 != 0 && !seen[$2]++ { print $2 }' '%s'", csv))
 has_y(i) = sum [k=1:words(with_y)] (word(with_y, k) eq name(i))
 any_y = words(with_y) > 0
@@ -26,7 +26,7 @@ set terminal pngcairo size 1500,1560 font "DejaVu Sans,17" linewidth 1.6
 set output png
 set datafile separator comma
 set datafile columnheaders
-array colour[4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]  # Okabe and Ito: told apart by everybody
+array colour[4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]  # Okabe and Ito, distinguishable for the colour-blind
 load_colour(i) = n == 1 ? "#888888" : colour[i]
 set border 3 linecolor "#555555"
 set tics nomirror

@@ -1,4 +1,4 @@
-# Draws what bench/curves wrote: cost per bristle against the length of a step, for keep and redraw.
+# Draws the output of bench/curves: cost per bristle against the length of a step, for keep and redraw.
 #   gnuplot -e "csv='long_motion.csv'; png='long_motion.png'" long_motion.gp
 if (!exists("csv")) { print "long_motion.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "long_motion.png"

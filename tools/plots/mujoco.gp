@@ -1,4 +1,4 @@
-# Draws `bristle_mujoco --csv FILE`: gnuplot -e "csv='FILE'; png='FILE'" tools/plots/mujoco.gp
+# Draws the output of `bristle_mujoco --csv FILE`: gnuplot -e "csv='FILE'; png='FILE'" tools/plots/mujoco.gp
 if (!exists("csv")) { print "mujoco.gp: need csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "mujoco.png"
 kinds = "'MuJoCo' 'MuJoCo, noslip' 'bristle'"

@@ -1,4 +1,4 @@
-# Draws what bench/curves wrote: time of a step against its length in presliding, and the share of bristles that
+# Draws the output of bench/curves: time of a step against its length in presliding, and the share of bristles that
 # are looked at.
 #   gnuplot -e "csv='presliding.csv'; png='presliding.png'" presliding.gp
 if (!exists("csv")) { print "presliding.gp: needs csv='FILE'"; exit status 2 }

@@ -1,5 +1,5 @@
-# Draws what `bristle stability --csv` wrote: for each scheme what the simulation does over k and c, and the limit
-# of linear theory as a line.
+# Draws the output of `bristle stability --csv`: for each scheme the verdict of the simulation over k and c, and the
+# limit of linear theory as a line.
 #   gnuplot -e "csv='stability.csv'; png='stability.png'" stability.gp
 if (!exists("csv")) { print "stability.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "stability.png"
@@ -9,12 +9,12 @@ array name[9] = ["explicit Euler", "semi-implicit, end force", "semi-implicit, m
   "zero-order hold, true velocity", "zero-order hold, backward difference", \
   "device, damping b, encoder", "device, damping b, mean force", \
   "coupling, clipped predictor", "coupling, midpoint solve"]
-# Told apart by everybody, and by lightness in print.
+# Colours distinguishable for the colour-blind, and by lightness in print.
 settles = "#A6D8F5"; grows = "#F0E442"; rings = "#D55E00"; runs = "#333333"
 
 cells(s, verdict, unbounded) = sprintf("< awk -F, '$1 == \"cell\" && $2 == %d && $6 == %d && $7 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, verdict, unbounded, csv)
 limit(s) = sprintf("< awk -F, '$1 == \"limit\" && $2 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, csv)
-# A cell is as large as the grid is fine.
+# Sizes a cell by the spacing of the grid.
 columns = int(system(sprintf("awk -F, '$1 == \"cell\" && $2 == 0 { k[$3] } END { n = 0; for (i in k) n++; print n }' '%s'", csv)))
 size = 1.75 * 25.0 / columns
 

@@ -1,4 +1,4 @@
-// Structured dtypes over Motion and Response; the arrays are in package/_arrays.py.
+// Binds structured dtypes over Motion and Response; the arrays are in package/_arrays.py.
 #include <cstddef>
 #include <limits>
 #include <type_traits>
@@ -33,7 +33,8 @@ class DtypeBuilder {
 
 }  // namespace
 
-// Made once, when the module is imported, and never freed: the interpreter is gone before static objects are.
+// Makes the dtype once, at import, and never frees it: the interpreter ends before static objects are
+// destroyed.
 const py::dtype& motion_dtype() {
   static const py::dtype& dtype =
       *new py::dtype(DtypeBuilder()
@@ -90,6 +91,7 @@ void define_arrays(py::module_& module) {
   values["repeated_id"] = 2;
   values["bad_input"] = 4;
   values["overload"] = 8;
+  values["no_capacity"] = 16;
   module.attr("Status") = flags("Status", values, py::arg("module") = "bristle");
 }
 

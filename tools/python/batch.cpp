@@ -1,4 +1,4 @@
-// PatchBatch.
+// Binds PatchBatch.
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +17,7 @@ using bristle::Response;
 
 namespace {
 
-/// The bytes of a numpy array as T, in place. Throws bristle::Error that says what to do.
+/// Returns the bytes of a numpy array as T, in place. Throws bristle::Error that says what to do.
 template <class T>
 bristle::Span<T> elements(const py::object& object, const py::dtype& dtype, const char* name, bool written) {
   const std::string hint = std::string(name) + ": make it with bristle." + name + "(...)";

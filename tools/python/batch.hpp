@@ -1,4 +1,4 @@
-// PatchBatch as Python has it.
+// Python's form of PatchBatch.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace bristle_python {
 
-/// Arguments of a batch, apart from its patches.
+/// Arguments of a batch other than its patches.
 struct ThreadsAndKernels {
   int threads = 1;
   std::optional<std::string> isa;
@@ -23,14 +23,14 @@ struct ThreadsAndKernels {
   }
 };
 
-/// A batch that only one Python thread at a time steps or reads, as step lets go of the interpreter's lock.
+/// Batch that one Python thread at a time steps or reads, as step releases the interpreter's lock.
 class Batch {
  public:
   explicit Batch(ThreadsAndKernels made_with)
       : made_with_(std::move(made_with)), batch(made_with_.options()) {}
   const ThreadsAndKernels& made_with() const noexcept { return made_with_; }
 
-  /// For the time of a call of the stepping thread.
+  /// Guard for the time of a call of the stepping thread.
   struct Turn : OneThread {
     explicit Turn(Batch& owner)
         : OneThread(owner.stepping_,
@@ -50,13 +50,13 @@ class Batch {
 template <>
 inline constexpr bool is_module_class<Batch> = true;
 
-// State and pickles (batch_state.cpp).
+// Functions for state and pickles (batch_state.cpp).
 
 py::bytes save_state(Batch& self);
 void restore_state(Batch& self, const py::bytes& state);
-/// Data from which `unpickled` makes a batch of equal patches, ids and state.
+/// Returns data from which unpickled() makes a batch of equal patches, ids and state.
 py::object pickled(Batch& self);
-/// Throws bristle::Error unless `state` has the form that pickled() gives.
+/// Makes a batch from the data of pickled(). Throws bristle::Error for data of another form.
 std::unique_ptr<Batch> unpickled(const py::object& state);
 
 }  // namespace bristle_python

@@ -1,4 +1,4 @@
-// The state of a batch as bytes, and a batch as what pickle and copy take.
+// Saves the state of a batch as bytes, and makes batches work with pickle and copy.
 #include <algorithm>
 #include <memory>
 
@@ -37,17 +37,17 @@ bool alike(const PatchOptions& a, const PatchOptions& b) {
          a.lay == b.lay;
 }
 
-/// Patches that differ in slot, seed and key alone are of one kind: a batch has few.
+/// Set of distinct kinds of patches, which differ in more than slot, seed and key; a batch has few.
 class Kinds {
  public:
   std::uint64_t find(const PatchRecipe& patch) {
-    // Patches that were added together lie together.
+    // Searches from the last kind: patches that were added together are alike.
     for (std::size_t k = kinds_.size(); k-- > 0;) {
       const PatchRecipe& kind = kinds_[k];
       if (kind.material == patch.material && kind.full_weight == patch.full_weight &&
           alike(kind.options, patch.options))
         return k;
-      if (kinds_.size() - k == 64) break;  // rather twice than searched for long
+      if (kinds_.size() - k == 64) break;  // a duplicate kind is cheaper than a long search
     }
     kinds_.push_back(patch);
     return kinds_.size() - 1;

@@ -1,4 +1,4 @@
-// Beds: BedMaterial, BedShape and BedBatch, with numpy arrays in and out.
+// Binds BedMaterial, BedShape and BedBatch, with numpy arrays in and out.
 #include <string>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// experiment: what `bristle experiment NAME` does.
+// Binds experiment(), which does what `bristle experiment NAME` does.
 #include <map>
 #include <optional>
 #include <string>
@@ -13,7 +13,7 @@
 namespace bristle_python {
 namespace {
 
-/// A setting as the command line writes it: lists with commas.
+/// Returns a setting as the command line writes it: lists with commas.
 std::string setting_text(const py::handle& value) {
   if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
   if (!py::isinstance<py::iterable>(value)) return py::cast<std::string>(py::str(value));
@@ -22,7 +22,7 @@ std::string setting_text(const py::handle& value) {
   return text;
 }
 
-/// Rows of each curve, (rows, columns), by panel and model.
+/// Returns the rows of each curve as an array (rows, columns), by panel and model.
 py::dict series_of(const cli::ExperimentResult& result) {
   std::map<std::pair<std::string, std::string>, std::vector<const cli::SeriesRow*>> curves;
   for (const cli::SeriesRow& row : result.series) curves[{row.panel, row.model}].push_back(&row);

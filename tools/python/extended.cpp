@@ -1,4 +1,4 @@
-// Outline and ExtendedPatches.
+// Binds Outline and ExtendedPatches.
 #include <string>
 #include <vector>
 
@@ -47,7 +47,7 @@ Numbers weights_of(const Outline& outline) {
 struct OwnBatch {
   bristle::PatchBatch own;
 };
-/// Extended patches with a batch of their own.
+/// Extended patches that own their batch.
 struct PatchesOfOwn : OwnBatch, ExtendedPatches {
   explicit PatchesOfOwn(const bristle::BatchOptions& options)
       : OwnBatch{bristle::PatchBatch(options)}, ExtendedPatches(own) {}

@@ -1,4 +1,4 @@
-// fit: what `bristle fit` does, of a file or of arrays.
+// Binds fit(), which does what `bristle fit` does, for a file or arrays.
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -45,7 +45,7 @@ namespace {
 struct FitNames {
   std::string sign, law, rule, damper_decay;
 };
-/// Numbers of rubbing that are not fitted.
+/// Residual and renewal, where the user fixes them.
 struct Held {
   std::optional<double> residual, renewal;
 };
@@ -85,7 +85,7 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Facts that the data lack, and terms fixed between contact and sensors.
+/// Facts that the data lack, and fixed terms between contact and sensors.
 struct Between {
   std::optional<double> speed, radius, disc, compliance, delay;
   double mass = 0.0, clip_load = 0.0;
@@ -119,7 +119,7 @@ void set_between(cli::FitOptions& options, const Between& b) {
 
 using Words = std::map<std::string, std::string>;
 
-/// Names, or places as numbers.
+/// Converts the user's columns, each a name or a number.
 Words words_of(const std::map<std::string, std::variant<std::size_t, std::string>>& given) {
   Words words;
   for (const auto& [ours, theirs] : given)
@@ -128,7 +128,7 @@ Words words_of(const std::map<std::string, std::variant<std::size_t, std::string
   return words;
 }
 
-/// Without the interpreter's lock: a long record takes seconds.
+/// Fits without the interpreter's lock: a long record takes seconds.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
   cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
   cli::FitResult result = cli::fit_material(data, options);
@@ -186,7 +186,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   return fit_columns(std::move(columns), options);
 }
 
-/// A column of the fit as an array that cannot be written; `owner` holds it.
+/// Returns a column of the fit as a read-only array; `owner` holds its memory.
 py::object column(const py::object& owner, const std::vector<double>& values) {
   py::array_t<double> array(static_cast<py::ssize_t>(values.size()), values.data(), owner);
   array.attr("setflags")(py::arg("write") = false);
@@ -203,7 +203,8 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    const bool meant = estimate.fitted || !estimate.why.empty();  // a record with one axis has no second
+    // False for parameters that the record cannot have, such as those of a second axis.
+    const bool meant = estimate.fitted || !estimate.why.empty();
     if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
   }
   return parameters;
@@ -277,10 +278,7 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "understood", [](const Fit& fit) { return fit.data.columns.understood; },
           "How the data were read, a sentence each.")
-      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); })
-      .def("__repr__", [](const Fit& fit) {
-        return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
-      });
+      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); });
 }
 
 }  // namespace
@@ -297,7 +295,8 @@ void define_fitting(py::module_& module) {
       py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
       py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
-      "(tools/README.md), or in several that are one record. load: N, in place of a column. columns: the "
+      "(tools/fitting/README.md), or in several that are one record. load: N, in place of a column. columns: "
+      "the "
       "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
       "\"um\"}). speed: m/s, where no column has the motion. clip_load: N, loads from minus this to 0 count "
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "

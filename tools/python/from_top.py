@@ -1,4 +1,4 @@
-"""Builds for pip in the top folder (pyproject.toml there): setuptools, from this folder."""
+"""Build backend for pip in the top folder (pyproject.toml there): setuptools, run in this folder."""
 
 import os
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Friction against displacement as a patch is moved to and fro, a little farther each time.
+"""Plots friction against displacement of a patch moved to and fro with growing amplitude.
 
     PYTHONPATH=build/release/python tools/python/hysteresis.py [PICTURE.png]
 """
@@ -16,13 +16,14 @@ import bristle
 
 LOAD = 2.0  # N
 DT = 1e-3  # s
-MEAN_LENGTH = 20e-6  # m, the bristles' mean snap length
+MEAN_LENGTH = 20e-6  # m, mean snap length of the bristles
 AMPLITUDES = np.array([12e-6, 18e-6, 30e-6, 60e-6])  # m
-TICKS = 800  # a swing to and fro
+TICKS = 800  # steps of a swing to and fro
 
 
 def loops(surface):
-    """Displacement (m) and friction (N, against the motion) of two swings at each amplitude: one row an amplitude."""
+    """Returns displacement (m) and friction (N, against the motion) of two swings at each amplitude, one row per
+    amplitude."""
     batch = bristle.PatchBatch()
     ids = batch.add_many(len(AMPLITUDES), surface, bristle.PatchOptions(max_normal_load=LOAD, bristles=20000, axes=1))
     batch.warm_up()
@@ -31,7 +32,7 @@ def loops(surface):
     friction = np.zeros_like(x)
     for k in range(1, x.shape[1]):
         motions.displacement[:, 0] = x[:, k] - x[:, k - 1]
-        batch.step(DT, motions, responses)  # all patches at once, into the same arrays
+        batch.step(DT, motions, responses)  # all patches at once, into the same array
         friction[:, k] = -responses.end[:, 0]
     return x, friction
 
@@ -42,7 +43,7 @@ def main():
     figure, panel = plt.subplots(figsize=(8.0, 5.2))
     for x, friction, amplitude in zip(*loops(surface), AMPLITUDES):
         panel.plot(1e6 * x, friction, linewidth=1.4, label=f"±{1e6 * amplitude:.0f} µm")
-    # First loading from straight bristles, from theory.
+    # Theoretical curve of a first loading from straight bristles.
     far = np.linspace(0.0, AMPLITUDES[-1], 200)
     stiffness = surface.bristles_in_contact(LOAD) * surface.bristle_stiffness
     deflection = MEAN_LENGTH * bristle.virgin_deflection(surface.snap_length, surface.snap_rule, far / MEAN_LENGTH)

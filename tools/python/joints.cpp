@@ -1,4 +1,4 @@
-// Joints: JointMaterial and JointFriction over numpy arrays, in place.
+// Binds JointMaterial and JointFriction, over numpy arrays in place.
 #include <array>
 #include <string>
 #include <vector>
@@ -22,8 +22,8 @@ using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
 
-/// Number of joints from which a step releases the interpreter's lock: its step takes longer than acquiring
-/// the lock again.
+/// Number of joints from which a step releases the interpreter's lock: the step then takes longer than
+/// acquiring the lock again.
 constexpr std::size_t lets_go_from = 64;
 
 /// Returns the caller's array, to be written in place; an empty span for None.

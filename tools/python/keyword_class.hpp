@@ -1,4 +1,4 @@
-// A struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
+// Binds a struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace bristle_python {
 
-/// The values of an enumeration and what Python calls them.
+/// Values of an enumeration, and their Python names.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
 
@@ -21,7 +21,7 @@ std::string name_of(const Names<E>& names, E value) {
   }
   return "?";
 }
-/// Throws bristle::Error that lists what there is.
+/// Finds a value by its Python name. Throws bristle::Error that lists the names.
 template <class E>
 E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
   std::string known;
@@ -42,7 +42,7 @@ class KeywordClass {
 
   template <class Member>
   KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    // By value: a reference would follow the field, and not keep what was read.
+    // Returns the field by value: a reference would change with the field after it was read.
     type.def_property(
         name, [=](const T& self) { return self.*member; },
         [=](T& self, const Member& value) { self.*member = value; }, doc);
@@ -57,7 +57,8 @@ class KeywordClass {
     fields_.emplace_back(name);
     return *this;
   }
-  /// To be called last. Python: T(a=1, b=2), the rest as by default, which help() shows.
+  /// Adds constructor, comparison and repr. Call it last. Python: T(a=1, b=2); other fields keep their
+  /// defaults, which help() shows.
   void done() {
     const py::object by_default = py::cast(T{});
     std::string signature = name_ + "(*";
@@ -84,7 +85,7 @@ class KeywordClass {
       return value;
     };
     type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
-    // Pickles and copies hold the fields by name: those of a later version may have more.
+    // Pickles the fields by name, so that a later version may have more.
     type.def(py::pickle(
         [fields = fields_](const py::object& self) -> py::object {
           py::dict state;
@@ -94,13 +95,16 @@ class KeywordClass {
         [make, name = name_](const py::object& state) {
           return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
         }));
+    // What differs from the defaults, as Python code.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
-      std::string text = name + "(";
+      const py::object by_default = py::cast(T{});
+      std::string text;
       for (const std::string& field : fields) {
-        text += (field == fields.front() ? "" : ", ") + field + "=" +
-                py::cast<std::string>(py::repr(self.attr(field.c_str())));
+        const py::object value = self.attr(field.c_str());
+        if (value.equal(by_default.attr(field.c_str()))) continue;
+        text += (text.empty() ? "" : ", ") + field + "=" + py::cast<std::string>(py::repr(value));
       }
-      return text + ")";
+      return name + "(" + text + ")";
     });
     type.def("__eq__", [fields = fields_](const py::object& self, const py::object& other) {
       if (!py::isinstance<T>(other)) return false;
@@ -109,7 +113,7 @@ class KeywordClass {
       }
       return true;
     });
-    type.attr("__hash__") = py::none();  // changeable
+    type.attr("__hash__") = py::none();  // mutable objects are not hashable
   }
 
   py::class_<T> type;

@@ -1,4 +1,4 @@
-// SnapLength, Coefficients, Material.
+// Binds SnapLength, Coefficients and Material.
 #include <pybind11/stl.h>
 
 #include "tools/python/material_names.hpp"
@@ -33,7 +33,7 @@ std::string text_of(const SnapLength& law) {
   return text + ")";
 }
 
-/// Name and parameters, as the static methods take them.
+/// Returns a law's name and parameters, as the static methods take them.
 py::object parameters_of(const SnapLength& law) {
   const bristle::Span<const double> values = law.table_values();
   py::list table;
@@ -153,8 +153,12 @@ void define_coefficients(py::module_& module) {
       .field("drop", &Coefficients::drop,
              "rule=\"slide\": share of its limit that a bristle loses while it slides; 0 = solved from peak.")
       .done();
-  coefficients.type.def_static("paper", &Coefficients::paper,
-                               "The law of the paper: residual_share = shared_renewal = 0.");
+  coefficients.type
+      .def_static("paper", &Coefficients::paper, "The law of the paper: residual_share = shared_renewal = 0.")
+      .def_static(
+          "typical", [](const std::string& name) { return bristle::typical_coefficients(name.c_str()); },
+          py::arg("name"),
+          "Coefficients to start from: a name of typical_materials(), e.g. \"wood on wood\".");
 }
 
 void define_material(py::module_& module) {
@@ -195,6 +199,10 @@ void define_material(py::module_& module) {
             return material_of(py::cast<Coefficients>(type(**given)));
           },
           "The same with the parameters of Coefficients as keywords.")
+      .def_static(
+          "typical",
+          [](const std::string& name) { return material_of(bristle::typical_coefficients(name.c_str())); },
+          py::arg("name"), "The material of Coefficients.typical(name).")
       .def("coefficients", &Material::coefficients, py::arg("kinetic_speed") = 0.0,
            "The way back: Coefficients of these parameters, at a speed (m/s; 0 = fast).")
       .def("validate", &Material::validate, "Raises bristle.Error naming the first parameter out of range.")
@@ -221,6 +229,17 @@ void define_materials(py::module_& module) {
   define_snap_length(module);
   define_coefficients(module);
   define_material(module);
+  module.def(
+      "typical_materials",
+      [] {
+        py::dict all;
+        for (const bristle::TypicalMaterial& typical : bristle::typical_materials())
+          all[typical.name] = typical.about;
+        return all;
+      },
+      "Names of pairs of surfaces for Coefficients.typical and Material.typical, and where their numbers "
+      "come "
+      "from.");
   module.def(
       "virgin_deflection",
       [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {

@@ -1,8 +1,8 @@
-// import bristle
+// Defines the module that `import bristle` loads.
 #include "tools/python/module.hpp"
 
-// The package `bristle` (package/__init__.py) shows what is defined here as its own: pickles and texts name
-// it.
+// Defines the extension module. The package `bristle` (package/__init__.py) presents its names as its own,
+// since pickles and messages name them.
 PYBIND11_MODULE(_bristle, module) {
   using namespace bristle_python;
   const py::object own_name = module.attr("__name__");

@@ -1,4 +1,4 @@
-// Shared by the sources of the Python module.
+// Declarations shared by the sources of the Python module.
 #pragma once
 
 #include <atomic>
@@ -57,18 +57,19 @@ auto read_pickle(const char* name, const Read& read) {
   }
 }
 
-/// Of numpy arrays over bristle::Motion and bristle::Response: the same bytes, nothing is copied.
+/// Return numpy dtypes over bristle::Motion and bristle::Response, of the same bytes, so that nothing is
+/// copied.
 const py::dtype& motion_dtype();
 const py::dtype& response_dtype();
 
-/// Arrays of so many: recarrays, columns by name and by attribute, both without a copy.
+/// Return arrays of `size` elements: recarrays, with columns by name and by attribute, both without a copy.
 py::object new_motions(py::ssize_t size);
 py::object new_responses(py::ssize_t size);
 /// Sets outputs that the patch was not asked for to NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
-/// For the time of a call: what only one Python thread at a time may use, as a step lets go of the
-/// interpreter's lock. Throws bristle::Error with `refusal` where another thread is at it.
+/// Guard, for the time of a call, of an object that one Python thread at a time may use (a step releases the
+/// interpreter's lock). Throws bristle::Error with `refusal` if another thread is using it.
 class OneThread {
  public:
   OneThread(std::atomic<bool>& busy, const char* refusal) : busy_(busy) {
@@ -90,14 +91,15 @@ void define_beds(py::module_& module);
 void define_extended(py::module_& module);
 void define_joints(py::module_& module);
 void define_monitor(py::module_& module);
-/// Scenes, fitting and experiments where the build has their libraries; else an error that says so.
+/// Adds scenes, fitting and experiments if the build has their libraries; else names that raise an explaining
+/// error.
 void define_tools(py::module_& module);
 
 }  // namespace bristle_python
 
 namespace pybind11::detail {
 
-/// Refuses objects without a C++ object: pybind11 would lend them uninitialized memory.
+/// Refuses Python objects without a C++ object, for which pybind11 would use uninitialized memory.
 template <class T>
 class type_caster<T, std::enable_if_t<bristle_python::is_module_class<T>>> : public type_caster_base<T> {
  public:

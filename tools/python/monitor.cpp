@@ -1,4 +1,4 @@
-// DeadlineMonitor.
+// Binds DeadlineMonitor.
 #include "tools/python/module.hpp"
 
 namespace bristle_python {

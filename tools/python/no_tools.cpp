@@ -1,10 +1,10 @@
-// In place of scenes, fitting and experiments where the build has no libraries for them.
+// Replaces scenes, fitting and experiments in builds without their libraries.
 #include "tools/python/module.hpp"
 
 namespace bristle_python {
 
 void define_tools(py::module_& module) {
-  // Python calls it for a name that the module does not have.
+  // Python calls __getattr__ for a name that the module does not have.
   module.def("__getattr__", [](const std::string& name) -> py::object {
     for (const char* absent : {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit",
                                "experiment", "sweep", "SweepTable"}) {

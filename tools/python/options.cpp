@@ -1,4 +1,4 @@
-// PatchOptions and Lay.
+// Binds PatchOptions and Lay.
 #include "tools/python/keyword_class.hpp"
 
 namespace bristle_python {

@@ -1,4 +1,4 @@
-// What BedBatch, ExtendedPatches and JointFriction have in common in Python: one thread at a time, columns of
+// Shared code of BedBatch, ExtendedPatches and JointFriction in Python: one thread at a time, columns of
 // responses, the state as bytes.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace bristle_python {
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
 
-/// A batch of the library that one Python thread at a time uses: a step lets go of the interpreter's lock.
+/// Batch of the library that one Python thread at a time uses: a step releases the interpreter's lock.
 template <class Batch>
 class Owned {
  public:
@@ -35,7 +35,7 @@ class Owned {
 template <class Batch>
 inline constexpr bool is_module_class<Owned<Batch>> = true;
 
-/// Columns of responses by name, one row a response.
+/// Columns of responses by name, with a row per response.
 template <class Response>
 class Columns {
  public:
@@ -73,8 +73,8 @@ class Columns {
   const std::vector<Response>& responses_;
 };
 
-/// Adds state_hash, save_state, restore_state and the length. `id` makes the library's name for one of the
-/// batch's members of an int, `argument` is what Python calls it.
+/// Adds state_hash, save_state, restore_state and the length. `id` converts an int to the library's id of a
+/// batch member, which Python calls `argument`.
 template <class Batch, class Id, class Count>
 void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id& id, const Count& count) {
   using Self = Owned<Batch>;

@@ -23,18 +23,18 @@ class PushedBlocks:
     def __init__(self, environments=1000, contacts=8, mass=0.5, side=0.08, dt=1e-3, threads=0, material=None):
         self.dt, self.mass = dt, mass
         grid = side * ((np.arange(contacts) + 0.5) / contacts - 0.5)
-        self.places = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)  # m, of the contacts, on the block
-        self.load = mass * GRAVITY / len(self.places)  # N, on each
+        self.places = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)  # m, places of the contacts on the block
+        self.load = mass * GRAVITY / len(self.places)  # N, load on each contact
         self.inertia = np.diag([mass, mass, mass * side**2 / 6.0])  # kg, kg, kg m^2
         material = material or bristle.Material.from_coefficients(kinetic=0.4, peak=0.46, presliding_length=20e-6)
-        # Infinitely many bristles to a contact: no noise, and the cheapest where many slide.
+        # Takes infinitely many bristles in each contact: no noise, and cheapest where many slide.
         options = bristle.PatchOptions(max_normal_load=2.0 * self.load, population="infinite", resolution=4)
         self.batch = bristle.PatchBatch(threads=threads)
         count = environments * len(self.places)
         self.motions = bristle.motions(self.batch.add_many(count, material, options), self.load)
         self.responses = bristle.responses(count)
         self.batch.warm_up()
-        # Views by environment: what a step reads and writes in place.
+        # Views of the batch's arrays by environment; a step reads and writes them in place.
         by_environment = (environments, len(self.places))
         self.ids = self.motions.id.reshape(by_environment)
         self.displacement = self.motions.displacement.reshape(*by_environment, 2)
@@ -48,20 +48,20 @@ class PushedBlocks:
         self.reset(np.arange(environments))
 
     def reset(self, which):
-        """Fresh contacts, at rest in the origin."""
+        """Resets environments: fresh contacts, at rest at the origin."""
         self.pose[which] = self.velocity[which] = 0.0
         self.batch.reset(self.ids[which])
-        # Present answer of a contact: the forces and stiffnesses that the next step starts from.
+        # Sets each contact's present force and stiffness, from which the next step starts.
         self.displacement[which] = 0.0
         trial = self.batch.find_force(self.dt, self.motions[self._rows(which)])
         self.responses[self._rows(which)] = trial
 
     def observe(self):
-        """Pose, velocity, friction (N, N, N m): what a policy may see."""
+        """Returns pose, velocity, friction (N, N, N m): what a policy may see."""
         return np.hstack([self.pose, self.velocity, self._wrench(self._arms(), self.force)])
 
     def step(self, push):
-        """Forces and torque on each block for one step, shape (environments, 3): N, N, N m."""
+        """Steps all blocks under `push`, shape (environments, 3): force N, N and torque N m on each."""
         arms = self._arms()
         velocity = self._predict(arms, push)
         self.displacement[:] = self.dt * self._speeds(arms, velocity)
@@ -70,8 +70,8 @@ class PushedBlocks:
         self.pose += self.dt * velocity
         return report
 
-    # The contacts' forces over the step, linear where they stick and at their limit where they slide: implicit in the
-    # velocity, so that contacts of any stiffness are stable at any step.
+    # Predicts the velocity under contact forces that are linear where contacts stick, and at their limit where they
+    # slide. It is implicit in the velocity, so that contacts of any stiffness are stable at any step.
 
     def _predict(self, arms, push):
         sticks = np.ones(self.limit.shape, bool)
@@ -107,7 +107,8 @@ class PushedBlocks:
 
     @staticmethod
     def _matrix(arms, slope):
-        """What a unit of velocity or turning does through contacts of this slope: (environments, 3, 3)."""
+        """Returns the force and torque per unit of velocity and spin through contacts of this slope: (environments, 3,
+        3)."""
         x, y = arms[..., 0], arms[..., 1]
         matrix = np.zeros((len(arms), 3, 3))
         matrix[:, 0, 0] = matrix[:, 1, 1] = slope.sum(1)
@@ -120,10 +121,10 @@ class PushedBlocks:
 def main(environments=1000, steps=200):
     blocks = PushedBlocks(environments)
     random = np.random.default_rng(1)
-    strongest = 1.5 * 0.4 * blocks.mass * GRAVITY  # N: some pushes move the block, some do not
+    strongest = 1.5 * 0.4 * blocks.mass * GRAVITY  # N, largest push, so that some pushes move the block and some do not
     begun, stepping = time.perf_counter(), 0.0
     for step in range(steps):
-        if step % 50 == 0:  # a policy at 20 Hz
+        if step % 50 == 0:  # draws new pushes, as a policy at 20 Hz
             push = np.append(random.uniform(-1.0, 1.0, (environments, 2)) * strongest,
                              random.uniform(-0.02, 0.02, (environments, 1)), 1)
         start = time.perf_counter()

@@ -1,4 +1,4 @@
-// Scene, run_scene: what `bristle run` does back to back.
+// Binds Scene and run_scene(), which does what `bristle run` does without pacing.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -24,7 +24,7 @@ struct SceneRun {
   cli::Scene scene;
   cli::RunOptions options;
   cli::RunResult result;
-  py::array_t<double> t;  ///< s, at the end of each step
+  py::array_t<double> t;  ///< s, time at the end of each step
   py::dict motions, responses;
 };
 
@@ -35,7 +35,7 @@ inline constexpr bool is_module_class<SceneRun> = true;
 
 namespace {
 
-/// Arrays of a patch, a row a step, and where their rows are.
+/// Arrays of a patch, with a row per step, and their next place to write.
 struct Recorded {
   py::object motions, responses;
   bristle::Motion* motion_rows;
@@ -58,7 +58,7 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
   return arrays;
 }
 
-/// Runs without the interpreter's lock, each step written into row `step` of `arrays`.
+/// Runs a scene without the interpreter's lock; step `step` writes row `step` of `arrays`.
 cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;
@@ -142,7 +142,7 @@ void define_scene(py::module_& module) {
   using cli::Scene;
   py::class_<Scene>(
       module, "Scene",
-      "A scene file: materials, contact patches and what moves them (tools/README.md). Never changes.")
+      "A scene file: materials, contact patches and what moves them (tools/scenes/README.md). Never changes.")
       .def(py::init([](const Path& path) { return cli::read_scene(path.string()); }), py::arg("path"),
            "Reads a scene file, TOML. Raises bristle.Error with file, line and key.")
       .def_readonly("file", &Scene::file, "As it was given.")

@@ -1,6 +1,7 @@
-"""Builds the module by CMake: pip install ./tools/python, pip wheel ./tools/python, from a checkout or a source distribution.
+"""Builds the module by CMake: pip install ./tools/python, pip wheel ./tools/python, from a checkout or a source
+distribution.
 
-What the module needs of the machine beside Python, numpy and the C and C++ runtime goes into the wheel: it runs without
+The wheel contains every library that the module needs beside Python, numpy and the C and C++ runtime: it runs without
 the checkout, its build folder and the packages that it was built with. JOBS is the number of compilers at a time.
 """
 
@@ -16,13 +17,13 @@ from setuptools.command.build_ext import build_ext
 from setuptools.command.sdist import sdist
 
 HERE = pathlib.Path(__file__).resolve().parent
-# A source distribution carries what the module is built from in a folder of its own.
+# Folder of a source distribution that holds the sources from which the module is built.
 CARRIED = HERE / "sources"
 ROOT = CARRIED if CARRIED.exists() else HERE.parent.parent
 SOURCES = ("CMakeLists.txt", "LICENSE", "bench", "core", "kernels", "tools")
-# Folders of them that the module does not need, or that git does not keep.
+# Folders that the module does not need, or that git does not keep.
 LEFT_OUT = re.compile(r"__pycache__|build|virtual_room|pictures|guides|conan|vcpkg|.*\.egg-info|bristle-[0-9.]+")
-# Every machine that runs this Python has them.
+# Libraries of the runtime, which every machine with this Python has.
 RUNTIME = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|stdc\+\+|gcc_s))\.so")
 
 
@@ -34,7 +35,7 @@ def version():
 
 
 def pybind11():
-    """Its version and where CMake finds it: a package of this Python, else one of the system."""
+    """Returns pybind11's version and its CMake option: a package of this Python, else one of the system."""
     try:
         import pybind11 as package
     except ImportError:
@@ -45,7 +46,7 @@ def pybind11():
 
 
 def libraries_of(module):
-    """Shared libraries that the module loads and another machine may lack."""
+    """Lists the shared libraries that the module loads and another machine may lack."""
     lines = subprocess.run(["ldd", str(module)], check=True, capture_output=True, text=True).stdout.splitlines()
     for line in lines:
         name, _, path = line.strip().partition(" => ")
@@ -57,7 +58,7 @@ def libraries_of(module):
 
 
 def licence_of(library):
-    """Debian keeps it with the package's documents."""
+    """Returns the licence of a library; Debian keeps it with the package's documents."""
     if shutil.which("dpkg-query") is None:
         return None
     for path in (library, library.resolve(), pathlib.Path("/usr") / library.resolve().relative_to("/")):
@@ -71,13 +72,13 @@ def licence_of(library):
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
-        # As deep below the sources as the folders of the presets: a cache of objects made there (ccache) serves here.
+        # Builds as deep below the sources as the presets do, so that a compiler cache (ccache) made there serves here.
         build = ROOT / "build" / pathlib.Path(self.build_temp).name.replace("temp.", "python-")
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
                    "-DBRISTLE_BUILD_BENCH=OFF", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
                    f"-DPython_EXECUTABLE={sys.executable}",
                    "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DCMAKE_INSTALL_RPATH=$ORIGIN/libraries",
-                   # Old style: what a library of ours loads is looked for there too.
+                   # Uses old-style RPATH, which is also searched for libraries that our libraries load.
                    "-DCMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", *pybind11()[1]]
         if shutil.which("ninja"):
             options.append("-GNinja")
@@ -103,7 +104,7 @@ class CMakeBuild(build_ext):
 
 
 def carried_files():
-    """Relative to ROOT."""
+    """Yields the files to carry, relative to ROOT."""
     for name in SOURCES:
         if (ROOT / name).is_file():
             yield pathlib.Path(name)
@@ -114,7 +115,7 @@ def carried_files():
 
 class SourceDistribution(sdist):
     def make_release_tree(self, base_dir, files):
-        carried = list(carried_files())  # before base_dir is there, which may lie among them
+        carried = list(carried_files())  # listed before base_dir exists, which may lie among them
         super().make_release_tree(base_dir, [file for file in files if not file.startswith("..")])
         for file in carried:
             target = pathlib.Path(base_dir, CARRIED.name, file)
@@ -122,11 +123,11 @@ class SourceDistribution(sdist):
             shutil.copy2(ROOT / file, target)
 
 
-# Nothing is left in the folder of the sources.
+# Builds in a scratch folder, so that the source folder stays clean.
 SCRATCH = ROOT / "build/python-package"
 SCRATCH.mkdir(parents=True, exist_ok=True)
 
-# pybind11 before 2.12 does not know the arrays of numpy 2.
+# Limits numpy: pybind11 before 2.12 does not know the arrays of numpy 2.
 NUMPY = "numpy>=1.20" if pybind11()[0] >= (2, 12) else "numpy>=1.20,<2"
 
 setup(

@@ -15,7 +15,7 @@ void InterruptCheck::operator()() {
 py::object report_of(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
 
 void define_tools(py::module_& module) {
-  // A UserError of the command line is bristle.Error here.
+  // Raises a UserError of the command line as bristle.Error.
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       std::rethrow_exception(thrown);

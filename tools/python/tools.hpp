@@ -1,4 +1,4 @@
-// Shared by scenes, fitting and experiments in the Python module.
+// Declarations shared by scenes, fitting and experiments in the Python module.
 #pragma once
 
 #include <string>
@@ -7,17 +7,18 @@
 
 namespace bristle_python {
 
-/// Lets Ctrl-C end long work that has let go of the interpreter's lock.
+/// Check that lets Ctrl-C end long work done without the interpreter's lock.
 class InterruptCheck {
  public:
-  /// Throws KeyboardInterrupt as Python's error. Cheap: takes the lock ten times a second.
+  /// Throws KeyboardInterrupt as Python's error if Ctrl-C was pressed. Cheap: takes the lock ten times a
+  /// second.
   void operator()();
 
  private:
-  double next_ = 0.0;  ///< s, of the monotonic clock
+  double next_ = 0.0;  ///< s of the monotonic clock, time of the next check
 };
 
-/// JSON report of a command, as dicts and lists.
+/// Returns the JSON report of a command as dicts and lists.
 py::object report_of(const std::string& json);
 
 void define_scenes(py::module_& module);

@@ -1,4 +1,4 @@
-// Conditions of a measurement, without which no speed means anything.
+// Conditions of a measurement, without which a speed means nothing.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 namespace cli {
 
 struct Conditions {
-  std::string version;  ///< of the library
+  std::string version;  ///< version of the library
   std::string commit;
   std::string flags;  ///< compiler and its flags
   std::string cpu;
   int cores = 1;
-  std::string time;  ///< now, UTC, as 2026-01-31T12:00:00Z
+  std::string time;  ///< present time, UTC, as 2026-01-31T12:00:00Z
 };
 
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// Conditions in two lines, with the kernels' instruction set.
+/// Returns the conditions in two lines, with the kernels' instruction set.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

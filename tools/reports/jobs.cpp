@@ -9,7 +9,7 @@
 namespace cli {
 namespace {
 
-/// Thrown where another thread has failed: says nothing by itself.
+/// Exception for a job whose sibling on another thread has failed; carries no message.
 struct Abandoned {};
 
 }  // namespace
@@ -40,7 +40,7 @@ void run_jobs(std::size_t count, std::size_t threads,
   try {
     for (std::size_t t = 1; t < threads; ++t) helpers.emplace_back(work);
   } catch (const std::exception&) {
-    // The system has no more threads, or no memory for them: those that there are do the work.
+    // Continues with fewer threads: the system has no more, or no memory for them.
   }
   work();
   for (std::thread& helper : helpers) helper.join();

@@ -1,4 +1,4 @@
-// Work for several threads.
+// Runs work on several threads.
 #pragma once
 
 #include <cstddef>
@@ -6,9 +6,9 @@
 
 namespace cli {
 
-/// Calls `job` with 0 to count - 1, each once and in any order, on so many threads, the caller's included; on
-/// fewer where the system has no more. What one of them throws ends all of it and is thrown here: a long job
-/// calls `check` now and then, which throws where another has failed.
+/// Calls `job` with 0 to count - 1, each once and in any order, on `threads` threads including the caller's;
+/// on fewer if the system has no more. An exception in one ends all, and is thrown here: a long job calls
+/// `check` now and then, which throws if another has failed.
 void run_jobs(std::size_t count, std::size_t threads,
               const std::function<void(std::size_t index, const std::function<void()>& check)>& job);
 

@@ -1,4 +1,4 @@
-// JSON of files that anybody may have written.
+// Parses JSON of files from unknown sources.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Parses JSON of at most 64 levels: deeper values would end the library's recursion in a crash. `what` opens the
-/// message of the UserError that anything else throws.
+/// Parses JSON of at most 64 levels; deeper values would overflow the stack in the library's recursion.
+/// Throws a UserError that begins with `what`.
 nlohmann::json parse_json(const std::string& text, const std::string& what);
 
 }  // namespace cli

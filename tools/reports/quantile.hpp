@@ -1,11 +1,11 @@
-// Quantiles of a handful of measured times.
+// Computes quantiles of a handful of measured times.
 #pragma once
 
 #include <vector>
 
 namespace cli {
 
-/// Linear between order statistics; 0 of nothing.
+/// Returns a quantile, linear between order statistics; 0 for no values.
 double quantile(std::vector<double> values, double share);
 
 }  // namespace cli

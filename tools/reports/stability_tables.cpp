@@ -1,4 +1,4 @@
-// The tables of a bristle-stability-1 report.
+// Makes the tables of a bristle-stability-1 report.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -19,7 +19,7 @@ std::string share_text(const Json& of, const char* part) {
   return share_text(of.at(part).get<double>(), of.at("cells").get<double>());
 }
 
-// Cells of a map that say `value` under `key`.
+// Makes a column that counts the cells of a map with `value` under `key`.
 JsonColumn cells_column(const char* header, const char* key, Json value) {
   return {header, [key, value](const Json& map) {
             const Json& cells = map.at("cells");
@@ -45,7 +45,7 @@ const std::vector<JsonColumn>& map_columns() {
   return columns;
 }
 
-// Cells of the load sweep under `key`, and how many of them settle.
+// Adds columns for the cells of the load sweep under `key`, and how many of them settle.
 void add_load_columns(std::vector<JsonColumn>& columns, const char* header, const char* key) {
   const auto of = [key](const Json& row) -> const Json& { return row.at("swinging_load").at(key); };
   columns.push_back({header, [of](const Json& row) { return Cell(number_text(of(row).at("cells"))); }});

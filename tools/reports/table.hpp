@@ -1,4 +1,4 @@
-// One table of figures, as text for a terminal or CSV for programs. Its columns may be declared once over the
+// Table of figures, as text for a terminal or CSV for programs. Its columns may be declared once over the
 // rows of a JSON report.
 #pragma once
 
@@ -17,31 +17,31 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< shown on a terminal
+  CellStyle style = CellStyle::plain;  ///< style on a terminal
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
 
-/// Names to the left, numbers to the right.
+/// Table with texts aligned left and numbers right.
 class Table {
  public:
-  /// A header that begins with '<' asks for left alignment.
+  /// Sets the headers. One that begins with '<' is aligned left.
   explicit Table(std::vector<std::string> headers);
 
   void add(std::vector<Cell> row);
-  /// Above all others.
+  /// Adds a row above all others.
   void add_first(std::vector<Cell> row);
-  /// A line of text across all columns.
+  /// Adds a line of text across all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Within the columns of text_layout(): headers and texts are broken over lines, and columns that still
-  /// have no room follow below, beside the first column again.
+  /// Returns the table within the columns of text_layout(): headers and texts are broken over lines; columns
+  /// without room follow below, with the first column repeated.
   std::string text() const;
-  /// Of its longest line with nothing broken.
+  /// Returns the width of the longest line when nothing is broken.
   std::size_t natural_width() const;
-  /// RFC 4180, but for lines that end in \n; without notes.
+  /// Returns CSV by RFC 4180, except that lines end in \n; without notes.
   std::string csv() const;
 
  private:
@@ -61,17 +61,17 @@ class Table {
   std::vector<Row> rows_;
 };
 
-/// A column over rows of some kind: rows of a JSON report, or a struct.
+/// Column over rows of some kind: rows of a JSON report, or a struct.
 template <class Row>
 struct Column {
-  enum Where { everywhere, wide_only };  ///< wide: with --wide
+  enum Where { everywhere, wide_only };  ///< wide_only: shown with --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;
 };
 
-/// `group` leading cells stay empty where they all repeat those of the row before; `after_row(table, row)`
-/// may add notes.
+/// Makes a table. `group` leading cells stay empty if they all repeat those of the row before;
+/// `after_row(table, row)` may add notes.
 template <class Row, class Rows>
 Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, std::size_t group = 0,
                const std::type_identity_t<std::function<void(Table&, const Row&)>>& after_row = {}) {

@@ -1,5 +1,5 @@
-// Friction cones of two coefficients, as engines have them: a force at once against the slip, without
-// presliding. Both are regularised as Coulomb's law is in coulomb.hpp.
+// Friction cones of two coefficients, as in physics engines: friction opposes the slip at once, without
+// presliding. Both are regularised as in coulomb.hpp.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +9,15 @@
 namespace rivals {
 
 struct Cone {
-  Pair coefficient{0.4, 0.4};    ///< along x and along y
-  double creep_velocity = 1e-5;  ///< m/s: full friction from this speed on
+  Pair coefficient{0.4, 0.4};    ///< coefficients along x and along y
+  double creep_velocity = 1e-5;  ///< m/s, speed from which friction is full
 
   Pair scaled(Pair a) const noexcept { return {coefficient.x * a.x, coefficient.y * a.y}; }
 };
 
 /// MuJoCo's elliptic cone, F_x^2 / mu_x^2 + F_y^2 / mu_y^2 <= N^2 (its documentation, Computation, friction
-/// cones): the force of the ellipse that dissipates most, F = -N M^2 v / |M v| with M = diag(mu_x, mu_y).
+/// cones). The force is that of the ellipse that dissipates most, F = -N M^2 v / |M v| with M = diag(mu_x,
+/// mu_y).
 struct EllipticCone : Cone {
   Force step(Pair displacement, double dt_s, double load_n) const noexcept {
     const Pair v = (1.0 / dt_s) * displacement, scaled_v = scaled(v);
@@ -26,8 +27,9 @@ struct EllipticCone : Cone {
   }
 };
 
-/// Bullet's anisotropic friction (btSequentialImpulseConstraintSolver): the direction of the slip is scaled
-/// by axis, and friction acts along it up to its limit, F = -N M v / |v|: a point of the same ellipse.
+/// Bullet's anisotropic friction (btSequentialImpulseConstraintSolver). It scales the direction of the slip
+/// by axis and applies friction along it up to its limit, F = -N M v / |v|, another point of the ellipse of
+/// EllipticCone.
 struct ScaledCone : Cone {
   Force step(Pair displacement, double dt_s, double load_n) const noexcept {
     const Pair v = (1.0 / dt_s) * displacement;

@@ -3,8 +3,8 @@
 //   F = N mu v / max(|v|, v_creep) + sigma2 v
 //
 // Source: Coulomb, Theorie des machines simples, 1785; the ramp is the usual regularisation (Olsson et al.,
-// Friction models and friction compensation, Eur. J. Control 4, 1998). No state: algebraic, the same at every
-// step length. At rest under a force F < mu N it creeps at v_creep F / (mu N), for ever.
+// Friction models and friction compensation, Eur. J. Control 4, 1998). The model has no state, so its force
+// does not depend on the step length. Under a force F < mu N a body creeps at v_creep F / (mu N), for ever.
 // The ramp is a damper of mu N / v_creep: couple it implicitly (by `mean` at the end of a trial step).
 #pragma once
 
@@ -14,7 +14,7 @@ namespace rivals {
 
 struct Coulomb {
   Surface surface;
-  double creep_velocity = 1e-5;  ///< m/s: full friction from this speed on
+  double creep_velocity = 1e-5;  ///< m/s, speed from which friction is full
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

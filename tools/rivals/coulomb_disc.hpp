@@ -11,7 +11,7 @@
 
 namespace rivals {
 
-/// Friction over mu N, and torque over mu N R, both > 0, of a uniform disc. eps >= 0; infinite: no spin.
+/// Friction over mu N and torque over mu N R of a uniform disc, both > 0. eps >= 0; infinite: no spin.
 struct DiscFriction {
   double force = 0.0, torque = 0.0;
 };

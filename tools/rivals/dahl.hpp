@@ -3,8 +3,8 @@
 //   dF/dx = sigma0 (1 - F/Fc sgn v)        with z = F / sigma0:   dz = dx - |dx| z / zc,   zc = mu N / sigma0
 //
 // Source: Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968 (exponent 1). The
-// force depends on the path alone, so a step of length H is exact: z relaxes towards zc e by exp(-H/zc). The
-// same equation in the plane with z as a vector. Drifts under a varying force; no static peak.
+// force depends on the path alone, so a step of length H is exact: z relaxes towards zc e by exp(-H/zc). In
+// the plane z is a vector. The model drifts under a varying force and has no static peak.
 #pragma once
 
 #include "tools/rivals/pair.hpp"

@@ -8,18 +8,18 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_pieces = 800;  // cover fifty steady deflections; the rest is steady sliding
+constexpr int most_pieces = 800;  // cover a path of fifty steady deflections; the rest is steady sliding
 
 struct Band {
-  double elastic, steady;  // zba, zss
+  double elastic, steady;  // zba (break-away) and zss (steady deflection)
 
   double plasticity(double size) const noexcept {
     if (size <= elastic) return 0.0;
     if (size >= steady) return 1.0;
     return 0.5 + 0.5 * std::sin(pi * (size - 0.5 * (steady + elastic)) / (steady - elastic));
   }
-  // A way in which alpha |z| / zss hardly changes. z nears zss slowly where alpha nears 1: there it is
-  // longer.
+  // Returns a distance over which alpha |z| / zss hardly changes. It is longer where alpha nears 1, since z
+  // then approaches zss slowly.
   double piece(double size) const noexcept {
     const double left = (steady - size) / (steady - elastic);
     if (left > 0.5) return 0.0625 * (steady - elastic);
@@ -51,14 +51,14 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
                   steady};
   if (way > 0.0) {
     const Pair e = (1.0 / way) * displacement;
-    Pair sum;  // of z times way
+    Pair sum;  // integral of z over the path
     double rest = way;
     for (int pieces = 0; rest > 0.0; ++pieces) {
       const double back = -dot(z, e);
       const double size = length(z);
       double piece = rest;
       if (back > 1e-12 * steady) {
-        piece = std::min(rest, back);  // unloading: elastic, wherever it stands
+        piece = std::min(rest, back);  // unloading is elastic at any deflection
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else if (size < band.elastic * (1.0 - 1e-12)) {
@@ -67,12 +67,12 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
         z = z + piece * e;
       } else {
         double a = band.plasticity(size);
-        const bool aligned = -back > (1.0 - 1e-9) * size;  // else z shrinks on its way round
+        const bool aligned = -back > (1.0 - 1e-9) * size;  // otherwise z shrinks while it turns
         if ((a > 1.0 - 1e-9 && aligned) || pieces > most_pieces) {
           a = 1.0;
         } else {
           piece = std::min(rest, band.piece(size));
-          // Frozen at the middle of the piece, which makes the error one of second order.
+          // Freezes alpha at its value in the middle of the piece, which makes the error second order.
           const Pair half = relax(z, (steady / std::max(a, 1e-12)) * e, 0.5 * piece * a / steady).end;
           a = band.plasticity(length(half));
         }

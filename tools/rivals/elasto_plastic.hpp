@@ -5,11 +5,11 @@
 //           (1 + sin(pi (|z| - (zss + zba)/2) / (zss - zba))) / 2 between
 //
 // Source: Dupont, Hayward, Armstrong, Altpeter, Single state elastoplastic friction models, IEEE TAC 47(5),
-// 2002. zba is a share of the deflection Fs / sigma0 (but below zss(v) at every speed). The elastic ways are
-// exact straight lines; in the plastic band alpha is frozen over pieces of at most an eighth of the band,
-// each an exact exponential cut at zss; where alpha is 1 but for rounding the rest is one exponential: stable
-// at every step length, at bounded cost. In the plane z is a vector, "oppose" means z . v < 0 (our
-// extension). No drift below zba sigma0; no hysteresis either.
+// 2002. zba is a share of the deflection Fs / sigma0 (but below zss(v) at every speed). Elastic parts of a
+// step are exact straight lines. In the plastic band alpha is frozen over pieces of at most an eighth of the
+// band, each an exact exponential cut at zss; once alpha is 1 up to rounding, the rest is one exponential. A
+// step is stable at every length, at bounded cost. In the plane z is a vector, and "oppose" means z . v < 0
+// (our extension). The model does not drift below zba sigma0, but has no hysteresis there either.
 #pragma once
 
 #include "tools/rivals/pair.hpp"

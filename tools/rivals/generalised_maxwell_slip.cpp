@@ -31,8 +31,9 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
       double stuck = 0.0;
       Pair bent = f;
       if (!slips[at] && (dot(f, e) < 0.0 || length(f) < limit)) {
-        // Where the force is above the limit of this speed and is being unloaded: the way to below it and out
-        // of it on the far side, or, where it passes by the limit, to where it no longer shrinks.
+        // Finds how far the element sticks. A force above the limit at this speed that is being unloaded
+        // sticks until it has passed below the limit and out on the far side or, if its path misses the
+        // limit, until it stops shrinking.
         stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
         bent = f + k * stuck * e;
       }

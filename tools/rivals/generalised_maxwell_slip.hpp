@@ -6,7 +6,7 @@
 //   F = sum F_i + sigma2 v        s(v) = Fc + (Fs - Fc) exp(-(v/vs)^2),   sum a_i = 1
 //
 // Source: Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE TAC 50(11), 2005. Ten
-// elements of equal stiffness with a_i in proportion to 0.5, 1.5, ... as in maxwell_slip.hpp. At constant v
+// elements of equal stiffness, with a_i in proportion to 0.5, 1.5, ... as in maxwell_slip.hpp. At constant v
 // over the step both phases are exact: a straight line to the limit, then an exponential with rate C/s. In
 // the plane F_i is a vector and "reverses" means F_i . v < 0 (our extension).
 #pragma once
@@ -21,8 +21,8 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  double attraction_rate = 100.0;  ///< 1/s: C over Fc, how fast slipping elements follow the Stribeck curve
-  std::array<Pair, elements> force{};  ///< N, of each element, against the motion
+  double attraction_rate = 100.0;  ///< 1/s, C over Fc: how fast slipping elements approach the Stribeck curve
+  std::array<Pair, elements> force{};  ///< N, friction of each element, against the motion
   std::array<bool, elements> slips{};
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;

@@ -1,14 +1,14 @@
-// LuGre: one bristle that is dragged along, with a steady state on the Stribeck curve.
+// LuGre: a model with one bristle that is dragged along, and whose steady state follows the Stribeck curve.
 //
 //   dz/dt = v - |v| z / zss(v)      zss = g(v) / sigma0,   g = Fc + (Fs - Fc) exp(-(v/vs)^2)
 //   F     = sigma0 z + sigma1 dz/dt + sigma2 v
 //
 // Source: Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of systems with friction, IEEE
 // TAC 40(3), 1995. In the plane z is a vector and |v| the speed (Velenis, Tsiotras, Canudas de Wit, 2005,
-// isotropic case). At constant v over the step the equation is linear in z: exact exponential, stable at
-// every step length (explicit Euler needs |v| dt < 2 zss). The mean of dz/dt over the step is (z1 - z0)/dt,
-// exactly. Drifts under a varying force below break-away; shows lag and a break-away that falls with the
-// force rate.
+// isotropic case). At constant v the equation is linear in z, so a step is an exact exponential, stable at
+// every length (explicit Euler needs |v| dt < 2 zss), and the mean of dz/dt is exactly (z1 - z0)/dt. The
+// model drifts under a varying force below break-away; it shows friction lag, and a break-away force that
+// falls with the force rate.
 #pragma once
 
 #include "tools/rivals/pair.hpp"

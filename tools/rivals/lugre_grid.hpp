@@ -1,19 +1,19 @@
-// Planar LuGre, distributed: a grid of cells, each with a LuGre bristle in the plane under its share of the
-// load.
+// Planar LuGre as a grid of cells, each with a LuGre bristle in the plane under its share of the load.
 //
-//   v_i = v + omega x r_i,   dz_i/dt = v_i - |v_i| z_i / zss(|v_i|),   F_i = p_i (sigma0 z_i + sigma1 dz_i/dt
-//   + sigma2 v_i) F = sum F_i,   T = sum r_i x F_i
+//   v_i = v + omega x r_i,   dz_i/dt = v_i - |v_i| z_i / zss(|v_i|)
+//   F_i = p_i (sigma0 z_i + sigma1 dz_i/dt + sigma2 v_i)
+//   F = sum F_i,   T = sum r_i x F_i
 //
 // Source: Arslan Waltersson and Karayiannidis, Planar friction modelling with LuGre dynamics and limit
-// surfaces, IEEE Transactions on Robotics (arXiv 2308.01123), and their sources,
+// surfaces, IEEE Transactions on Robotics (arXiv 2308.01123), and their code,
 // github.com/Gabrieleenx/FrictionModelling: 21 x 21 cells, explicit Euler, deflections and stiffness per unit
-// of load; with their switch `elasto_plastic` off. Here the cells turn with the body and z_i keeps the axes
-// of the surface; theirs stand, which is the same over small angles. The stiffness of the whole contact is
-// that of `Surface`, whatever the load (as in lugre.hpp); cell i has the share p_i of it.
+// of load, with their switch `elasto_plastic` off. Here the cells turn with the body and z_i keeps the axes
+// of the surface; there the cells do not turn, which is equal for small angles. The stiffness of the whole
+// contact is that of `Surface` at any load (as in lugre.hpp), and cell i has the share p_i of it.
 //
-// `StepRule::exact`: exact exponentials at constant velocity, stable at every step length, the mean over the
-// step exact. `StepRule::euler`: as published, cheaper by an exponential a cell, unstable where
-// |v_i| dt >= 2 zss; the mean is that of both ends.
+// `StepRule::exact`: exact exponentials at constant velocity, stable at every step length, with an exact mean
+// over the step. `StepRule::euler`: as published, cheaper by an exponential per cell, unstable where |v_i| dt
+// >= 2 zss; the mean is that of both ends.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +30,14 @@ class LuGreGrid {
   LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule = StepRule::exact);
 
   /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
-  /// speed, under load_n >= 0 (N). No load, no force, and no memory. Never allocates or throws.
+  /// speed, under load_n >= 0 (N). Without load there is no force, and the state is reset. Never allocates or
+  /// throws.
   SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
 
   std::size_t cells() const noexcept { return cells_.size(); }
 
  private:
-  /// The deflection after the step, and the force, over the cell's share.
+  /// Deflection after the step, and force per share of the load.
   struct Moved {
     Pair z;
     Force force;

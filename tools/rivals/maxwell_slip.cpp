@@ -7,7 +7,7 @@
 namespace rivals {
 namespace {
 
-// A spring of length `limit` drags its block over `way` along e. Its angle a to e obeys da/ds =
+// Drags a block over `way` along e by a spring of length `limit`. Its angle a to e obeys da/ds =
 // -sin(a)/limit.
 Relaxed drag(Pair z, Pair e, double limit, double way) noexcept {
   const Pair aside_axis{-e.y, e.x};

@@ -1,4 +1,4 @@
-// A vector in the tangent plane and the force of one step: what all rival models take and give.
+// Vector in the tangent plane, and the force of a step: the inputs and outputs of all rival models.
 #pragma once
 
 #include <cmath>
@@ -16,22 +16,22 @@ constexpr Pair operator*(double s, Pair a) noexcept { return {s * a.x, s * a.y};
 constexpr double dot(Pair a, Pair b) noexcept { return a.x * b.x + a.y * b.y; }
 inline double length(Pair a) noexcept { return std::hypot(a.x, a.y); }
 
-/// N, on the moving body (as bristle::Response): at the end of the step, and averaged over it.
+/// Friction force on the moving body, N (sign as in bristle::Response): at the end of the step, and its mean.
 struct Force {
   Pair end, mean;
 };
 
-/// Parameters of the two surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N. A model takes
-/// of it what its equations hold (tools/rivals/README.md).
+/// Parameters of a pair of surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N. Each model
+/// uses those in its equations (tools/rivals/README.md).
 struct Surface {
-  double kinetic_coefficient = 0.4;     ///< sliding friction over load, Fc / N
-  double static_coefficient = 0.6;      ///< friction over load at speed 0, Fs / N
-  double stiffness = 1e5;               ///< N/m, sigma0: of the whole contact, whatever the load
+  double kinetic_coefficient = 0.4;     ///< Fc / N, sliding friction over load
+  double static_coefficient = 0.6;      ///< Fs / N, friction over load at speed 0
+  double stiffness = 1e5;               ///< N/m, sigma0: of the whole contact, for any load
   double damping = 316.22776601683796;  ///< N s/m, sigma1
   double viscous_friction = 0.4;        ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;      ///< m/s, vs
 
-  /// Steady friction without its viscous part, N: Fc + (Fs - Fc) exp(-(v/vs)^2).
+  /// Returns the steady friction without its viscous part, N: Fc + (Fs - Fc) exp(-(v/vs)^2).
   double stribeck_force(double speed_m_per_s, double load_n) const noexcept {
     const double u = speed_m_per_s / stribeck_velocity;
     return load_n * (kinetic_coefficient + (static_coefficient - kinetic_coefficient) * std::exp(-u * u));

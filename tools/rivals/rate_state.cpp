@@ -6,17 +6,17 @@
 namespace rivals {
 namespace {
 
-// u = sigma0 z / (a N), psi, and the integral of u over time.
+// State vector: u = sigma0 z / (a N), psi, and the time integral of u.
 using Vector = std::array<double, 5>;
 enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
 struct Equations {
   double v0, mu0_over_a, b_over_a, length;
-  double per_metre;  // u per metre of the spring
-  Pair v;            // of the body
+  double per_metre;  // change of u per metre of the spring
+  Pair v;            // velocity of the body
 
   struct Slip {
-    double over_u, slope, speed;  // V / |u|, dV / d|u|, V
+    double over_u, slope, speed;  // V / |u|, dV / d|u|, V, where V is the slider's speed
   };
 
   Slip slip(double u, double psi) const noexcept {
@@ -37,7 +37,8 @@ struct Equations {
   }
 };
 
-// 1/(gamma h) - J of u and psi, factorised. The integrals depend on u and on nothing else.
+// Factorised matrix 1/(gamma h) - J of the equations for u and psi. The time integrals depend on u alone, and
+// nothing depends on them.
 class Matrix {
  public:
   Matrix(const Equations& eq, const Vector& q, double diagonal) noexcept : diagonal_(diagonal) {
@@ -91,8 +92,8 @@ class Matrix {
   std::array<std::size_t, 3> pivot_{};
 };
 
-// Rodas4: stage i starts at q + sum a k and is driven by sum c k / h; the last two stages correct, and the
-// last one is the error estimate.
+// Coefficients of Rodas4: stage i starts at q + sum a k and is driven by sum c k / h; the last two stages are
+// corrections, the very last is the error estimate.
 constexpr double gamma_ = 0.25;
 constexpr double a_[4][4] = {{1.544},
                              {0.9466785280815826, 0.2557011698983284},
@@ -105,7 +106,7 @@ constexpr double c_[5][5] = {
     {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
     {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054}};
 
-// One piece; returns the estimate of its error in u and psi.
+// Advances by one piece of the step; returns its estimated error in u and psi.
 double piece(const Equations& eq, Vector& q, double h) noexcept {
   const Matrix matrix(eq, q, 1.0 / (gamma_ * h));
   std::array<Vector, 6> k;
@@ -130,7 +131,7 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  constexpr int most_pieces = 100'000;  // a runaway slider on a soft spring takes some thousand
+  constexpr int most_pieces = 100'000;  // a runaway slider on a soft spring needs some thousand
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
     h = std::min(h, left);
@@ -145,8 +146,8 @@ void integrate(const Equations& eq, Vector& q, double dt) noexcept {
   }
 }
 
-// A load that falls at rest leaves a force far above the law's, and a speed beyond all numbers. Where the
-// slider would be faster than e^60 v0 it slips at once: the state wears off over Dc, nothing heals.
+// Slips at once, with the state worn off over Dc and no healing, if the slider would be faster than e^60 v0.
+// A load that falls at rest leaves a force so far above the law's that the speed would overflow.
 void slip_at_once(const Equations& eq, Vector& q) noexcept {
   const double u = std::hypot(q[u_x], q[u_y]);
   const double excess = u - eq.mu0_over_a - eq.b_over_a * q[psi_] - 60.0;
@@ -166,7 +167,7 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
     psi = 0.0;
     return {};
   }
-  const double unit = direct_effect * load_n / surface.stiffness;  // m of the spring per unit of u
+  const double unit = direct_effect * load_n / surface.stiffness;  // m of spring stretch per unit of u
   const Equations eq{.v0 = reference_speed,
                      .mu0_over_a = surface.kinetic_coefficient / direct_effect,
                      .b_over_a = state_effect / direct_effect,

@@ -1,17 +1,17 @@
-// Rate and state: friction that depends on the speed and on a state that ages at rest and wears off in
-// sliding; a quasi-static slider without mass, pulled through the contact's spring.
+// Rate and state: friction that depends on the speed and on a state, which ages at rest and wears off in
+// sliding. The model is a quasi-static slider without mass, pulled through the contact's spring.
 //
 //   |F| / N  = a asinh( V / (2 v0) exp((mu0 + b psi) / a) ),   psi = ln(v0 theta / Dc)
 //   dtheta/dt = 1 - V theta / Dc        (the ageing law: theta = Dc / V in steady sliding, = time at rest)
 //   dz/dt     = v - V e,   F = sigma0 z,   e = z / |z|        (V: speed of the slider, along its spring)
 //
-// Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which makes V = 0 at F = 0 and
-// lets it reverse: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice
-// and Ruina, J. Appl. Mech. 50, 1983. Where V is far above v0 exp(-mu0/a), asinh is a logarithm and the law
-// the usual one, mu0 + a ln(V/v0) + b ln(v0 theta/Dc). The plane is an extension: the slider follows its
-// spring. A step solves the equations by Rodas4 (Hairer and Wanner, Solving ODEs II, IV.7: six linearly
-// implicit stages, order 4, stiffly accurate) in pieces whose error estimate is below `tolerance` in
-// |F| / (a N) and psi. A spring softer than (b - a) N / Dc makes even a prescribed motion stick and slip.
+// Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which gives V = 0 at F = 0 and
+// allows reversal: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice and Ruina, J. Appl. Mech.
+// 50, 1983. For V far above v0 exp(-mu0/a) the asinh is a logarithm, and the law the usual one, mu0 + a
+// ln(V/v0) + b ln(v0 theta/Dc). The plane is an extension, in which the slider follows its spring. A step
+// solves the equations by Rodas4 (Hairer and Wanner, Solving ODEs II, IV.7: six linearly implicit stages,
+// order 4, stiffly accurate) in pieces whose error estimate is below `tolerance` in |F| / (a N) and psi. A
+// spring softer than (b - a) N / Dc makes even a prescribed motion stick and slip.
 #pragma once
 
 #include "tools/rivals/pair.hpp"
@@ -19,19 +19,19 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< of it kinetic_coefficient = mu0 and stiffness = sigma0
-  double direct_effect = 0.02;    ///< a > 0: friction over load at once, per e-fold of speed
-  double state_effect = 0.04;     ///< b >= 0: friction over load, per e-fold of theta
+  Surface surface;                ///< used: kinetic_coefficient = mu0 and stiffness = sigma0
+  double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
+  double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
   double state_length = 2e-5;     ///< m, Dc
-  double reference_speed = 1e-3;  ///< m/s, v0: here steady friction is mu0 N
+  double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
   Pair z;                         ///< m, deflection of the spring
-  double psi = 0.0;               ///< ln(v0 theta / Dc); contact begins as if it had slid at v0
+  double psi = 0.0;               ///< ln(v0 theta / Dc); a new contact starts as after sliding at v0
 
   static constexpr double tolerance = 1e-7;
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 
-  /// Of the slider, m/s: what the law says for the present z and psi.
+  /// Returns the slider's speed, m/s, by the law for the present z and psi.
   double slider_speed(double load_n) const noexcept;
 };
 

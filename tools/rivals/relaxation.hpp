@@ -1,4 +1,4 @@
-// dz/dt = (target - z) rate, solved exactly over a step.
+// Solves dz/dt = (target - z) rate exactly over a step.
 #pragma once
 
 #include <cmath>
@@ -8,10 +8,11 @@
 namespace rivals {
 
 struct Relaxed {
-  Pair end, mean;  ///< at the end of the step, and averaged over it
+  Pair end, mean;  ///< z at the end of the step, and its mean
 };
 
-/// `q` = rate times duration, >= 0. Ends between z and target for any q: stable at every step length.
+/// Relaxes z towards the target; `q` = rate times duration, >= 0. The result lies between z and target for
+/// any q, so any step length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   const double lost = -std::expm1(-q);                           // 1 - exp(-q)
   const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t)
@@ -19,8 +20,8 @@ inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   return {z - lost * away, target + mean_left * away};
 }
 
-/// Distance that z can move along the unit vector `along` before it leaves the disc |z| <= limit; where it
-/// passes the disc by, to the point closest to it.
+/// Returns how far z can move along the unit vector `along` before it leaves the disc |z| <= limit; if its
+/// path misses the disc, the distance to the point closest to it.
 inline double way_to_limit(Pair z, Pair along, double limit) noexcept {
   const double s = dot(z, along);
   const double aside = z.x * along.y - z.y * along.x;

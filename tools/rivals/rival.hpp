@@ -1,4 +1,4 @@
-// All rival models behind one plain interface.
+// Interface of all rival models.
 #pragma once
 
 #include <string_view>
@@ -14,17 +14,18 @@
 
 namespace rivals {
 
-/// A model with its parameters and its state: plain data, copied to try a step.
+/// Rival model with its parameters and state: plain data, which may be copied to try a step.
 using Rival =
     std::variant<Coulomb, Dahl, LuGre, ElastoPlastic, MaxwellSlip, GeneralisedMaxwellSlip, RateState>;
 
-/// Moves the body by `displacement` (m) in dt_s > 0 at constant velocity under load_n >= 0 (N).
-/// Force on the moving body. No load, no force, and no memory. Never allocates or throws.
+/// Moves the body by `displacement` (m) in dt_s > 0 at constant velocity under load_n >= 0 (N). Returns the
+/// force on the moving body. Without load there is no force, and the state is reset. Never allocates or
+/// throws.
 inline Force step(Rival& rival, Pair displacement, double dt_s, double load_n) noexcept {
   return std::visit([&](auto& model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
 
-/// Returns the force that step() would give, state unchanged: for implicit solvers.
+/// Returns the force that step() would give, with unchanged state; for implicit solvers.
 inline Force find_force(const Rival& rival, Pair displacement, double dt_s, double load_n) noexcept {
   return std::visit([&](auto model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
@@ -32,7 +33,7 @@ inline Force find_force(const Rival& rival, Pair displacement, double dt_s, doub
 inline constexpr std::string_view rival_names[] = {"coulomb",      "dahl", "lugre",     "elasto_plastic",
                                                    "maxwell_slip", "gms",  "rate_state"};
 
-/// At rest, nothing bent. Throws std::invalid_argument where there is no such name.
+/// Makes a model at rest, with no deflection. Throws std::invalid_argument if there is no such name.
 Rival make_rival(std::string_view name, const Surface& surface);
 
 }  // namespace rivals

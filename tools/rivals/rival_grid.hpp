@@ -1,9 +1,10 @@
-// Any rival in every cell of a contact area: what slides and spins feels the sum of its cells.
+// Grid that puts any rival model into every cell of a contact area; sliding and spinning feel the sum of the
+// cells.
 //
 // Cell i is a rival of its own under its share of the load, with its share of stiffness, damper and
-// lubricant; it goes its own way, v_i = v + omega x r_i, and F = sum F_i, T = sum r_i x F_i. The cells turn
-// with the body, deflections keep the axes of the surface. `LuGreGrid` is the same for LuGre, without the
-// variant's cost.
+// lubricant. It has its own velocity v_i = v + omega x r_i, and F = sum F_i, T = sum r_i x F_i. The cells
+// turn with the body, deflections keep the axes of the surface. `LuGreGrid` does this for LuGre alone,
+// without the cost of the variant.
 #pragma once
 
 #include <vector>
@@ -15,7 +16,7 @@ namespace rivals {
 
 class RivalGrid {
  public:
-  /// `rival` is of the whole contact, at rest.
+  /// Makes the grid. `rival` is the model of the whole contact, at rest.
   RivalGrid(const Rival& rival, PressedCells cells);
 
   /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant

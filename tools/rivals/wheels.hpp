@@ -1,5 +1,5 @@
-// Wheels that roll and creep sideways, as others compute them: Coulomb's, a slip formula, a LuGre tyre,
-// FASTSIM on one strip. A step takes how far the wheel has slipped aside over the ground, and how far it has
+// Rival models of wheels that roll and creep sideways: Coulomb's, a slip formula, a LuGre tyre, and FASTSIM
+// on one strip. A step takes how far the wheel has slipped sideways over the ground, and how far it has
 // rolled.
 #pragma once
 
@@ -10,7 +10,8 @@
 
 namespace rivals {
 
-using Traction = std::array<double, 3>;  ///< place over the half length; traction and bound over the largest
+/// Place over the half length; traction and its bound over the largest traction.
+using Traction = std::array<double, 3>;
 
 /// Force against the creep, N, and moment that turns the wheel into its motion, N m.
 struct WheelForce {
@@ -21,10 +22,10 @@ struct Wheel {
   double load = 0.0, limit = 0.0;  ///< N
   double half = 0.0;               ///< m, half length of the contact
   double stiffness = 0.0;          ///< N per unit creepage
-  double low_speed = 0.0;          ///< m/s, below which rivals divide by this one
+  double low_speed = 0.0;          ///< m/s; below it rivals divide by it instead of by the speed
   int cells = 32;
 
-  double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which all of it slips
+  double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which the whole contact slips
   double creepage(double aside, double rolled, double dt) const {
     return aside / std::max(std::fabs(rolled), low_speed * dt);
   }
@@ -36,8 +37,8 @@ struct CoulombWheel : Wheel {
   }
 };
 
-/// Bakker, Nyborg and Pacejka (SAE 870421), their shape and curvature factors at 4 kN; here with the
-/// stiffness and the highest force of the wheel, and the moment's in proportion to theirs.
+/// Slip formula of Bakker, Nyborg and Pacejka (SAE 870421), with their shape and curvature factors at 4 kN.
+/// Stiffness and highest force are the wheel's, and the moment is scaled by them.
 struct SlipFormula : Wheel {
   static double formula(double x, double shape, double curvature) {
     return std::sin(shape * std::atan(x - curvature * (x - std::atan(x))));
@@ -49,7 +50,7 @@ struct SlipFormula : Wheel {
   }
 };
 
-/// The lumped tyre of Canudas de Wit and Tsiotras (CDC 1999), Coulomb friction.
+/// Lumped tyre model of Canudas de Wit and Tsiotras (CDC 1999), with Coulomb friction.
 struct LuGreTyre : Wheel {
   double deflection = 0.0;  // m
   WheelForce step(double aside, double rolled, double) {
@@ -60,7 +61,7 @@ struct LuGreTyre : Wheel {
   }
 };
 
-/// Kalker's FASTSIM on one strip: steady rolling, cell by cell from the leading edge.
+/// Kalker's FASTSIM on one strip, in steady rolling, cell by cell from the leading edge.
 struct Fastsim : Wheel {
   std::vector<Traction> tractions = {};
   WheelForce step(double aside, double rolled, double dt) {

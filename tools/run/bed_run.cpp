@@ -25,7 +25,7 @@
 namespace cli {
 namespace {
 
-/// Where a bed has gone by time t, since the beginning; linear between rows.
+/// Row of a bed's path: its displacement by time t, since the beginning. The path is linear between rows.
 struct BedRow {
   double t = 0.0;                 ///< s
   double x = 0.0, y = 0.0;        ///< m
@@ -43,7 +43,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< without patches
+  Scene scene;  ///< rest of the scene, without patches
   std::vector<SceneBed> beds;
 };
 
@@ -52,7 +52,7 @@ constexpr Range positive{0.0, 1e15, true, ""};
 
 bristle::BedMaterial read_material(const TomlTable& table) {
   double friction[2];
-  table.pair("friction", {0.0, 100.0, false, ""}, friction);  // static, kinetic
+  table.pair("friction", {0.0, 100.0, false, ""}, friction);  // static and kinetic coefficient
   if (friction[1] == 0.0) friction[1] = friction[0];
   bristle::BedMaterial material(friction[0], friction[1]);
   if (table.has("shear_modulus"))
@@ -121,7 +121,7 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    BedRow row = rows.empty() ? BedRow{} : rows.back();  // what a row leaves out stays as it was
+    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys that a row omits keep their values
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
@@ -155,7 +155,7 @@ BedRow row_at(const std::vector<BedRow>& rows, double t) {
 struct BedResult {
   ForceStatistics force[2], torque, load;
   double work = 0.0, dissipated = 0.0, stored = 0.0, most_slipping = 0.0;
-  std::uint64_t refused = 0;  ///< steps with Status::bad_input
+  std::uint64_t refused = 0;  ///< number of steps with Status::bad_input
 };
 
 using Json = nlohmann::ordered_json;
@@ -163,9 +163,9 @@ Json json_of(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-/// Reads a scene of beds; nothing for another scene. Throws UserError with file, line and key.
+/// Parses a scene of beds; returns nothing for other scenes. Throws UserError with file, line and key.
 std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
-  if (text.find("bed") == std::string::npos) return std::nullopt;  // most scenes are parsed once
+  if (text.find("bed") == std::string::npos) return std::nullopt;  // avoids parsing most scenes twice
   const toml::table root = parse_toml(text, path);
   if (!root.contains("bed")) return std::nullopt;
   const TomlTable table(path, root, "");
@@ -197,7 +197,7 @@ std::optional<BedScene> parse_bed_scene(const std::string& text, const std::stri
   return result;
 }
 
-/// The motion from one place on a path to another.
+/// Returns the motion from one row of a path to another.
 bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
   bristle::BedMotion m;
   m.id = id;

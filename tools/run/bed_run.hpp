@@ -1,4 +1,5 @@
-// `bristle run` of a scene of beds (tools/scenes/README.md): elastic bodies on prescribed paths.
+// Runs scenes of beds (tools/scenes/README.md), which are elastic bodies on prescribed paths, for `bristle
+// run`.
 #pragma once
 
 #include <string>
@@ -7,7 +8,8 @@
 
 namespace cli {
 
-/// Runs a scene with this text if it has a [[bed]], and reports; false for another scene. Throws UserError.
+/// Runs a scene with this text if it has a [[bed]], and reports; returns false for another scene. Throws
+/// UserError.
 bool run_bed_scene(const RunOptions& options, const std::string& text);
 
 }  // namespace cli

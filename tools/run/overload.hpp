@@ -1,4 +1,4 @@
-// A run kept within a budget of time per step, or one that repeats the decisions of such a run.
+// Keeps a run within a time budget per step, or replays the decisions of such a run.
 #pragma once
 
 #include <cstdint>
@@ -15,33 +15,33 @@
 namespace cli {
 
 struct OverloadOptions {
-  std::optional<double> budget_us;  ///< in place of the scene's
-  std::string record, replay;       ///< decision files; empty: none
+  std::optional<double> budget_us;  ///< us, time budget instead of the scene's
+  std::string record, replay;       ///< files of decisions; empty: none
 };
 
 struct OverloadResult {
-  double budget_s = 0.0;  ///< 0: nothing was decided by the clock
+  double budget_s = 0.0;  ///< s, time budget; 0: the clock decided nothing
   bool replayed = false;
-  std::uint64_t decisions = 0;  ///< changes of detail
+  std::uint64_t decisions = 0;  ///< number of changes of detail
   std::uint64_t late_steps = 0;
-  std::uint64_t most_bristles = 0, bristles = 0;  ///< left out: at worst, and at the end
-  double least_share = 1.0;                       ///< of its bristles that a patch had, at worst
-  double least_pieces = 1.0;  ///< share of its pieces that an infinite brush had, at worst
-  std::uint32_t patches = 0;  ///< with bristles left out at the end
-  double rate_s = 0.0;        ///< s per bristle, as learnt
+  std::uint64_t most_bristles = 0, bristles = 0;  ///< bristles left out: most, and at the end
+  double least_share = 1.0;                       ///< least share of its bristles that a patch had
+  double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush had
+  std::uint32_t patches = 0;                      ///< patches with bristles left out at the end
+  double rate_s = 0.0;                            ///< s per bristle, as measured during the run
 };
 
-/// Between the steps of a run. Without a budget and without a replay it does nothing.
+/// Controller of the load, called between the steps of a run. Without a budget and a replay it does nothing.
 class Overload {
  public:
-  /// The stepper must outlive it. Throws UserError.
+  /// Starts the control of `stepper`, which must outlive this. Throws UserError.
   Overload(const Scene& scene, const OverloadOptions& options, SceneStepper& stepper);
 
   bool is_on() const noexcept { return shedder_.has_value() || result_.replayed; }
   void before_step();
-  /// `time_s` as CPU time where one thread steps, by the clock on the wall else.
+  /// Takes the time of a step: CPU time if one thread steps, else wall time.
   void after_step(double time_s);
-  /// To the record, what was decided since the last call: once a step, outside of what is timed. Throws
+  /// Writes the decisions since the last call to the record. Call it once a step, outside the timing. Throws
   /// UserError.
   void write_decisions();
   OverloadResult finish();
@@ -57,7 +57,7 @@ class Overload {
   std::uint64_t step_ = 0;
   std::string record_path_;
   OutputFile record_;
-  std::map<std::uint64_t, std::size_t> copy_of_;  ///< by id
+  std::map<std::uint64_t, std::size_t> copy_of_;  ///< index of a copy by its patch id
   OverloadResult result_;
 };
 

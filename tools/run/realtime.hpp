@@ -1,4 +1,4 @@
-// `bristle run --realtime`: steps a scene against the clock, alternating with a bare sleep loop.
+// Steps a scene in real time, alternating with a bare sleep loop: `bristle run --realtime`.
 #pragma once
 
 #include <cstdint>
@@ -16,37 +16,38 @@
 namespace cli {
 
 struct RealtimeOptions {
-  std::optional<double> rate_hz;  ///< ticks per second; none: one over the scene's dt
+  std::optional<double> rate_hz;  ///< Hz, rate of ticks; none: one over the scene's dt
   double busy_wait_s = 0.0;
-  double bare_share = 1.0;  ///< ticks of the bare sleep loop for each of ours, above 0 and at most 1
+  double bare_share = 1.0;  ///< ticks of the bare sleep loop per tick of ours, above 0 and at most 1
   RealtimeThreadOptions thread;
   std::string histograms;  ///< CSV file; empty: none
 };
 
-/// A loop over all its segments.
+/// Times of a loop over all its segments.
 struct PacedLoopResult {
   bristle::DeadlineMonitor monitor;
   double seconds = 0.0;
-  double stolen_s = 0.0;        ///< taken by the hypervisor, over all cores, in steps of 10 ms
-  double stolen_worst_s = 0.0;  ///< in the segment of the worst tick
-  double queued_worst_s =
-      0.0;  ///< from the tick before to the end of the worst one, ready but without a core
+  double stolen_s = 0.0;        ///< s, taken by the hypervisor over all cores, in steps of 10 ms
+  double stolen_worst_s = 0.0;  ///< s, taken in the segment of the worst tick
+  double queued_worst_s = 0.0;  ///< s, in which the thread was ready but had no core, from the tick before
+                                ///< the worst one to its end
 };
 
 struct RealtimeResult {
-  double scene_dt = 0.0;  ///< s, what the file says
-  double period = 0.0;    ///< s, the dt of every step
+  double scene_dt = 0.0;  ///< s, dt in the scene file
+  double period = 0.0;    ///< s, dt of every step
   double busy_wait = 0.0;
-  std::optional<int> fifo, core;  ///< as granted
+  std::optional<int> fifo, core;  ///< real-time priority and core that the system granted
   bool locked_memory = false;
   std::vector<std::string> refused;
   PacedLoopResult ours, bare;
-  std::uint64_t held_up = 0;  ///< ticks left out because of the tool's own accounts
-  bool stopped = false;       ///< by a signal
+  std::uint64_t held_up = 0;  ///< ticks left out because of the tool's own accounting
+  bool stopped = false;       ///< whether a signal stopped the run
 };
 
-/// Time for which this thread was ready to run while its core did something else, as Linux reports it: what a
-/// busy machine costs. To be made and read on one thread; a read is a system call of about a microsecond.
+/// Clock of the time for which this thread was ready to run while its core did something else, as Linux
+/// reports it: the effect of a busy machine. Make and read it on one thread; a read is a system call of about
+/// a microsecond.
 class QueueClock {
  public:
   QueueClock() noexcept;
@@ -54,28 +55,28 @@ class QueueClock {
   QueueClock(const QueueClock&) = delete;
   QueueClock& operator=(const QueueClock&) = delete;
 
-  double now() const noexcept;  ///< s since the thread was made; 0 where the system does not tell
+  double now() const noexcept;  ///< s since the thread was made; 0 if the system does not tell
 
  private:
   int file_;
 };
 
-/// Loops that have not run yet, with what the thread was granted.
+/// Returns results of loops that have not run yet, with the rights that the thread was granted.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
                               const RealtimeThread& thread);
 
-/// Runs `segment` of a loop and counts its wall time and what was stolen meanwhile.
+/// Runs `segment` of a loop; adds its wall time, and the time stolen by the hypervisor.
 template <class Segment>
 void run_segment(PacedLoopResult& loop, Segment&& segment);
 
-/// Ticks in which nothing is done: what the machine does to any loop.
+/// Runs ticks in which nothing is done: their delays are the machine's.
 void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock, const QueueClock& queue);
 
-/// Records a tick, and how long it was queued if it is the worst so far.
+/// Records a tick, and its queueing time if it is the worst so far.
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
 
-/// CPU time that the hypervisor has taken from all cores since the system started, s; 0 where the system does
-/// not report it.
+/// Returns the CPU time (s) that the hypervisor has taken from all cores since the system started; 0 if the
+/// system does not report it.
 double stolen_now();
 
 /// Says what delayed the worst tick of a loop, as far as the system reports it.
@@ -83,7 +84,7 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads);
 
 std::string realtime_table(const RealtimeResult& result, int threads);
 nlohmann::ordered_json to_json(const RealtimeResult& result, int threads);
-/// `loop,histogram,low_us,high_us,count`: every bucket that holds something.
+/// Returns CSV `loop,histogram,low_us,high_us,count` of every bucket that is not empty.
 std::string histogram_csv(const RealtimeResult& result);
 
 template <class Segment>

@@ -18,7 +18,8 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
   if (options.core && !is_bound()) {
-    // On any core it could keep a worker, which waits there with usual priority, from running for good.
+    // Refuses a real-time priority without a core: it could keep a worker with usual priority from ever
+    // running on that core.
     refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
                                    *options.fifo_priority, *options.core));
     return;
@@ -77,7 +78,8 @@ void RealtimeThread::bind(int core) {
 }
 
 void RealtimeThread::lock_memory() {
-  // Locks present memory only: under a limit a later allocation would fail. The loop makes none.
+  // Locks present memory only: with future memory locked, an allocation beyond the limit would fail. The loop
+  // allocates nothing.
   if (mlockall(MCL_CURRENT) == 0) {
     has_locked_memory_ = true;
     return;

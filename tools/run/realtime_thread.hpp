@@ -1,4 +1,4 @@
-// Requests of a thread to the system in order to be on time.
+// Requests real-time properties for a thread from the system.
 #pragma once
 
 #include <optional>
@@ -8,17 +8,18 @@
 namespace cli {
 
 struct RealtimeThreadOptions {
-  std::optional<int> fifo_priority;  ///< SCHED_FIFO, 1 to 99
-  std::optional<int> core;           ///< to be bound to
-  bool lock_memory = false;          ///< no page of the process is taken away (mlockall of what there is)
+  std::optional<int> fifo_priority;  ///< SCHED_FIFO priority, 1 to 99
+  std::optional<int> core;           ///< core to be bound to
+  bool lock_memory = false;          ///< keeps the process's present pages in memory (mlockall)
 };
 
-/// Makes the calling thread a real-time thread for as long as it lives, as far as the system permits. What
-/// is refused is reported and skipped. Timers are made exact (without the usual 50 us of slack), which needs
-/// no permission. Threads made later do not inherit the priority.
+/// Makes the calling thread a real-time thread while this object lives, as far as the system permits.
+/// Refusals are reported and skipped. Timers become exact (without the usual 50 us of slack), which needs no
+/// permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
-  /// `has_workers`: other threads work for it, and must not starve under its priority.
+  /// Requests the options. `has_workers` says that other threads work for this one, which its priority must
+  /// not starve.
   RealtimeThread(const RealtimeThreadOptions& options, bool has_workers);
   ~RealtimeThread();
   RealtimeThread(const RealtimeThread&) = delete;
@@ -27,7 +28,7 @@ class RealtimeThread {
   bool has_fifo() const noexcept { return has_fifo_; }
   bool is_bound() const noexcept { return before_.has_value(); }
   bool has_locked_memory() const noexcept { return has_locked_memory_; }
-  /// One line each: what was refused, why, and what to do.
+  /// Returns a line for each refusal: what was refused, why, and what to do.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
 
  private:
@@ -36,7 +37,7 @@ class RealtimeThread {
   void lock_memory();
 
   bool has_fifo_ = false, has_locked_memory_ = false;
-  std::optional<std::vector<int>> before_;  // cores that it might use before
+  std::optional<std::vector<int>> before_;  // cores that the thread might use before
   int slack_ns_;
   std::vector<std::string> refused_;
 };

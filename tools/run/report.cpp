@@ -1,4 +1,4 @@
-// Reports of `bristle run`: a table for people, JSON for programs.
+// Writes reports of `bristle run`: a table for people, JSON for programs.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -29,7 +29,7 @@ std::string joined(const std::vector<std::string>& texts) {
   return all.empty() ? "nothing" : all;
 }
 
-/// Pieces per mean snap length; the patch knows what 0 (automatic) stands for.
+/// Returns the pieces per mean snap length; the patch knows its value of 0 (automatic).
 double resolution_of(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   return options.resolution > 0.0 ? options.resolution : info.bristles;
 }
@@ -38,7 +38,7 @@ std::string name_of(const ScenePatch& patch) {
   return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
 }
 
-// Few enough to read; the JSON report holds all.
+// Most rows of a readable table; the JSON report has all.
 constexpr std::size_t rows_shown = 12;
 
 std::string more_rows(std::size_t rows) {
@@ -58,7 +58,7 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
   return text + fmt::format(", {} kB", count_text((r.memory_bytes + 1023) / 1024));
 }
 
-/// Population of a patch: its kind and number.
+/// Returns a patch's population as text: kind and number.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
     return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
@@ -75,7 +75,7 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  // Text from files may hold control characters.
+  // Replaces control characters, which text from files may hold.
   line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
@@ -155,7 +155,7 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
   return table.text() + more_rows(r.patches.size());
 }
 
-/// Empty where no patch counts its energy.
+/// Returns the table of energies; empty if no patch computes its energy.
 std::string energy_table(const Scene& scene, const RunResult& r) {
   Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {

@@ -31,7 +31,7 @@ class SceneRun {
   RunResult run();
 
  private:
-  double time_of(std::uint64_t k) const noexcept {  // s, when step k of this run begins
+  double time_of(std::uint64_t k) const noexcept {  // s, start of step k of this run
     return static_cast<double>(result_.steps_before + k) * scene_.dt;
   }
   void run_back_to_back();
@@ -53,8 +53,8 @@ class SceneRun {
   SceneStepper stepper_;
   Overload overload_;
   std::vector<Way> ways_;
-  /// Where a body last held, trailing it at ten snap lengths while it slides; and the longest of its
-  /// patches'.
+  /// Place where a body last stuck, which trails a sliding body by at most ten snap lengths, and the longest
+  /// mean snap length of its patches.
   struct Hold {
     double place[2], length;
     Sticking sticking;
@@ -103,7 +103,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
 void SceneRun::step_within_budget(double t) {
   using bristle::DeadlineMonitor;
   if (!overload_.is_on()) return stepper_.step(t);
-  // Alone, a thread is judged by what it used; with workers it also waits for them.
+  // Times by CPU clock on a single thread; with workers by wall clock, as the thread also waits for them.
   const auto now = stepper_.batch().threads() == 1 ? &DeadlineMonitor::cpu_now : &DeadlineMonitor::wall_now;
   const double start = now();
   overload_.before_step();
@@ -120,8 +120,9 @@ void SceneRun::step(double t) {
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
 
-// Coefficients from the elastic part: dampers and lubricant are no friction of the bristles. A step counts as
-// sliding when the patch has come ten mean snap lengths since it last turned back or lost contact.
+// Adds to the coefficients, from the elastic force only: dampers and lubricant are not friction of the
+// bristles. A step counts as sliding once the patch has moved ten mean snap lengths since it last reversed or
+// lost contact.
 void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                                 const bristle::Response& response) {
   Way& way = ways_[c];
@@ -144,8 +145,8 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
-    result.sliding_force +=
-        force;  // not its part along this step: an encoder's steps point all over the place
+    result.sliding_force += force;  // whole force instead of its component along the step, whose direction is
+                                    // noise for an encoder
     result.sliding_load += motion.normal_load;
     ++result.sliding_steps;
   }
@@ -256,7 +257,7 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // steps may take a second and more
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // single steps may take a second or more
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
@@ -267,7 +268,8 @@ void SceneRun::run_back_to_back() {
   }
 }
 
-// The motion of a tick is made ready before the sleep: what is timed starts when the tick is due.
+// Runs ticks on the clock. A tick's motion is prepared before the sleep, so that timing starts when the tick
+// is due.
 std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                           const QueueClock& queue, Progress& progress) {
   using bristle::DeadlineMonitor;
@@ -279,8 +281,8 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   clock.start();
   double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
   for (; k < first + ticks; ++k) {
-    // The step was done in time, but it and what this tool does after it do not fit into a period: no fault
-    // of step or machine.
+    // Detects a tick delayed by this tool's own work after a step that was in time, which is the fault of
+    // neither step nor machine.
     const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
     const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
     std::uint64_t left_out = clock.wait();
@@ -288,7 +290,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // the rest is the machine's
+      left_out -= by_tool;  // leaves the part that the machine caused
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);
@@ -314,8 +316,8 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
-  // The loops alternate every second, so that both meet the same conditions; a short run takes shorter turns
-  // of at least two ticks, which have one period between them.
+  // Alternates the loops every second, so that both meet the same conditions. A short run takes turns of at
+  // least two ticks, which enclose one period.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;
@@ -323,7 +325,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
-    // Two, where ours are as many: they have a period between them.
+    // Gives the bare loop at least two ticks if ours has two: they enclose one period.
     const auto share =
         static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
     const std::uint64_t bare = std::max(share, std::min<std::uint64_t>(ticks, 2));
@@ -342,8 +344,9 @@ RunResult SceneRun::run() {
   } else {
     run_back_to_back();
   }
-  result_.seconds = result_.realtime ? result_.realtime->ours.seconds  // the bare loop took as much again
-                                     : bristle::DeadlineMonitor::wall_now() - start;
+  // Without the bare loop, which took as long again.
+  result_.seconds =
+      result_.realtime ? result_.realtime->ours.seconds : bristle::DeadlineMonitor::wall_now() - start;
   finish();
   return std::move(result_);
 }
@@ -402,7 +405,7 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  // A run may go on from a state file and leave its end there.
+  // Allows the state to be saved to the file that it was restored from.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
   inputs.push_back({"--replay-decisions", options.overload.replay});
@@ -419,7 +422,7 @@ void run_command(const RunOptions& options) {
   if (!on_stdout) print_report(run_table(scene, options, result));
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
-  // Reported last: it must not cost the reports.
+  // Throws last, so that a failure to save does not cost the reports.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 

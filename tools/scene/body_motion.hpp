@@ -1,4 +1,4 @@
-// A body on friction patches: the displacement of one step from its equation of motion.
+// Moves a body on friction patches: finds the displacement of a step from its equation of motion.
 #pragma once
 
 #include <cstddef>
@@ -16,27 +16,27 @@ namespace cli {
 struct SolveStatistics {
   std::uint64_t iterations = 0;  ///< evaluations of the friction force
   int worst_iterations = 0;
-  double worst_residual = 0.0;  ///< over the largest force in the equation
+  double worst_residual = 0.0;  ///< largest residual over the largest force in the equation
 };
 
-/// Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d, F_mean being
-/// the friction force on the body averaged over the step (bristle::solve_displacements): the midpoint rule,
-/// which neither adds nor takes energy beside what the bristles do.
+/// Motion of a body. Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement
+/// d, where F_mean is the mean friction on the body over the step (bristle::solve_displacements). This is the
+/// midpoint rule, which neither adds nor removes energy besides what the bristles do.
 class BodyMotion {
  public:
-  /// `patches` are the places of the body's patches in the batch's motion array.
+  /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motion array.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
-  /// Load of each patch, N.
+  /// Returns the load of each patch, N.
   double load_per_patch(double t) const noexcept;
 
-  /// Before PatchBatch::step: sets displacement and load of the body's patches in `motions`.
+  /// Sets displacement and load of the body's patches in `motions`. Call it before PatchBatch::step.
   void solve(bristle::PatchBatch& batch, double t, double dt,
              bristle::Span<bristle::Motion> motions) noexcept;
-  /// After it: takes the velocity from the friction that acted.
+  /// Updates the velocity from the friction that acted. Call it after PatchBatch::step.
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
-  /// Goes on from here, with this velocity.
+  /// Sets place and velocity.
   void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
     for (int axis = 0; axis < 2; ++axis) {
       position_[axis] = position[axis];
@@ -50,7 +50,7 @@ class BodyMotion {
   double highest_speed() const noexcept { return highest_speed_; }
 
  private:
-  /// The body on a rail or in the plane: one of the two is in use.
+  /// Solver of a body on a rail or in the plane; only one of the two is used.
   template <int Dof>
   struct Coupled {
     bristle::MovingBody<Dof> body;

@@ -9,6 +9,7 @@
 
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
+#include <bristle/typical_materials.hpp>
 
 #include "tools/files/motion_file.hpp"
 #include "tools/files/nearest_name.hpp"
@@ -66,9 +67,9 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
 bristle::AgeingForm read_ageing_form(const TomlTable& table) {
   return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
 }
-double read_ageing_time(const TomlTable& table) {
+double read_ageing_time(const TomlTable& table, double otherwise) {
   return table.number("ageing_time",
-                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, 1.0);
+                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, otherwise);
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
@@ -87,21 +88,33 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
   m.ageing_form = read_ageing_form(table);
   m.ageing_strength = table.number("ageing_strength", {0.0, bristle::largest_ageing}, 0.0);
-  m.ageing_time = read_ageing_time(table);
+  m.ageing_time = read_ageing_time(table, m.ageing_time);
   m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
   m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
   m.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   return m;
 }
 
+/// Reads the name of a typical material; other keys change its coefficients.
+bristle::Coefficients read_typical(const TomlTable& table) {
+  if (!table.has("typical")) return {};
+  const std::string name = table.text("typical");
+  NameList names;
+  for (const bristle::TypicalMaterial& typical : bristle::typical_materials()) {
+    if (name == typical.name) return typical.coefficients;
+    names.push_back(typical.name);
+  }
+  table.fail("typical", fmt::format("'{}' is no typical material{}", name, allowed_text(name, names)));
+}
+
 bristle::Coefficients read_coefficients(const TomlTable& table) {
-  bristle::Coefficients c;
+  bristle::Coefficients c = read_typical(table);
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
   c.spread = table.number("spread", any_not_negative, c.spread);
-  c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
+  c.rule = static_cast<bristle::SnapRule>(
+      table.choice("rule", {"redraw", "keep", "slide"}, static_cast<std::size_t>(c.rule)));
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
-  // Beside what it follows from the peak follows, unless it is given: the drop where bristles slide, else the
-  // spread.
+  // Needs no `peak` if drop (slide rule) or spread (other rules) is given: the peak then follows from it.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
   const bool has_peak = !follows || table.has("peak");
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
@@ -122,7 +135,7 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.fall_per_decade = table.number("fall_per_decade", any_not_negative, c.fall_per_decade);
   c.growth_per_decade = table.number("growth_per_decade", any_not_negative, c.growth_per_decade);
   c.ageing_form = read_ageing_form(table);
-  c.ageing_time = read_ageing_time(table);
+  c.ageing_time = read_ageing_time(table, c.ageing_time);
   c.speed_strengthening = table.number("speed_strengthening", any_not_negative, c.speed_strengthening);
   c.strengthening_speed = table.number("strengthening_speed", any_positive, c.strengthening_speed);
   return c;
@@ -137,11 +150,12 @@ SceneMaterial read_material(TomlTable table) {
                      "snap_length", "ageing_strength"});
   try {
     if (bristle_parameters) {
-      if (table.has_any({"kinetic", "peak", "peak_over_kinetic", "presliding_length", "bristles_per_newton",
-                         "law", "spread", "damping_per_newton", "residual_share", "kinetic_speed",
-                         "fall_per_decade", "growth_per_decade"})) {
+      if (table.has_any({"typical", "kinetic", "peak", "peak_over_kinetic", "presliding_length",
+                         "bristles_per_newton", "law", "spread", "damping_per_newton", "residual_share",
+                         "kinetic_speed", "fall_per_decade", "growth_per_decade"})) {
         table.fail(
-            "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, spread, "
+            "mixes coefficients (typical, kinetic, peak, presliding_length, bristles_per_newton, law, "
+            "spread, "
             "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
             "bristle parameters; give one kind");
       }
@@ -152,6 +166,7 @@ SceneMaterial read_material(TomlTable table) {
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name",
+                   "typical",
                    "kinetic",
                    "peak",
                    "peak_over_kinetic",
@@ -189,10 +204,10 @@ SceneMaterial read_material(TomlTable table) {
 
 // ------------------------------------------------------------------------------------------- patches
 
-/// Finds the tables of one kind by name; a scene may have hundreds of thousands.
+/// Index of the tables of one kind by name; a scene may have hundreds of thousands.
 class Names {
  public:
-  /// Of the table read next.
+  /// Adds the name of the table read next.
   void add(const std::string& name, const TomlTable& table) {
     if (!index_.emplace(name, index_.size()).second)
       table.fail("name", fmt::format("'{}' appears twice", name));
@@ -231,7 +246,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
   }
-  // 0 is automatic, as where the key is missing.
+  // 0 means automatic, as a missing key does.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
     table.fail(
@@ -243,7 +258,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
 
-/// lay, and what does not go with it.
+/// Reads `lay`; refuses options that exclude it.
 void read_lay(const TomlTable& patch, const bristle::Material& material, bristle::PatchOptions& o) {
   if (!patch.has("lay")) return;
   bristle::Lay& lay = o.lay;
@@ -262,7 +277,7 @@ void read_lay(const TomlTable& patch, const bristle::Material& material, bristle
   }
 }
 
-/// A material that its representatives cannot take is the material's fault, and the patch's choice.
+/// Checks the material against the patch's bristles. The message names both, since either may be changed.
 void check_material(const ScenePatch& patch, const SceneMaterial& material) {
   if (patch.options.population == bristle::Population::infinite) return;
   try {
@@ -330,7 +345,7 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // what a row leaves out stays as it was
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys that a row omits keep their values
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     row.x = table.number("x", position, row.x);
@@ -354,7 +369,7 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< by path and clip_load
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files by path and clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty()) {
@@ -363,13 +378,13 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
-    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // of the motion replaced
+    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the replaced motion
   motion.keyframes.clear();
   if (trace->has_load) motion.load_steps.clear();
   motion.trace = trace;
 }
 
-/// `traces`: those read before.
+/// Reads a motion. `traces` are the motion files read so far.
 PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
@@ -460,7 +475,7 @@ std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
   return sines;
 }
 
-/// `body_on`: for each patch that carries a body read so far, by index, the body's name.
+/// Reads a body. `body_on` holds for each patch, by index, the name of the body that it carries.
 SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
                     std::map<std::size_t, std::string>& body_on) {
   SceneBody body;
@@ -491,7 +506,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
       table.fail("patches", "have different axes; those under one body must have the same");
     }
     body.axes = patch.options.axes;
-    patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;  // the solve needs it
+    // The solver needs the mean force.
+    patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
     body.patches.push_back(index);
   }
   if (body.patches.empty()) table.fail("key 'patches' is missing or empty");
@@ -518,14 +534,14 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
-/// A cohort of an infinite patch counts as a bristle.
+/// Returns a patch's largest number of bristles; a cohort of an infinite patch counts as one.
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
   if (options.population == bristle::Population::infinite) return options.cohorts ? options.cohorts : 256;
   return options.bristles ? options.bristles : 4096;
 }
 
 void check_size(const Scene& scene) {
-  if (scene.limits.bytes) return;  // check_memory counts bytes
+  if (scene.limits.bytes) return;  // leaves the check to check_memory, which counts bytes
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
     bristles += most_bristles_of(patch.options) * patch.count;
@@ -617,7 +633,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Each takes milliseconds.
+  // Most materials in a scene without a memory limit; each takes milliseconds.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
   std::vector<TomlTable> material_tables = table.tables("material");

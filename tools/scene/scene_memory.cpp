@@ -21,10 +21,11 @@
 namespace cli {
 namespace {
 
-constexpr std::uint64_t beside_a_patch = 1900;     // slot, motion, response, statistics of a copy
-constexpr std::uint64_t surely_there = 128 << 20;  // less than this is not worth a look
+constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy's slot, motion, response and statistics
+// Bytes that every machine has, below which nothing is checked.
+constexpr std::uint64_t surely_there = 128 << 20;
 
-/// More than any patch of so many bristles or cohorts takes.
+/// Returns an upper bound on the bytes of a patch with these bristles or cohorts.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
@@ -32,7 +33,7 @@ std::uint64_t at_most(const bristle::PatchOptions& o) {
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
-/// Asks the library: of a patch with few bristles, what one of many takes.
+/// Estimator that asks the library: measures a patch of few bristles and extrapolates to many.
 class Probe {
  public:
   explicit Probe(const Scene& scene) : scene_(scene) {}
@@ -51,7 +52,7 @@ class Probe {
   }
 
  private:
-  static constexpr std::uint32_t few = 256;  // a block of bristles
+  static constexpr std::uint32_t few = 256;  // bristles in one block
   static constexpr std::uint64_t block = 72;
   struct Bytes {
     std::uint64_t patch = 0, per_bristle = 0;
@@ -63,7 +64,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_bristle};
     } catch (const bristle::Error&) {
-      return {};  // the run reports the error with its place
+      return {};  // the run reports the error, with its place
     }
   }
 

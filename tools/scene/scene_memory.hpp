@@ -1,4 +1,4 @@
-// The memory that a scene takes, told before it is taken.
+// Estimates the memory of a scene before it is allocated.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,12 @@
 
 namespace cli {
 
-/// Bytes of all patches and of what a run keeps for each, within some per cent; rounded up to whole patches.
+/// Returns the bytes of all patches and of what a run keeps for each, within some per cent, rounded up to
+/// whole patches.
 std::uint64_t estimate_memory(const Scene& scene);
 
-/// Throws UserError where a scene needs more than Scene::limits give, or, without a limit, than is free.
+/// Checks memory. Throws UserError if a scene needs more than Scene::limits allow or, without a limit, than
+/// is free.
 void check_memory(const Scene& scene);
 
 }  // namespace cli

@@ -87,7 +87,8 @@ void SceneStepper::add_patches(const ShareDone& progress) {
 }
 
 void SceneStepper::add_bodies() {
-  std::vector<std::vector<std::size_t>> places(scene_.patches.size());  // in the batch, of each patch
+  // Index in the batch of each patch's copies.
+  std::vector<std::vector<std::size_t>> places(scene_.patches.size());
   for (std::size_t c = 0; c < copies_.size(); ++c) places[copies_[c].patch].push_back(c);
   for (const SceneBody& body : scene_.bodies) {
     std::vector<std::size_t> own;
@@ -124,7 +125,8 @@ std::vector<double> SceneStepper::places() const {
 }
 
 void SceneStepper::set_places(bristle::Span<const double> places, std::uint64_t steps) {
-  // Not saved, because a paced run has prepared the next step's motion before it stops.
+  // Recomputes the prescribed motions, which are not saved: a paced run has prepared the next step's when it
+  // stops.
   if (steps > 0) prescribe(static_cast<double>(steps - 1) * scene_.dt);
   const double* at = places.data();
   for (BodyMotion& body : bodies_) {

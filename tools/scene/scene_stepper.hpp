@@ -1,4 +1,4 @@
-// Steps a scene: makes its patches and bodies, moves them, and keeps what came out of the last step.
+// Steps a scene: makes its patches and bodies, moves them, and keeps the results of the last step.
 #pragma once
 
 #include <cstddef>
@@ -13,34 +13,36 @@
 
 namespace cli {
 
-/// A copy of a [[patch]]: one contact patch of the batch.
+/// Copy of a [[patch]]: one contact patch of the batch.
 struct SceneCopy {
   std::size_t patch = 0;  ///< index into Scene::patches
   std::string name;
-  double delay = 0.0;               ///< s
-  double cosine = 1.0, sine = 0.0;  ///< of the turn of its directions
-  double axis[2] = {1.0, 0.0};      ///< where the patch's first axis points
-  Position last;                    ///< of the unturned motion
+  double delay = 0.0;  ///< s
+  /// Cosine and sine of the angle by which the copy's directions are turned.
+  double cosine = 1.0, sine = 0.0;
+  double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis
+  Position last;                ///< last position, by the unturned motion
 };
 
-/// Steps of the scene's dt that its duration holds. Throws UserError when they are too many.
+/// Returns the number of steps in the scene's duration. Throws UserError when they are too many.
 std::uint64_t step_count(const Scene& scene);
 
-/// A patch with one axis whose motion stays on a line that is not the x axis has its axis turned onto that
-/// line (scene files cannot ask for that).
+/// Stepper of a scene. A patch with one axis that moves along another line than the x axis gets its axis
+/// turned onto that line (scene files cannot ask for that).
 class SceneStepper {
  public:
-  /// The scene must outlive it. Throws UserError.
+  /// Makes patches and bodies. The scene must outlive this. Throws UserError.
   SceneStepper(const Scene& scene, const bristle::BatchOptions& options, const ShareDone& progress = {});
 
-  /// Displacements and loads of all patches that no body carries, over the step from t on.
+  /// Sets displacements and loads of all patches without a body, over the step from t on.
   void prescribe(double t);
-  /// Solves the bodies' step, steps the batch, moves the bodies. Nothing else: this is what gets timed.
+  /// Solves the bodies' step, steps the batch, and moves the bodies. It does nothing else, as this is what is
+  /// timed.
   void step(double t);
 
-  /// Where bodies are and how fast, beside the state of the batch: what the next steps depend on.
+  /// Returns places and velocities of the bodies: with the batch's state, all that the next steps depend on.
   std::vector<double> places() const;
-  /// As many as places() gives, after `steps` steps: prescribed motions are taken to where they were then.
+  /// Sets the numbers of places() as after `steps` steps, and moves the prescribed motions to that time.
   void set_places(bristle::Span<const double> places, std::uint64_t steps);
 
   bristle::PatchBatch& batch() { return batch_; }
@@ -50,11 +52,11 @@ class SceneStepper {
   std::vector<bristle::Motion>& motions() { return motions_; }
   const std::vector<bristle::Response>& responses() const { return responses_; }
   const std::vector<BodyMotion>& bodies() const { return bodies_; }
-  const bristle::StepReport& report() const { return report_; }  ///< of the last step
+  const bristle::StepReport& report() const { return report_; }  ///< returns the report of the last step
 
  private:
   void add_patches(const ShareDone& progress);
-  /// `line`: onto which the axis is turned; null: it stays.
+  /// Makes a copy. Its axis is turned onto `line`, unless that is null.
   SceneCopy make_copy(std::size_t patch, std::uint32_t number, const double* line) const;
   void add_bodies();
 

@@ -1,4 +1,4 @@
-// A scene from a TOML document that is in memory: a caller may change any key of it before it is read.
+// Reads a scene from a TOML document in memory, in which the caller may have changed keys.
 #pragma once
 
 #include <string>
@@ -10,13 +10,14 @@
 
 namespace cli {
 
-constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;  ///< of a file
+constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;  ///< bytes of the largest scene file
 
-/// As parse_scene. `path`: named in messages, and traces are relative to it. Throws UserError.
+/// Reads a scene as parse_scene does. `path` appears in messages, and traces are relative to it. Throws
+/// UserError.
 Scene scene_of(const toml::table& root, const std::string& path, const SceneLimits& limits = {},
                const ShareDone& progress = {});
 
-/// Fills what [scene] says. Throws UserError.
+/// Reads the table [scene]. Throws UserError.
 void read_scene_table(TomlTable table, Scene& scene);
 
 }  // namespace cli

@@ -17,7 +17,8 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
       return SnapLength::uniform(mean_m * (1.0 - half_width), mean_m * (1.0 + half_width));
     }
     case SnapLaw::normal: {
-      const double raised = SnapLength::normal(1.0, spread).mean();  // cutting at 0 raises the mean
+      // Mean over that of the uncut law: cutting at 0 raises it.
+      const double raised = SnapLength::normal(1.0, spread).mean();
       return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
     }
     case SnapLaw::exponential:
@@ -30,7 +31,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
 double largest_spread(SnapLaw family, SnapRule rule) {
   switch (family) {
     case SnapLaw::uniform:
-      return 0.57735;  // the shortest length is 0
+      return 0.57735;  // uniform from 0 to twice the mean
     case SnapLaw::normal:
     case SnapLaw::exponential:
       return 1.0;

@@ -1,18 +1,18 @@
-// A sine in plain arithmetic. Prescribed motions use it instead of libm's, whose last bits differ between
-// machines: the state hash of a scene must not.
+// Computes sines in plain arithmetic. Prescribed motions use them instead of libm's, whose last bits differ
+// between machines and would change the state hash of a scene.
 #pragma once
 
 #include <cmath>
 
 namespace cli {
 
-/// sin(2 pi turns), within 2e-16 of the true value for |turns| < 2^40.
+/// Returns sin(2 pi turns), within 2e-16 of the true value for |turns| < 2^40.
 inline double sine_of_turns(double turns) noexcept {
   const double phase = turns - std::floor(turns);  // exact, in [0, 1)
   const double quarter = std::floor(4.0 * phase + 0.5);
   const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // |a| <= pi / 4
   const double a2 = a * a;
-  // Taylor polynomials: the first term left out is below 1e-17 on this range.
+  // Evaluates Taylor polynomials, whose first omitted term is below 1e-17 on this range.
   const double sine =
       a + a * a2 *
               (-1.0 / 6 +
@@ -38,7 +38,7 @@ inline double sine_of_turns(double turns) noexcept {
   }
 }
 
-/// cos(2 pi turns).
+/// Returns cos(2 pi turns).
 inline double cosine_of_turns(double turns) noexcept { return sine_of_turns(turns + 0.25); }
 
 }  // namespace cli

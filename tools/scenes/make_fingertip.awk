@@ -5,7 +5,7 @@
 # does; load 0.3 to 2.5 N, pressed by hand (slow changes, noise, two lift-offs). Own random numbers, so that any
 # awk makes the same motion.
 
-function random() {  # uniform on [0, 1): Park and Miller
+function random() {  # Returns a uniform number on [0, 1) (Park and Miller).
   seed = (seed * 16807) % 2147483647
   return seed / 2147483647
 }
@@ -25,7 +25,7 @@ BEGIN {
   seed = 20040605
   length_ms = 10000
 
-  # Strokes: start (ms), duration, displacement (um). Mean speed of a stroke is 8/15 of its peak.
+  # Makes the strokes: start (ms), duration, displacement (um). The mean speed of a stroke is 8/15 of its peak.
   t = 400
   strokes = 0
   while (t < length_ms - 700) {
@@ -33,7 +33,7 @@ BEGIN {
     peak = 60 + 90 * random()              # mm/s
     duration = 1000 * mm / (peak * 8 / 15) # ms
     if (t + duration > length_ms - 300) break
-    # Back towards the middle of the work space, give or take 60 degrees.
+    # Turns back towards the middle of the work space, within 60 degrees.
     angle = atan2(-end_y, -end_x) + (random() - 0.5) * 2 * pi / 3
     start[strokes] = t; span[strokes] = duration
     move_x[strokes] = 1000 * mm * cos(angle); move_y[strokes] = 1000 * mm * sin(angle)
@@ -42,7 +42,7 @@ BEGIN {
     t += duration + (random() < 0.3 ? 250 : 40) + 120 * random()
   }
 
-  # Tremor: white noise through a resonance at 10 Hz (damping ratio 0.15), scaled to 50 um rms.
+  # Adds tremor: white noise through a resonance at 10 Hz (damping ratio 0.15), scaled to 50 um rms.
   w = 2 * pi * 10 / 1000; damping = 0.15
   for (axis = 0; axis < 2; ++axis) {
     p = v = square = 0
@@ -65,7 +65,7 @@ BEGIN {
     }
     x += scale[0] * tremor[0, k]; y += scale[1] * tremor[1, k]
 
-    # Load: grip wanders over a second, muscle noise over 20 ms; lifted at 3.6 s and at 7.3 s.
+    # Adds the load: grip wanders over a second, muscle noise over 20 ms; lifted at 3.6 s and at 7.3 s.
     slow += (gaussian() * 25 - slow) * 0.0015
     noise += (gaussian() * 160 - noise) * 0.05
     load = 1250 + 500 * sin(2 * pi * k / 2700) + 300 * sin(2 * pi * k / 1130 + 1) + 250 * slow + noise
@@ -77,7 +77,7 @@ BEGIN {
   }
 }
 
-# 1 to 0 in 30 ms, nothing, 0 to 1 in 30 ms.
+# Falls from 1 to 0 in 30 ms, stays 0, and rises from 0 to 1 in 30 ms.
 function lifted(k, from, until) {
   if (k < from + 30) return 1 - minimum_jerk((k - from) / 30)
   if (k > until - 30) return minimum_jerk((k - until + 30) / 30)

@@ -1,4 +1,4 @@
-# Sphinx: the guides as a site. tools/site/build gathers the sources and calls it.
+# Configures Sphinx, which makes the guides a site. tools/site/build gathers the sources and calls it.
 import os
 
 project = "bristle"
@@ -10,7 +10,7 @@ html_theme = "furo"
 html_title = f"bristle {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_extra_path = ["extra"]  # the page that runs, and the headers as HTML
+html_extra_path = ["extra"]  # the interactive page, and the headers as HTML
 templates_path = ["_templates"]
 html_sidebars = {"**": ["sidebar/brand.html", "sidebar/search.html", "site_links.html", "sidebar/scroll-start.html",
                         "sidebar/navigation.html", "sidebar/scroll-end.html"]}
@@ -22,5 +22,5 @@ source_suffix = {".md": "markdown"}
 myst_heading_anchors = 6  # anchors as GitHub makes them
 myst_enable_extensions = []
 highlight_language = "none"
-suppress_warnings = ["myst.header"]  # a README may begin below the first level
+suppress_warnings = ["myst.header"]  # allows a README to begin below the first level
 pygments_style = "friendly"

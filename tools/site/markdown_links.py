@@ -3,20 +3,20 @@ import re
 
 
 def without_code(text):
-    """The text with code blocks and code spans blanked, so that brackets in code are no links."""
+    """Returns the text with code blocks and code spans blanked, so that brackets in code are no links."""
     text = re.sub(r"(?ms)^(\s*)(```+|~~~+).*?^\s*\2\s*?$", "", text)
     return re.sub(r"(`+)(?!`).+?(?<!`)\1(?!`)", lambda m: "`" if "](" not in m[0] else "", text, flags=re.S)
 
 
 def links_of(text):
-    """Targets of links and pictures: [text](target), [name]: target."""
+    """Returns the targets of links and pictures: [text](target), [name]: target."""
     plain = without_code(text)
     found = re.findall(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)", plain)
     return found + re.findall(r"(?m)^\[[^\]]+\]:\s*(\S+)", plain)
 
 
 def anchors_of(text):
-    """The anchors of headings, by GitHub's rule; a repeated one gets -1, -2."""
+    """Returns the anchors of headings by GitHub's rule; a repeated one gets -1, -2."""
     seen, anchors = {}, set()
     plain = re.sub(r"(?ms)^(\s*)(```+|~~~+).*?^\s*\2\s*?$", "", text)
     for heading in re.findall(r"(?m)^#{1,6}\s+(.+?)\s*#*\s*$", plain):

@@ -1,4 +1,4 @@
-// Single cases of `bristle stability`: stiff and soft materials in SI units, stops, and a force one step
+// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stops, and a force one step
 // late.
 #include <array>
 #include <cmath>
@@ -43,8 +43,8 @@ std::vector<CaseRow> stability_cases() {
   return rows;
 }
 
-// From steady sliding without damper friction is constant, F = 13/24 K dbar: the true distance is m v^2 / (2
-// F).
+// Compares stopping distances from steady sliding. Without dampers friction is the constant F = 13/24 K dbar,
+// so the true distance is m v^2 / (2 F).
 std::vector<StopRow> stopping_distances() {
   std::vector<StopRow> rows;
   for (const double k : {0.08, 0.8, 8.0}) {
@@ -64,11 +64,11 @@ std::vector<StopRow> stopping_distances() {
   return rows;
 }
 
-// The force at a sample, held over the next step, does work -sum F_i d_(i+1); over a closed way on a spring
-// that must be paid by sum of b d^2 / T.
+// Returns the damping that compensates a force held over the next step, which does the work -sum F_i d_(i+1).
+// On a spring over a closed path the work of the damper, sum of b d^2 / T, must equal it.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
-  constexpr int samples = 1000;  // of one swing
+  constexpr int samples = 1000;  // samples per swing
   bristle::PatchBatch batch;
   bristle::Motion motion;
   motion.id = batch.add(
@@ -96,7 +96,7 @@ double late_force_damping(bool mean) {
   return work / (squares / dt) / (stiffness * dt);
 }
 
-// A plate rests on a slope. Its feet are level with its centre, so that friction does not tip it.
+// Rests a plate on a slope. Its feet are level with its centre, so that friction does not tip it.
 RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population population) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);

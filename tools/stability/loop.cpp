@@ -12,15 +12,15 @@
 namespace cli {
 namespace {
 
-constexpr double zeta = 1000.0;          // bristles at 1 N, the largest load
-constexpr double rest_amplitude = 1e-7;  // of the mean snap length: at rest
-constexpr double bound_amplitude = 1e5;  // of the mean snap length: without bound
-constexpr double lasting_energy = 0.8;   // of the quarter before: snapping continues
-constexpr double lasting_amplitude =
-    0.5;                                // of the mean snap length, peak to peak: the shortest bristle snaps
+constexpr double zeta = 1000.0;          // number of bristles at 1 N, the largest load
+constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop is at rest
+constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which it grows without bound
+constexpr double lasting_energy = 0.8;   // ratio to the quarter of the run before; above, snapping continues
+// peak-to-peak amplitude in mean snap lengths: the shortest bristle's snap length
+constexpr double lasting_amplitude = 0.5;
 constexpr double quanta_at_rest = 4.0;  // encoder counts within which a loop at rest may move
 
-// A mass under a force that is held over a step: x and v change by these shares of v and F.
+// Coefficients of a mass under a force held over a step: the changes of x and v per unit of v and F.
 struct Hold {
   double x_of_v, x_of_f, v_of_v, v_of_f;
 };
@@ -36,10 +36,10 @@ Hold hold_of(double mass, double device_damping, double dt) {
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
-  double force = 0.0;  // that the next step will feel
+  double force = 0.0;  // N, force that acts in the next step
 };
 
-// The displacement to the next sample; v becomes the velocity there. Not for the implicit schemes.
+// Returns the displacement to the next sample and sets v to the velocity there. Not for the implicit schemes.
 double advance(Scheme scheme, const Hold& hold, double mass, double dt, Axis& a) {
   const double v0 = a.v;
   if (scheme == Scheme::explicit_euler) {
@@ -58,7 +58,7 @@ bool damper_sees_true_velocity(Scheme scheme) {
   return scheme == Scheme::explicit_euler || scheme == Scheme::hold;
 }
 
-// The loop on spring and damper as a matrix over (x, v T, last d).
+// Returns the loop on spring and damper as a matrix over (x, v T, last d).
 Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   const Hold hold = hold_of(1.0, beta, 1.0);
   Eigen::Matrix3d matrix;
@@ -142,14 +142,14 @@ Loop::Loop(const LoopSetup& setup) : s_(setup), hold_(hold_of(s_.mass_kg, s_.dev
   body_.mass *= s_.mass_kg;
   contact_.axes = s_.axes;
   slide_in();
-  // As if it had come to the start at this speed.
+  // Sets the axis as if the mass had arrived at this speed.
   axis_[0].v = s_.start_velocity;
   axis_[0].last_d = s_.dt_s * s_.start_velocity;
   axis_[0].force =
       response_.elastic[0] - material.damping_at(std::fabs(s_.start_velocity)) * zeta * s_.start_velocity;
 }
 
-// Thirty mean snap lengths in steps that no snap length is a multiple of.
+// Slides thirty mean snap lengths, in steps of which no snap length is a multiple.
 void Loop::slide_in() {
   motion_.normal_load = next_load(0);
   if (!s_.sliding) return;
@@ -170,7 +170,7 @@ void Loop::displace(int axis, double d) {
   axis_[axis].x += d;
   axis_[axis].last_d = d;
   const double q = s_.quantum_m;
-  // The encoder reports a difference of whole counts.
+  // Rounds the position to whole counts, of whose differences an encoder reports.
   motion_.displacement[axis] =
       q > 0.0 ? q * (std::nearbyint(axis_[axis].x / q) - std::nearbyint(before / q)) : d;
 }
@@ -224,7 +224,8 @@ void Loop::step(double load) {
   }
 }
 
-// Energy of a mass on the spring of all bristles stuck, about the middle of the quarter's path.
+// Returns the energy of the mass on the spring of all bristles sticking, about the middle of the quarter's
+// path.
 double Loop::energy(const Quarter& q) const {
   const double amplitude = 0.5 * q.peak_to_peak();
   return 0.5 * s_.mass_kg * q.fastest * q.fastest + 0.5 * s_.stiffness * amplitude * amplitude;
@@ -251,7 +252,7 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // of the last hundred steps
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // range and speed in the last hundred steps
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;
@@ -293,7 +294,7 @@ namespace {
 struct SchemeText {
   const char *name, *linear_condition;
 };
-/// By Scheme.
+/// Texts in the order of Scheme.
 constexpr SchemeText schemes[] = {{"explicit Euler", "k < c < 2 + k/2"},
                                   {"semi-implicit, end", "k + 2c < 4"},
                                   {"semi-implicit, mean", "k < 2c and c < 2"},

@@ -12,8 +12,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// A bristle of one drawn length in steady sliding: the time until it snaps, and the rate at which its
-/// deflection approaches its growing snap length then.
+/// Life of a bristle of given drawn length in steady sliding: the time until it snaps, and the rate at which
+/// its deflection then approaches its growing snap length.
 struct Life {
   double age, gain;
 };
@@ -26,7 +26,8 @@ std::vector<Life> lives(const SpringPull& pull) {
   for (int i = 0; i < bristles; ++i) {
     const double drawn = m.snap_length.quantile((i + 0.5) / bristles);
     double age = drawn / v, last = 0.0;
-    for (int k = 0; k < 200 && age - last > 1e-15 * age; ++k) {  // a contraction, from below
+    // fixed-point iteration, a contraction from below
+    for (int k = 0; k < 200 && age - last > 1e-15 * age; ++k) {
       last = age;
       age = drawn * m.ageing_factor(age) / v;
     }
@@ -43,19 +44,19 @@ double steady_force(const SpringPull& pull) {
 
 }  // namespace
 
-// Bristles born at s, at x(s), are bent by r = x(t) - x(s); those are left whose drawn length exceeds r / g(t
-// - s). With x = v t + u, u = exp(p t), births n = n0 + n1: their number stays one, which gives n1, and the
-// force follows to first order.
+// Returns dF/dx by first-order perturbation. Bristles born at time s, at x(s), are bent by r = x(t) - x(s);
+// those remain whose drawn length exceeds r / g(t - s). With x = v t + u, u = exp(p t), and births n = n0 +
+// n1, the conserved number gives n1, and from it the force.
 Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
-  double number = 0.0;  // E[A], 1 / n0
+  double number = 0.0;  // mean age at snapping E[A], which is 1 / n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
   for (const Life& life : lives(pull)) {
     const double a = life.age;
     const Complex faded = std::exp(-p * a), gone = 1.0 - faded;
     number += a;
-    kept += gone / p;                    // int exp(-p a) over its life
-    bent += (gone / p - a * faded) / p;  // int a exp(-p a)
+    kept += gone / p;                    // integral of exp(-p a) over its life
+    bent += (gone / p - a * faded) / p;  // integral of a exp(-p a) over its life
     lost += gone / life.gain;
     lost_bent += a * gone / life.gain;
   }
@@ -82,7 +83,7 @@ double critical_stiffness(const SpringPull& pull) {
   const auto loss = [&](double omega) {
     return damping * omega + sliding_stiffness(pull, {0.0, omega}).imag();
   };
-  // From fast to slow: the highest frequency that sliding does not damp.
+  // Searches downwards for the highest frequency that sliding does not damp.
   const double unit = pull.speed_m_per_s / pull.material.snap_length.mean();
   double fast = 300.0 * unit, slow = fast;
   if (!(loss(fast) > 0.0)) return std::numeric_limits<double>::infinity();
@@ -133,7 +134,7 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   result.lowest_force = std::numeric_limits<double>::infinity();
   double energy = 0.5 * pull.mass_kg * body.velocity[0] * body.velocity[0] + batch.stored_energy(motion.id);
   for (long i = 0; i < steps; ++i) {
-    // Force of the spring in the middle of the step.
+    // Spring force in the middle of the step.
     const double before = body.velocity[0];
     const double force = stiffness * (stretch + 0.5 * dt * (v - before));
     const bristle::BodyVector<1> external = Eigen::Matrix<double, 1, 1>(force);
@@ -164,8 +165,8 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   return result;
 }
 
-// Creep: inertia is nothing beside the spring, and strengthening with speed holds against the fall. Inertial:
-// a lubricant does.
+// Lists pulls in two regimes. Creep: inertia is negligible beside the spring, and strengthening with speed
+// opposes the fall of friction. Inertial: viscous friction opposes it.
 std::vector<SpringPull> pulls() {
   const auto material = [](double ageing_time) {
     return bristle::Material::from_coefficients(bristle::Coefficients::paper()
@@ -180,7 +181,7 @@ std::vector<SpringPull> pulls() {
   return {creep, inertial};
 }
 
-// The growth turns its sign where the spring is critical: by bisection of ln(stiffness).
+// Finds the critical stiffness, where the growth rate changes sign, by bisection of ln(stiffness).
 PullRow pull_row(const SpringPull& pull, Scheme scheme) {
   PullRow row;
   row.pull = pull;

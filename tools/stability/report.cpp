@@ -1,4 +1,4 @@
-// Reports of `bristle stability`: tables for people, JSON for programs, CSV for the plot.
+// Writes reports of `bristle stability`: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -97,7 +97,8 @@ Json map_json(const SchemeMap& map) {
           {"cells", cells}};
 }
 
-// Adds the points of a fine grid between a stable and an unstable neighbour: a limit is no function of k.
+// Adds points of the stability limit between stable and unstable neighbours of a fine grid: the limit is not
+// a function of k.
 void add_limit_points(std::string& text, Scheme scheme) {
   if (is_implicit(scheme)) return;
   constexpr int ks = 240, seconds = 200;

@@ -1,4 +1,5 @@
-// `bristle stability`: a mass on a patch in closed loop, beside the limits of linear theory.
+// Compares a mass on a patch in closed loop with the limits of linear theory: the command `bristle
+// stability`.
 #pragma once
 
 #include <cstdint>
@@ -12,30 +13,31 @@ namespace cli {
 
 struct StabilityOptions {
   bool quick = false;
-  int threads = 0;   ///< 0: one per core
-  std::string json;  ///< report; empty: none, "-": stdout
-  std::string csv;   ///< the map, for tools/plots/stability.gp; empty: none
-  bristle::Population population = bristle::Population::representatives;  ///< of the maps and the slope
+  int threads = 0;   ///< number of threads; 0: one per core
+  std::string json;  ///< report to write; empty: none, "-": stdout
+  std::string csv;   ///< file for the map, for tools/plots/stability.gp; empty: none
+  /// Population in the maps and on the slope.
+  bristle::Population population = bristle::Population::representatives;
 };
 
-/// Why simulation and linear theory give different verdicts.
+/// Reason why simulation and linear theory give different verdicts.
 enum class Why {
   agree,
-  at_the_limit,       ///< so near that a quarter of the run changes the amplitude by less than 5 %
-  damper_in_sliding,  ///< stuck it is stable, but in sliding damper and mass alone are not
-  after_sliding,      ///< settles from sticking; coming from sliding it keeps snapping
-  encoder,            ///< counts of the encoder kick it on
-  snaps_damp,         ///< unstable when stuck, but snaps take the energy that a step adds
+  at_the_limit,       ///< so near the limit that a quarter of the run changes the amplitude by less than 5 %
+  damper_in_sliding,  ///< stable while sticking, but damper and mass alone are unstable in sliding
+  after_sliding,      ///< settles from sticking, but keeps snapping when it comes from sliding
+  encoder,            ///< counts of the encoder keep exciting it
+  snaps_damp,         ///< unstable while sticking, but snaps remove the energy that a step adds
   other
 };
 const char* to_string(Why why) noexcept;
 
 struct MapCell {
   double k = 0.0;       ///< K T^2/m
-  double second = 0.0;  ///< C T/m, or b T/m of a device
+  double second = 0.0;  ///< C T/m, or for a device b T/m
   bool linear_stable = false;
-  LoopResult sticking, sliding;        ///< from a push within presliding, from steady sliding
-  Verdict verdict = Verdict::settles;  ///< the worse of the two
+  LoopResult sticking, sliding;        ///< started from a push within presliding, and from steady sliding
+  Verdict verdict = Verdict::settles;  ///< worse verdict of the two
   bool unbounded = false;
   Why why = Why::agree;
 };
@@ -46,13 +48,13 @@ struct SchemeMap {
   std::uint64_t agreeing() const;
 };
 
-/// A coarse map under another condition than constant load and one axis.
+/// Coarse map under another condition than constant load and one axis.
 struct VariedMap {
   Scheme scheme = Scheme::semi_implicit;
-  /// Two axes, turned in sliding: cells, and how many have the verdict of linear theory.
+  /// Two axes, turned in sliding: number of cells, and of those with the verdict of linear theory.
   std::uint64_t turned = 0, turned_agree = 0;
-  /// The load swings between a quarter and all. Cells stable at every load; at the smallest only; at none;
-  /// and of each how many settle.
+  /// Swinging load, between a quarter and all: numbers of cells that are linearly stable at every load, at
+  /// the smallest only, and at none; and for each the number that settle.
   std::uint64_t always = 0, always_settle = 0, partly = 0, partly_settle = 0, never = 0, never_settle = 0;
 };
 
@@ -63,16 +65,16 @@ struct StopRow {
   double ratio = 0.0;
 };
 
-/// A rigid block on four patches on a slope, two thirds of the way to sliding.
+/// Creep of a rigid block on four patches on a slope, two thirds of the way to sliding.
 struct RestRow {
   Scheme scheme = Scheme::predictor;
-  double seconds = 0.0;         ///< simulated
-  double first_second_m = 0.0;  ///< how far it went while it settled
-  double creep_m = 0.0;         ///< from then to the end
+  double seconds = 0.0;         ///< s, simulated time
+  double first_second_m = 0.0;  ///< m, motion in the first second, while it settles
+  double creep_m = 0.0;         ///< m, creep after the first second
   double creep_over_snap_length = 0.0;
 };
 
-/// A case of stiff and soft materials, in SI units.
+/// Result for a stiff or soft material, in SI units.
 struct CaseRow {
   std::string name;
   LoopSetup setup;
@@ -80,8 +82,8 @@ struct CaseRow {
   std::vector<LoopResult> results;
 };
 
-/// The device damping that pays for applying a force one step late, over K T: measured on a stuck patch moved
-/// to and fro.
+/// Device damping that compensates a force applied one step late, over K T; measured on a sticking patch
+/// moved to and fro.
 struct LateRow {
   const char* force = "";
   double damping_over_kt = 0.0;
@@ -100,20 +102,20 @@ struct StabilityResult {
 };
 
 const std::vector<Scheme>& mapped_schemes();
-/// The set-up of one cell; `sliding`: comes from steady sliding.
+/// Returns the set-up of one cell; `sliding` starts it in steady sliding.
 LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const StabilityOptions& options);
-/// stability_cases.cpp
+/// Runs the single cases. In cases.cpp.
 std::vector<CaseRow> stability_cases();
 std::vector<StopRow> stopping_distances();
 double late_force_damping(bool mean);
 RestRow rest_on_slope(Scheme scheme, double seconds,
                       bristle::Population population = bristle::Population::representatives);
-/// stability_report.cpp
+/// Returns the report as text. In report.cpp.
 std::string stability_table(const StabilityOptions& options, const StabilityResult& result);
 std::string stability_json(const StabilityOptions& options, const StabilityResult& result);
 std::string stability_csv(const StabilityResult& result);
 
-/// The subcommand. Throws UserError.
+/// Runs the subcommand. Throws UserError.
 void stability_command(const StabilityOptions& options);
 
 }  // namespace cli

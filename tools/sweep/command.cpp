@@ -1,4 +1,4 @@
-// The subcommand `bristle sweep`.
+// Runs the subcommand `bristle sweep`.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,7 +31,7 @@ std::string left_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
-/// Rows done, and how long the others will take at the pace so far.
+/// Progress: rows done, and the predicted time for the others.
 class RowProgress {
  public:
   explicit RowProgress(std::uint64_t rows) : rows_(rows), line_("sweep") {}
@@ -52,7 +52,7 @@ class RowProgress {
 
 std::string journal_path(const SweepOptions& options) {
   if (!options.journal.empty()) return options.journal;
-  // A device or FIFO is no place to keep rows beside.
+  // Uses no journal beside a device or FIFO.
   const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(o, error);
@@ -61,7 +61,7 @@ std::string journal_path(const SweepOptions& options) {
   return file == options.out.end() ? std::string() : *file + ".journal";
 }
 
-/// Numbers of a column, and where they are.
+/// Range, sum and number of a column's values.
 struct Spread {
   double least = 0.0, greatest = 0.0, sum = 0.0;
   std::uint64_t count = 0;
@@ -95,7 +95,7 @@ Overview overview_of(const SweepRows& rows) {
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
 
-/// Which results go from where to where; the first three that change.
+/// Returns a sentence with the ranges of the first three results that vary.
 std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
   std::string text;
   std::size_t said = 0;
@@ -129,7 +129,7 @@ std::string ranges_table(const Overview& overview) {
   return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
 }
 
-/// All of a small study; empty where that is too wide to read.
+/// Returns a table of all rows of a small study; empty if that is too wide to read.
 std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
@@ -183,7 +183,7 @@ std::string report_json(const SweepRows& rows, const std::vector<std::string>& o
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-/// Whether a table or the report goes to stdout, and no summary then.
+/// Checks files. Returns whether a table or the report goes to stdout, which leaves out the summary.
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::string>& out,
                  const std::string& json, const std::string& journal) {
   std::vector<FileOption> outputs = {{"--json", json}, {"--journal", journal}};

@@ -1,10 +1,10 @@
-// The rows of a study as they are done, and a file that grows by a line a row, so that a study that was
-// killed goes on where it was.
+// Rows of a study as they are done, with a journal file that grows by a line per row, so that a killed study
+// resumes where it stopped.
 //
 //   0123456789abcdef {"schema":"bristle-sweep-journal-1","study":...}
 //   fedcba9876543210 [17,0.4,...]
 //
-// Each line begins with the hash of the rest. A line that was torn is dropped, and its row is run again.
+// Each line begins with the hash of the rest. A torn line is dropped, and its row is run again.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ namespace cli {
 
 class SweepRows {
  public:
-  /// Takes up the journal or begins it; an empty name keeps rows in memory alone. Throws UserError where the
-  /// file is of another study, or where another process writes it.
+  /// Opens or begins the journal; with an empty name rows are kept in memory only. Throws UserError if the
+  /// file is of another study, or another process is writing it.
   SweepRows(const Study& study, const std::string& journal);
   ~SweepRows() { close(); }
   SweepRows(const SweepRows&) = delete;
@@ -28,20 +28,22 @@ class SweepRows {
 
   const nlohmann::json& header() const { return header_; }
   const std::vector<SweepColumn>& columns() const { return columns_; }
-  /// By index, as Study::run_row gives them; empty where a row is not done.
+  /// Returns the rows by index, in the form of Study::run_row; empty if a row is not done.
   const std::vector<std::string>& rows() const { return rows_; }
   std::uint64_t done() const { return done_; }
-  std::uint64_t found() const { return found_; }  ///< rows that were in the journal when it was opened
+  /// Returns the number of rows that the journal had when it was opened.
+  std::uint64_t found() const { return found_; }
   std::vector<std::uint64_t> missing() const;
-  /// Hash of all rows in the order of their index, measured times left out, as 16 hexadecimal digits.
+  /// Returns the hash of all rows in the order of their index, without measured times, as 16 hexadecimal
+  /// digits.
   std::string table_hash() const;
 
-  /// Adds a row; a repeated one counts once. One write to the journal, so that a killed process leaves whole
-  /// lines. Throws UserError, on a full disk for instance.
+  /// Adds a row; a repeated one counts once. Writes a whole line at once, so that a killed process leaves
+  /// whole lines. Throws UserError, for instance on a full disk.
   void add(const std::string& row);
-  /// Lets others write the journal; the rows stay.
+  /// Closes the journal for others to write; the rows stay in memory.
   void close();
-  /// Removes the journal: its rows are in a table now.
+  /// Removes the journal, once its rows are in a table.
   void remove();
 
  private:
@@ -55,7 +57,7 @@ class SweepRows {
   std::uint64_t done_ = 0, found_ = 0;
   std::string path_;
   int file_ = -1;
-  std::size_t sound_bytes_ = 0;  ///< of the journal, up to the end of the last whole line
+  std::size_t sound_bytes_ = 0;  ///< bytes of the journal up to the end of the last whole line
   double synced_ = 0.0;          ///< s
 };
 

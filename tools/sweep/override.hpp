@@ -1,4 +1,4 @@
-// Sets any key of a scene's document, by a dotted path: what a study varies needs no list of its own.
+// Sets any key of a scene's document by a dotted path, so that a study needs no list of keys that may vary.
 #pragma once
 
 #include <functional>
@@ -22,13 +22,13 @@ namespace cli {
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 
-/// Every `file` of a [[motion]].
+/// Visits every `file` of a [[motion]].
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Keys of a scene that hold a number, as set_key takes them.
+/// Lists the keys of a scene that hold a number, in the form set_key accepts.
 NameList keys_to_vary(const toml::table& root);
 
-/// A TOML document as one text, without comments and in the order of keys.
+/// Returns a TOML document as one text, without comments and with sorted keys.
 std::string canonical_text(const toml::table& root);
 
 }  // namespace cli

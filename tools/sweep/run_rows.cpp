@@ -1,4 +1,4 @@
-// Rows on threads of this machine.
+// Runs rows on threads of this machine.
 #include <algorithm>
 #include <mutex>
 #include <thread>

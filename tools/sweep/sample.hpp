@@ -1,4 +1,4 @@
-// Which points of the varied ranges a study visits.
+// Chooses the points of the varied ranges that a study visits.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,17 @@ namespace cli {
 
 enum class SweepSampling { grid, latin, sobol };
 
-/// A hash of a seed and a place: the generator of everything random in a sweep. SplitMix64's finaliser
-/// (Steele, Lea and Flood 2014) over counters, so that a number depends on nothing but its place.
+/// Returns a hash of a seed and a counter: the source of all random numbers in a sweep. It is SplitMix64's
+/// finaliser (Steele, Lea and Flood 2014) over counters, so that a number depends only on its place.
 std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) noexcept;
 
-/// Points in [0, 1) of a Latin hypercube (McKay, Beckman and Conover 1979), point by point: in every
-/// dimension each of `points` equal parts holds one. The parts are shuffled by sorting counted_bits.
+/// Returns points in [0, 1) of a Latin hypercube (McKay, Beckman and Conover 1979), point by point: in every
+/// dimension each of `points` equal parts holds one point. Parts are shuffled by sorting counted_bits.
 std::vector<double> latin_points(std::size_t dimensions, std::uint64_t points, std::uint64_t seed);
 
-/// The Sobol sequence of Boost.Random (Bratley and Fox, TOMS 659), its first point (0, 0, ...) included, so
-/// that the first 2^k points are a net. A seed other than 0 shifts all digits of a dimension alike. Throws
-/// UserError where the build has no Boost.
+/// Returns the Sobol sequence of Boost.Random (Bratley and Fox, TOMS 659) with its first point (0, 0, ...),
+/// so that the first 2^k points are a net. A seed other than 0 shifts all digits of a dimension alike. Throws
+/// UserError if the build has no Boost.
 std::vector<double> sobol_points(std::size_t dimensions, std::uint64_t points, std::uint64_t seed);
 
 }  // namespace cli

@@ -37,7 +37,7 @@ void check_table_file(const std::string& path) {
   if (!std::filesystem::is_directory(folder))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
   if (std::filesystem::is_directory(path)) throw UserError(fmt::format("--out {}: is a folder", path));
-  // The reader of a FIFO would take a trial for all that comes.
+  // Tests by opening only regular files: the reader of a FIFO would take the trial for the whole table.
   if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) OutputFile trial(path);
 }
 

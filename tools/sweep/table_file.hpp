@@ -1,4 +1,4 @@
-// Rows of a study as a file of data.
+// Writes rows of a study as a data file.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace cli {
 
-/// Throws UserError where no table can be written at this place, or its ending asks for another format.
+/// Checks that a table can be written to this path, and that its ending asks for CSV. Throws UserError.
 void check_table_file(const std::string& path);
 
-/// CSV (RFC 4180, a head with units in brackets as motion files have, empty cells where a row has no such
-/// result). "-": to stdout. Throws UserError.
+/// Writes CSV (RFC 4180): a head with units in brackets as in motion files, empty cells for missing results.
+/// "-": stdout. Throws UserError.
 void write_table_file(const SweepRows& rows, const std::string& path);
 
 std::string table_csv(const SweepRows& rows);

@@ -8,9 +8,9 @@ namespace room {
 namespace {
 
 constexpr float flash_lasts_s = 0.22f;
-constexpr float bent_after_flash = 0.25f;  // of the snap length
+constexpr float bent_after_flash = 0.25f;  // bend over snap length above which a snapped hair is not lit up
 
-// The golden angle spreads any number of points evenly over a disc.
+// Places root i at the golden angle, which spreads any number of points evenly over a disc.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
   const float radius =
       0.86f * BristleGlass::reach * std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
@@ -31,8 +31,7 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// All bristles that do not snap move by one displacement, the median. A bristle that moved otherwise has
-// snapped.
+// Finds bristles that snapped: all others move by one displacement, the median of all.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();
@@ -48,11 +47,11 @@ void BristleGlass::find_snaps(const BristleView& now) {
   for (std::size_t i = 0; i < count; ++i) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0],
                 y = now.zy[i] - before_.zy[i] - displacement[1];
-    // Bristles that age grow longer at rest; one that was redrawn is another by more than that.
+    // Detects a redrawn snap length: ageing lengthens a bristle at rest too, but by less.
     const bool redrawn =
         std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
-    // One that has bent again since is no news: in fast sliding all snap between two pictures.
+    // Skips the flash of a bristle that has bent again since: in fast sliding all snap between two pictures.
     if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
     hairs_[i].age = 0.0f;
     ++snaps_;
@@ -72,7 +71,7 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
     seen_.clear();
   }
   cohorts_ = room.settings.infinite;
-  // Materials that age: the snap length grows by this share at most between two pictures.
+  // Largest relative growth of a snap length by ageing between two pictures.
   grows_ = room.settings.growth_per_decade > 0.0 ? 0.02f : 0.0f;
   const float passed = continues && std::isfinite(simulated) ? static_cast<float>(simulated) : 0.0f;
   if (cohorts_) {
@@ -86,8 +85,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
 }
 
-// Shows cohorts as bristles, spread by mass: bristles of one cohort are bent alike, and follow each other.
-// From picture to picture a cohort moves with the block; one that was not there before is new.
+// Shows cohorts of the infinite brush as groups of hairs, in proportion to mass; bristles of one cohort bend
+// alike. A cohort that moved with the block since the last picture is the same one, any other is new.
 void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);
@@ -110,7 +109,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     }
   }
   seen_ = found;
-  // Draws cohorts side by side in the order of their bending, each as wide as its mass.
+  // Lays cohorts side by side in the order of their bending, each as wide as its mass.
   std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
   hairs_.resize(found.size());
   float from = -0.86f * reach;
@@ -150,7 +149,7 @@ void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simul
   const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
   for (std::size_t i = 0; i < count; ++i) {
     const float z = std::hypot(now.zx[i], now.zy[i]);
-    // Hairs longer bent than two mean lengths would lie on the floor.
+    // Limits the lean: hairs bent beyond two mean lengths would lie on the floor.
     const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
     hairs_[i].lean[0] = scale * now.zx[i];
     hairs_[i].lean[1] = scale * now.zy[i];

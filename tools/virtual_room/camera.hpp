@@ -1,4 +1,4 @@
-// Where the room is seen from: an eye that orbits a point, z up.
+// Camera: an eye that orbits a point, z up.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,7 +9,7 @@ struct Ray {
   Eigen::Vector3f from, along;  ///< m; unit
 };
 
-/// A rectangle of the picture in pixels, y down.
+/// Rectangle of the picture in pixels, y down.
 struct Area {
   float x = 0, y = 0, width = 1, height = 1;
 
@@ -19,8 +19,8 @@ struct Area {
 struct Camera {
   Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m
   float distance = 0.99f;                         ///< m
-  float azimuth = -1.93f, elevation = 0.40f;      ///< rad, of the eye seen from the target
-  float field_of_view = 0.56f;                    ///< rad, vertical
+  float azimuth = -1.93f, elevation = 0.40f;      ///< rad, direction of the eye seen from the target
+  float field_of_view = 0.56f;                    ///< rad, vertical angle of view
 
   Eigen::Vector3f eye() const;
   Eigen::Matrix4f view() const;
@@ -28,12 +28,12 @@ struct Camera {
 
   void orbit(float azimuth_by, float elevation_by);
   void zoom(float factor);
-  /// Moves the target with the picture: by fractions of the picture's height.
+  /// Moves the target with the picture, by fractions of the picture's height.
   void pan(float right, float up);
 
-  /// Through a pixel of the area that the camera fills.
+  /// Returns the ray through a pixel of the area that the camera fills.
   Ray ray(const Area& area, float px, float py) const;
-  /// Pixel where a point is seen; false behind the eye and far outside.
+  /// Finds the pixel where a point is seen; returns false if it is behind the eye or far outside.
   bool find_pixel(const Area& area, const Eigen::Vector3f& point, float& px, float& py) const;
 };
 

@@ -8,11 +8,11 @@
 namespace room {
 namespace {
 
-constexpr double block_margin = 1e-3, tool_margin = 1e-4;  // m: what counts as close
+constexpr double block_margin = 1e-3, tool_margin = 1e-4;  // m, gaps below which two bodies count as close
 
 struct Plane {
   Vector3 normal;
-  double offset;  // normal . x = offset on the plane, larger inside the room
+  double offset;  // the plane is normal . x = offset; inside the room normal . x is larger
 };
 
 std::array<Plane, surfaces> planes_of(const RoomMeasures& m) {
@@ -32,7 +32,7 @@ Vector3 corner_of(const RoomMeasures& m, int i) noexcept {
           (i & 4 ? 0.5 : -0.5) * m.block[2]};
 }
 
-// Objects in the world are numbered: the surfaces, then block and tool.
+// Collision world of Bullet. Objects are numbered: the surfaces, then block and tool.
 struct Collision::Bullet {
   static constexpr int block_index = surfaces, tool_index = surfaces + 1, objects = surfaces + 2;
 
@@ -105,11 +105,11 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  Vector3 out = centre - closest;  // from the block to the tool
+  Vector3 out = centre - closest;  // vector from the block to the tool
   double distance = out.norm();
   if (distance > 0.0) {
     out /= distance;
-  } else {  // the tool's centre is inside: out by the nearest face
+  } else {  // the tool's centre is inside the block: pushes it out through the nearest face
     int axis = 0;
     const double depth = (half - centre.cwiseAbs()).minCoeff(&axis);
     const double side = centre[axis] < 0.0 ? -1.0 : 1.0;

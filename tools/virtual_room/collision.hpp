@@ -1,9 +1,9 @@
-// Who touches whom: the block, the tool and the room's five surfaces.
+// Finds the contacts between the block, the tool and the room's five surfaces.
 //
-// Bullet says which pairs are close. Its manifolds gather their points over several ticks, and the points
-// jump from place to place while the block rests; a bristle has to be bent at one place. So the points of a
-// close pair are features that stay: the block's eight corners against a flat surface, the closest point
-// against the tool. Between flat surfaces and a box no other points can touch.
+// Bullet says which pairs are close. Its manifolds collect their points over several ticks, and the points
+// jump while the block rests, but a bristle must bend at a fixed place. So the contacts of a close pair are
+// persistent features: the block's eight corners against a flat surface, the closest point against the tool.
+// A box and a flat surface cannot touch at other points.
 #pragma once
 
 #include <array>
@@ -25,16 +25,17 @@ inline constexpr int corners = 8;
 enum class Surface : unsigned char { floor, end_wall, left_wall, right_wall, roof };
 inline constexpr int surfaces = 5;
 
-/// A place where two bodies touch or nearly do.
+/// Place where two bodies touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< where a surface is one of the two
-  int corner = 0;                    ///< of the block, for block_surface
-  Vector3 point = Vector3::Zero();   ///< m, on the body that is not the room's; on the block against the tool
-  Vector3 normal = Vector3::UnitZ();  ///< unit: out of the other body, into the block (or the tool)
-  double gap = 0.0;                   ///< m; negative: they overlap by so much
+  Surface surface = Surface::floor;  ///< surface, if one of the two bodies is one
+  int corner = 0;                    ///< corner of the block, for block_surface
+  /// m, on the moving body that touches a surface; on the block against the tool
+  Vector3 point = Vector3::Zero();
+  Vector3 normal = Vector3::UnitZ();  ///< unit vector out of the other body, into the block (or the tool)
+  double gap = 0.0;                   ///< m; negative: depth of the overlap
 
-  /// Names the place for as long as it touches.
+  /// Returns a key that identifies the place for as long as it touches.
   int key() const noexcept {
     if (pair == Pair::block_tool) return surfaces * corners;
     return pair == Pair::block_surface ? static_cast<int>(surface) * corners + corner
@@ -50,18 +51,19 @@ struct Touches {
 };
 
 struct Pose {
-  Vector3 position = Vector3::Zero();           ///< m, of the block's centre of mass
-  Rotation orientation = Rotation::Identity();  ///< of the block
+  Vector3 position = Vector3::Zero();           ///< m, centre of mass of the block
+  Rotation orientation = Rotation::Identity();  ///< orientation of the block
 };
 
-/// Corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
+/// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
 Vector3 corner_of(const RoomMeasures& measures, int i) noexcept;
 
 class Collision {
  public:
   explicit Collision(const RoomMeasures& measures);
   ~Collision();
-  /// Everything closer than a millimetre (the tool: a tenth). Does not allocate after the first calls.
+  /// Finds all touches with a gap below a millimetre (a tenth for the tool). Does not allocate after the
+  /// first calls.
   void find(const Pose& block, const Vector3& tool, Touches& touches);
 
  private:

@@ -1,4 +1,4 @@
-// The scenes that compare: what stands beside the block, what moves them all, and what is said of each.
+// Scenes that compare blocks: which blocks there are, what moves them, and which figure is shown for each.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 namespace room {
 
 struct ComparedScene {
-  const char* name;  ///< on the button's list
-  const char* key;   ///< in a script
+  const char* name;  ///< name in the button's list
+  const char* key;   ///< name in scripts
   const char* says;
-  std::size_t beside;  ///< blocks beside the first one
-  bool driven;         ///< a carriage holds them all, and moves
+  std::size_t beside;  ///< number of blocks beside the first one
+  bool driven;         ///< whether a carriage holds and moves all blocks
   const char* names[1 + most_compared];
 };
 inline constexpr std::array<ComparedScene, 4> compared_scenes = {{
@@ -43,7 +43,7 @@ inline const ComparedScene& scene_of(Comparison which) {
   return compared_scenes[std::min(static_cast<std::size_t>(which), compared_scenes.size() - 1)];
 }
 
-/// The settings of block `i` beside the one with settings `s`.
+/// Returns the settings of compared block `i`, where the first block has settings `s`.
 inline Settings settings_beside(const Settings& s, std::size_t i) {
   Settings other = s;
   switch (s.compare) {
@@ -65,15 +65,15 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
 
 // ------------------------------------------------------------------------------------------- the carriage
 
-inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;  ///< cycles; of the bristle length
-/// Rests between slides of one second each; then the same the other way.
+inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;  ///< cycles/s; in bristle lengths
+/// s, rests between slides of one second each. The sequence then repeats in the other direction.
 inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
 inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s, s
 
 struct RestPhase {
   double place = 0.0;  ///< m
   bool slides = false;
-  double rested = 0.0;  ///< s: the rest before this slide, or this one in all
+  double rested = 0.0;  ///< s, length of the rest before this slide; during a rest, its full length
 };
 inline RestPhase rest_phase(double t) {
   double once = slide_lasts;
@@ -100,7 +100,7 @@ inline RestPhase rest_phase(double t) {
   return phase;
 }
 
-/// Where the carriage is, m from the middle of the floor along x.
+/// Returns the carriage's place, m along x from the middle of the floor.
 inline double carriage_place(const Settings& s, double t) {
   constexpr double turn = 2.0 * 3.14159265358979323846;
   if (s.compare == Comparison::rubbing)
@@ -110,11 +110,11 @@ inline double carriage_place(const Settings& s, double t) {
 
 // ----------------------------------------------------------------------------------- what is said of each
 
-/// Strength of the contact of a block that a carriage moves.
+/// Meter of the contact strength of a block that a carriage moves.
 class Strength {
  public:
   void begin() noexcept { *this = {}; }
-  /// Every tick. `friction`: N along x.
+  /// Adds a tick. Call it every tick; `friction` is in N along x.
   void take(Comparison scene, double t, double friction) noexcept {
     const double size = std::fabs(friction);
     if (scene == Comparison::rubbing) {
@@ -136,10 +136,11 @@ class Strength {
       newton_ = highest_ = std::fmax(highest_, size);
     }
   }
-  /// Rubbing: the highest friction of the last whole cycle; slide-hold-slide: of the slide after the last
-  /// rest. 0: none yet.
+  /// Returns the strength (N): in the rubbing scene the highest friction of the last whole cycle, in the
+  /// scene of rests that of the slide after the last rest. 0: none yet.
   double newton() const noexcept { return newton_; }
-  /// Rubbing: newton() over that of the first cycle; slide-hold-slide: that rest, s.
+  /// Returns the companion of newton(): in the rubbing scene its ratio to the first cycle, in the scene of
+  /// rests the length of the rest, s.
   double beside(Comparison scene) const noexcept {
     if (scene == Comparison::rubbing) return first_ > 0.0 ? newton_ / first_ : 0.0;
     return part_;

@@ -1,8 +1,8 @@
 // Exchange between haptic and graphic loop: no lock, no waiting, no allocation on either side.
 //
-// What has a newest value (the room, the settings, the hand) goes through a triple buffer: the writer never
-// waits, the reader sees the newest whole value. What must arrive one by one (acts, points of the plots) goes
-// through a ring that drops and counts the newest where it is full.
+// A quantity with a newest value (the room, the settings, the hand) goes through a triple buffer: the writer
+// never waits, the reader sees the newest whole value. Items that must all arrive (acts, points of the plots)
+// go through a ring that drops and counts new items while it is full.
 #pragma once
 
 #include <array>
@@ -16,13 +16,14 @@ namespace room {
 
 inline constexpr std::size_t cache_line = 64;
 
-/// The newest value of one writing thread for one reading thread. Values between two looks are lost.
+/// Triple buffer: passes the newest value of one writing thread to one reading thread. Values published
+/// between two reads are lost.
 template <class T>
 class TripleBuffer {
  public:
-  /// @name Writing thread
-  ///@{
-  T& draft() noexcept { return slots_[writing_].value; }  ///< to be filled whole: holds an old value
+  /// @name Writing thread @{
+  /// Slot to be filled completely; it holds an old value.
+  T& draft() noexcept { return slots_[writing_].value; }
   void publish() noexcept {
     const unsigned before = middle_.exchange(writing_ | fresh, std::memory_order_acq_rel);
     writing_ = before & index;
@@ -33,9 +34,8 @@ class TripleBuffer {
   }
   ///@}
 
-  /// @name Reading thread
-  ///@{
-  /// Takes what was published since the last call; false when nothing was, and then latest() stays.
+  /// @name Reading thread @{ refresh() takes the newest value published since the last call; if there is none
+  /// it returns false and leaves latest() unchanged.
   bool refresh() noexcept {
     if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
     reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & index;
@@ -43,7 +43,7 @@ class TripleBuffer {
   }
   const T& latest() const noexcept {
     return slots_[reading_].value;
-  }  ///< stays until refresh()
+  }  ///< value that stays valid until refresh()
      ///@}
 
  private:
@@ -57,13 +57,13 @@ class TripleBuffer {
   alignas(cache_line) unsigned reading_ = 2;
 };
 
-/// A queue from one writing to one reading thread. Holds `capacity` values, a power of two.
+/// Queue from one writing to one reading thread. Holds `capacity` values, a power of two.
 template <class T, std::size_t capacity>
 class SpscRing {
   static_assert(capacity > 0 && (capacity & (capacity - 1)) == 0);
 
  public:
-  /// Writing thread: false, and counted, when the ring is full.
+  /// Appends a value, on the writing thread. If the ring is full, counts the loss and returns false.
   bool push(const T& value) noexcept {
     const std::size_t at = written_.load(std::memory_order_relaxed);
     if (at - read_.load(std::memory_order_acquire) == capacity) {
@@ -74,7 +74,7 @@ class SpscRing {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Reading thread: false when the ring is empty.
+  /// Takes the oldest value, on the reading thread. Returns false when the ring is empty.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);
     if (at == written_.load(std::memory_order_acquire)) return false;
@@ -82,7 +82,7 @@ class SpscRing {
     read_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Values that found no room. Any thread.
+  /// Returns the number of values dropped. Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
@@ -92,14 +92,14 @@ class SpscRing {
   std::atomic<std::uint64_t> dropped_{0};
 };
 
-/// Everything that passes between the loops. "Graphic" is the one thread that shows the room; "desk" the one
-/// beside the haptic thread (haptic_loop.cpp).
+/// Channels between the threads. "Graphic" is the one thread that shows the room; "desk" the one beside the
+/// haptic thread (haptic_loop.cpp).
 struct Exchange {
   TripleBuffer<Snapshot> room;        ///< haptic to graphic: the end of each tick
   SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: each tick, 16 s at 1 kHz
-  TripleBuffer<Settings> settings;    ///< graphic to desk, all of them at once
+  TripleBuffer<Settings> settings;    ///< graphic to desk: all settings at once
   TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: the mouse as a device
-  SpscRing<Act, 64> acts;             ///< graphic to haptic, in order
+  SpscRing<Act, 64> acts;             ///< graphic to haptic: in order
 };
 
 }  // namespace room

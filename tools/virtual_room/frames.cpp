@@ -1,4 +1,4 @@
-// Pictures of a run without a window, one file each.
+// Writes the pictures of a run without a window, one file each.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -34,11 +34,12 @@ rivals::Pair displacement_of(double dt_s, const TangentRows& rows, const Vector9
   return {d[0], d[1]};
 }
 
-// Change of the force on the body with the displacement, by differences: the models are smooth but at
-// corners, where one side serves as well as the other.
+// Returns the derivative of a rival's force with respect to displacement, by one-sided differences. The
+// models are smooth except at corners, where either side serves.
 Eigen::Matrix2d stiffness_of(const rivals::Rival& rival, rivals::Pair d, rivals::Pair force, double dt_s,
                              double load) {
-  constexpr double h = 1e-10;  // m: far below any presliding length, far above rounding
+  // m, step of the difference: far below any presliding length, far above rounding
+  constexpr double h = 1e-10;
   const rivals::Pair fx = rivals::find_force(rival, {d.x + h, d.y}, dt_s, load).end - force;
   const rivals::Pair fy = rivals::find_force(rival, {d.x, d.y + h}, dt_s, load).end - force;
   Eigen::Matrix2d k;
@@ -105,7 +106,8 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
   return mean;
 }
 
-// Every cell is a foot of its own, so that the rim may slip while the middle sticks. Returns their number.
+// Adds one foot (contact of the body solver) for each cell of the tool's pad, so that the rim may slip while
+// the middle sticks. Returns the number of cells.
 std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t first) noexcept {
   std::array<bristle::PatchCell, pad_cells> cells;
   pad_motion_ = {};
@@ -122,8 +124,8 @@ std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t firs
   return count;
 }
 
-// Moves the cells along the chords of one displacement and one spin. So deflections follow the poses of block
-// and tool, and what returns has not crept.
+// Moves the pad's cells along straight lines given by one displacement and one spin. Deflections follow the
+// poses of block and tool, so a pad that comes back has not crept.
 void Friction::move_pad(double dt_s, const Velocity& mean,
                         bristle::Span<const PatchContact> contacts) noexcept {
   if (cells_ == 0) return;
@@ -137,13 +139,13 @@ void Friction::move_pad(double dt_s, const Velocity& mean,
   pad_->write_motions({&pad_motion_, 1}, {motions_.data() + points_, cells_});
 }
 
-// Backward Euler, M (u1 - u0) = T (f + sum of J^T F(T J u1)), by Newton's method with halved steps. With
-// friction at the end of the step: Coulomb's steep ramp through zero is a damper that stops the body within
-// the step.
+// Solves backward Euler, M (u1 - u0) = T (f + sum of J^T F(T J u1)), by Newton's method with step halving.
+// Friction is that at the end of the step, so Coulomb's steep ramp through zero acts as a damper that stops
+// the body within the step.
 Velocity Friction::find_rival_motion(double dt_s, const Body& body, const Velocity& external,
                                      bristle::Span<const PatchContact> contacts) noexcept {
   constexpr int most_steps = 30, most_halvings = 12;
-  constexpr double tolerance = 1e-12;  // of the momentum in the equation
+  constexpr double tolerance = 1e-12;  // relative to the momentum in the equation
   const Matrix9 mass = body.mass;
   const Vector9 start = body.velocity, push = dt_s * external;
   Matrix9 slope;

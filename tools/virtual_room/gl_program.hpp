@@ -1,4 +1,4 @@
-// A linked pair of shaders and its uniforms.
+// Linked pair of shaders and its uniforms.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -7,18 +7,17 @@
 
 namespace room {
 
-/// Lives while its context is current.
+/// OpenGL program. Its context must stay current while it lives.
 class Program {
  public:
-  /// Throws std::runtime_error with the driver's log.
+  /// Compiles and links. Throws std::runtime_error with the driver's log.
   Program(const char* vertex_source, const char* fragment_source);
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
   ~Program() { glDeleteProgram(id_); }
 
   void use() const { glUseProgram(id_); }
-  /// @name Uniforms of the program in use; names it does not have are ignored
-  ///@{
+  /// @name Uniforms of the program in use; unknown names are ignored @{
   void set(const char* name, int value) const { glUniform1i(at(name), value); }
   void set(const char* name, float value) const { glUniform1f(at(name), value); }
   void set(const char* name, const Eigen::Vector3f& v) const { glUniform3fv(at(name), 1, v.data()); }

@@ -16,7 +16,7 @@ ImVec4 rgba(ImU32 c, float alpha = 1.0f) {
 }
 
 ImFont* load(std::initializer_list<const char*> files, float pixels) {
-  // Latin, Greek, dashes and arrows, super- and subscripts, mathematical signs.
+  // Character ranges: Latin, Greek, dashes and arrows, super- and subscripts, mathematical signs.
   static const ImWchar ranges[] = {0x20,   0xff,   0x370,  0x3ff,  0x2010, 0x2027, 0x2070,
                                    0x2099, 0x2190, 0x2193, 0x2200, 0x2265, 0};
   ImGuiIO& io = ImGui::GetIO();
@@ -47,6 +47,10 @@ void set_colours(ImGuiStyle& style) {
   set(ImGuiCol_ButtonHovered, IM_COL32(58, 66, 78, 255));
   set(ImGuiCol_ButtonActive, IM_COL32(72, 82, 97, 255));
   set(ImGuiCol_CheckMark, colours::accent);
+  set(ImGuiCol_NavHighlight, colours::accent);
+  set(ImGuiCol_Header, IM_COL32(39, 44, 52, 255));
+  set(ImGuiCol_HeaderHovered, IM_COL32(50, 56, 66, 255));
+  set(ImGuiCol_HeaderActive, IM_COL32(58, 65, 77, 255));
   set(ImGuiCol_Separator, colours::line);
   set(ImGuiCol_ScrollbarBg, colours::panel);
   set(ImGuiCol_ScrollbarGrab, IM_COL32(58, 65, 76, 255));

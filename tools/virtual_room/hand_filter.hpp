@@ -1,5 +1,5 @@
-// Smooths a hand that arrives in leaps: a mouse speaks in pixels, sixty times a second, and a spring of 400
-// N/m makes a blow of each.
+// Smooths a hand that arrives in jumps: a mouse reports pixels sixty times a second, and a spring of 400 N/m
+// turns each jump into a blow.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace room {
 
-/// Two equal low-pass filters in turn, exact for a hand that stands between calls: a leap arrives after
-/// about `delay`, with neither a jump nor a kink, and does not overshoot.
+/// Cascade of two equal low-pass filters, exact for a hand constant between calls. A jump arrives after about
+/// `delay`, without jump, kink or overshoot.
 class HandFilter {
  public:
   static constexpr double delay = 0.04;  ///< s
@@ -16,7 +16,7 @@ class HandFilter {
   void begin(const double (&at)[4]) noexcept {
     for (int i = 0; i < 4; ++i) first_[i] = second_[i] = at[i];
   }
-  /// Position (m) and press (N) after `dt_s` in which the hand stood at `at`.
+  /// Advances the filter by `dt_s`, during which the hand was at `at`: position (m) and press (N).
   void follow(const double (&at)[4], double dt_s) noexcept {
     const double steps = std::max(dt_s, 0.0) / (0.5 * delay), rest = std::exp(-steps);
     for (int i = 0; i < 4; ++i) {

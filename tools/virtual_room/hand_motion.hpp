@@ -1,4 +1,4 @@
-// A hand whose motion is known beforehand: rows of time with position or force. Scripts, recordings and
+// Hand whose motion is known beforehand, as rows of time with position or force. Scripts, recordings and
 // motion files all become this.
 #pragma once
 
@@ -11,24 +11,24 @@
 namespace room {
 
 struct HandRow {
-  double t = 0.0;  ///< s, not descending
+  double t = 0.0;  ///< s, ascending or equal
   Hand hand;
 };
 
-/// Linear between rows, constant before the first and after the last. A row with a position and one without
-/// do not mix: the earlier one holds up to the later.
+/// Motion of a hand: linear between rows, constant before the first and after the last. Between a row with a
+/// position and one without, the earlier row holds until the later.
 struct HandMotion {
   std::vector<HandRow> rows;
   Hand at(double t) const noexcept;  ///< does not allocate
   double end() const noexcept { return rows.empty() ? 0.0 : rows.back().t; }
 };
 
-/// A recording (columns t,x,y,z,holds,fx,fy,fz: the room's axes), or a motion file as `bristle run` takes it
-/// (t,x,y,load, no z): the tool lies on the middle of the block's top, follows x, y from there, and presses
-/// with the load. Throws cli::UserError naming file, line and column.
+/// Reads a recording (columns t,x,y,z,holds,fx,fy,fz in the room's axes), or a motion file of `bristle run`
+/// (t,x,y,load, no z): then the tool lies on the middle of the block's top, follows x, y from there, and
+/// presses with the load. Throws cli::UserError naming file, line and column.
 HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures);
 
-/// Plays a motion; `lost_at` and `back_at` (s) make it fail for a while, to see what happens then.
+/// Device that plays a motion; from `lost_at` to `back_at` (s) it fails, to test a lost device.
 class PlayedHand final : public Device {
  public:
   PlayedHand(const char* name, HandMotion motion, double lost_at = 1e300, double back_at = 1e300)

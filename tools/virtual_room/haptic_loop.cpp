@@ -1,6 +1,7 @@
-// Two threads when the clock is real: the haptic thread ticks; the desk does what takes memory, files or time
-// (materials, patches, scripts, recordings) and hands over the result as an order. With the virtual clock the
-// caller's thread does both in turn, so that all happens at the same tick every time.
+// Runs the haptic loop on two threads when the clock is real. The haptic thread ticks. The desk, the thread
+// beside it, does what needs memory, files or time (materials, patches, scripts, recordings) and hands over
+// each result as an Order. With the virtual clock the caller's thread does both in turn, so that everything
+// happens at the same tick in every run.
 #include "tools/virtual_room/haptic_loop.hpp"
 
 #include <algorithm>
@@ -36,14 +37,15 @@
 namespace room {
 namespace {
 
-constexpr double fade_time = 0.05;      // s, over which the hand's force fades in and out
-constexpr double message_time = 6.0;    // s: how long a line stands
-constexpr double farthest_hand = 10.0;  // m, in each axis
-constexpr double strongest_hand = 1e3;  // N, in each axis
-// Periods are measured, not judged: with this deadline none is late, and the system is not asked why it was.
+constexpr double fade_time = 0.05;      // s, time over which the hand's force fades in and out
+constexpr double message_time = 6.0;    // s, time for which a message is shown
+constexpr double farthest_hand = 10.0;  // m, largest hand coordinate accepted on each axis
+constexpr double strongest_hand = 1e3;  // N, largest hand force accepted on each axis
+// Sets a deadline that no tick misses: periods between ticks are only measured, and the cause of a late one
+// is not asked for.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
-// Of slow motion: the share of ticks that step.
+// Shares of ticks that step the world, for each speed of slow motion.
 constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
 constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
@@ -60,13 +62,13 @@ Message to_message(const std::string& line) {
 
 enum class Recording : unsigned char { as_it_is, begin, end };
 
-/// From the desk to the haptic thread. One at a time: the desk waits until it was taken.
+/// Order from the desk to the haptic thread. One at a time: the desk waits until an order was taken.
 struct Order {
   bool has_parameters = false;
   Parameters parameters, beside[most_compared];
   std::uint64_t revision = 0;
   bool reset = false;
-  Device* device = nullptr;  ///< null: the one there is
+  Device* device = nullptr;  ///< null: keeps the present device
   Recording recording = Recording::as_it_is;
   Message message;
 };
@@ -83,7 +85,7 @@ Hand within_reach(const Hand& hand, bool& sane) {
 
 double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
 
-// The name for a new recording: nothing that was recorded is written over.
+// Returns a file name that no earlier recording has, so that nothing is overwritten.
 std::string free_name(const std::string& wanted) {
   const auto taken = [](const std::string& base) {
     for (const char* ending : {".csv", ".hand.csv", ".toml"}) {
@@ -99,7 +101,7 @@ std::string free_name(const std::string& wanted) {
 }  // namespace
 
 struct HapticLoop::Impl {
-  /// A block that is compared, in a room of its own; stepped only where it is shown.
+  /// Block of a comparison, in a room of its own; stepped only while it is shown.
   struct Beside {
     explicit Beside(const RoomMeasures& measures)
         : batch(bristle::BatchOptions{}.with_threads(1)), world(measures, batch), maker(batch) {
@@ -108,7 +110,7 @@ struct HapticLoop::Impl {
     bristle::PatchBatch batch;
     World world;
     PatchMaker maker;
-    bool has_patches = false;  // read by the desk: whether `world` has the patches of `maker`
+    bool has_patches = false;  // whether `world` uses the patches of `maker`; read by the desk
   };
 
   Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
@@ -168,13 +170,14 @@ struct HapticLoop::Impl {
     Hand now = hand;
     bool there = device->read(world.time(), now);
     now = within_reach(now, there);
-    // Where it lets go the spring fades: its end stays, wherever this or the next device says that it is.
+    // Keeps the end of the hand's spring in place once the hand lets go, whatever position a device reports:
+    // the force fades instead of jumping.
     if (!now.holds) std::copy(hand.position, hand.position + 3, now.position);
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
-    // Fades: the spring of a hand that lets go, and all of a device that is lost, leave no jump. A force
-    // beside the spring, as the mouse's press, is the device's own: it ends when the device says so.
+    // Fades the spring of a hand that lets go, and every force of a lost device, so that neither leaves a
+    // jump. A force beside the spring (the mouse's press) is not faded on letting go: the device ends it.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
     grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
@@ -187,10 +190,10 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
-      if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
+      if (hand_recorded) recording = hand_recorded = false;  // the clock restarts here, before the desk knows
       reset_worlds();
     }
-    // A force that returns to the hand rises without a jump; the world has all of it at once.
+    // Raises the force on the hand without a jump after a pause; the world feels the full force at once.
     feedback = std::min(1.0, feedback + change);
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
@@ -205,7 +208,7 @@ struct HapticLoop::Impl {
     for (std::size_t i = 0; i < most_compared; ++i) {
       beside[i]->world.take(order.beside[i]);
     }
-    // The bristles of one scene, still bent, would push the block of the next.
+    // Resets the worlds: bent bristles of one scene would push the block of the next.
     if (begins) reset_worlds();
   }
 
@@ -260,7 +263,8 @@ struct HapticLoop::Impl {
     }
   }
 
-  // In slow motion most ticks only wait; with the virtual clock there is none.
+  // Returns whether this tick steps the world. In slow motion most ticks only wait; the virtual clock always
+  // steps.
   bool is_due(double due_s) noexcept {
     if (speed == 0 || due_s <= 0.0) return true;
     progress += speeds[speed];
@@ -268,7 +272,8 @@ struct HapticLoop::Impl {
     progress -= 1.0;
     return true;
   }
-  // The device is served at its rate and keeps its force: it is not lost, and loses nobody.
+  // Serves the device in a tick of slow motion that does not step: repeats the last force, so that the device
+  // is not taken for lost.
   void wait_slowly() noexcept {
     Hand unused = hand;
     device->read(world.time(), unused);
@@ -282,7 +287,8 @@ struct HapticLoop::Impl {
     release_device();
   }
 
-  // Sets the device's force to zero: nothing computes its force from here on.
+  // Sets the device's force to zero when a pause, a change of device or the end stops the stepping that
+  // computes it.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
     std::fill(last_force, last_force + 3, 0.0);
@@ -354,6 +360,7 @@ struct HapticLoop::Impl {
         case Act::stop_recording:
         case Act::replay:
         case Act::slow_pull:
+        case Act::tour:
           requests.push(act);
           break;
       }
@@ -370,7 +377,7 @@ struct HapticLoop::Impl {
     row.revision = revision;
     row_waits = true;
   }
-  // The forces of the step stand in the row of the step.
+  // Writes the forces of a step into the recording row of that step.
   void finish_row() noexcept {
     if (!row_waits) return;
     row.patches = world.patch_forces(row.patch);
@@ -462,7 +469,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Parameters of a block beside the first one: only a brush has patches, in a batch of its own.
+  // Makes the parameters of a compared block: only a brush gets patches, in a batch of its own.
   Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
     Parameters p = main;
     p.settings = settings_beside(main.settings, i);
@@ -479,7 +486,7 @@ struct HapticLoop::Impl {
     return p;
   }
 
-  // Frees what an order replaced, once the haptic loop has taken the order.
+  // Frees objects that an order replaced, once the haptic loop has taken the order.
   void clear_up() {
     maker.remove_old();
     for (const auto& other : beside) other->maker.remove_old();
@@ -510,8 +517,8 @@ struct HapticLoop::Impl {
     }
   }
 
-  // The disk is full: the loop continues without recording. The room shows it now, finish_recording() reports
-  // it.
+  // Stops recording when the disk is full; the loop continues. The room shows the failure now,
+  // finish_recording() reports it.
   void give_up_recording(const char* why) {
     recorder.abandon();
     closing = false;
@@ -529,7 +536,8 @@ struct HapticLoop::Impl {
     clear_up();
     if (order_waits()) return;
     if (waiting != Act::none || requests.pop(waiting)) {
-      // Time that goes back would spoil what is being written: it is closed first. Forces alone continue.
+      // Closes a recording of the hand before any act that restarts the time, which would spoil the file. A
+      // recording of forces alone continues.
       const bool spoils =
           waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
       const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
@@ -552,7 +560,7 @@ struct HapticLoop::Impl {
           order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          // The files first: from when new patches are made, the order must be given.
+          // Opens the files before the patches are made: once they are made, the order must be given.
           recorded = free_name(options.record_to);
           recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
@@ -567,12 +575,18 @@ struct HapticLoop::Impl {
           order = begin_replay();
           break;
         case Act::slow_pull:
-          order = begin_slow_pull();
+          order = begin_own_hand("slow pull", &slow_pull);
+          order.message =
+              to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                     order.parameters.peak * load_at_rest(settings)));
+          break;
+        case Act::tour:
+          order = begin_own_hand("tour", &tour_hand);
           break;
         default:
           return;
       }
-    } catch (const std::exception& error) {  // a file that cannot be read or written: reports it
+    } catch (const std::exception& error) {  // a file cannot be read or written
       if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
@@ -588,20 +602,19 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // A hand of its own on the block as it lies at the beginning, under the settings in force.
-  Order begin_slow_pull() {
+  // Makes an order that resets the block and lets a hand of the room's own move it, under the present
+  // settings.
+  Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
-    auto hand_of_room = std::make_unique<PlayedHand>(
-        "slow pull", slow_pull(settings, order.parameters.peak, options.measures));
+    auto hand_of_room =
+        std::make_unique<PlayedHand>(name, motion(settings, order.parameters.peak, options.measures));
     replay_end = hand_of_room->end();
     leaving_device = std::move(replay_device);
     replay_device = std::move(hand_of_room);
     order.device = replay_device.get();
     pulling = true;
     changes.clear();
-    order.message = to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
-                                           order.parameters.peak * load_at_rest(settings)));
     return order;
   }
 
@@ -631,7 +644,7 @@ struct HapticLoop::Impl {
   void end_slow_pull() {
     Order order;
     leave_slow_pull(order);
-    order.message = to_message("the slow pull has ended: the hand is yours");
+    order.message = to_message("the hand is yours");
     give(order);
   }
 
@@ -640,7 +653,8 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
-    // The earlier script continues at the present time: its changes up to here follow at once.
+    // Resumes the script that ran before the replay, at the present time: changes up to now are applied at
+    // once.
     changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
     give(order);
@@ -650,7 +664,7 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // memory is short: the request is dropped
+      } catch (const std::exception& error) {  // out of memory: the request is dropped
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
       }
       std::this_thread::sleep_for(desk_pause);
@@ -667,18 +681,19 @@ struct HapticLoop::Impl {
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
-  // Haptic thread.
+  // Members of the haptic thread.
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  bool recording = false, hand_recorded = false;  // the latter: not forces alone
+  // hand_recorded: the recording includes the hand, not forces alone
+  bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
-  double feedback = 1.0;  // share of the force that goes to the device
+  double feedback = 1.0;  // share of the computed force that goes to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
-  std::size_t speed = 0;  // of speeds
-  double progress = 0.0;  // of the next tick that steps
+  std::size_t speed = 0;  // index into `speeds`
+  double progress = 0.0;  // fraction accumulated towards the next tick that steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -688,7 +703,7 @@ struct HapticLoop::Impl {
   bristle::DeadlineMonitor computing, ending, period;
   LoopStatistics statistics;
 
-  // Between the two.
+  // Members shared by both threads.
   SpscRing<Order, 4> orders;
   SpscRing<Act, 64> requests;
   std::atomic<std::uint64_t> orders_taken{0};
@@ -696,16 +711,17 @@ struct HapticLoop::Impl {
   std::atomic<bool> running{false};
   Recorder recorder;
 
-  // Desk.
+  // Members of the desk.
   std::uint64_t orders_given = 0, revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool pulling = false;                  // what is played is the slow pull
-  std::string recorded;                  // name of the last recording
-  Act waiting = Act::none;               // for a recording to be closed
-  bool closing = false, failed = false;  // a recording: to be closed; failed, which is not said yet
-  std::string failure;                   // the last one
+  bool pulling = false;     // whether the present replay is the slow pull
+  std::string recorded;     // name of the last recording
+  Act waiting = Act::none;  // act that waits until a recording is closed
+  // Closing: a recording is to be closed; failed: a recording failed and that is not reported yet.
+  bool closing = false, failed = false;
+  std::string failure;  // message of the last failure
 
   std::thread haptic_thread, desk_thread;
 };

@@ -1,5 +1,5 @@
-// The haptic loop: the world, stepped at a fixed rate on a thread of its own, or as fast as it goes on the
-// caller's.
+// Haptic loop: steps the world at a fixed rate on a thread of its own, or without waiting on the caller's
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -15,41 +15,41 @@
 namespace room {
 
 struct LoopOptions {
-  double rate_hz = 1000.0;      ///< 1000 to 10000
-  Settings settings;            ///< to begin with
-  std::vector<Change> changes;  ///< of the settings at set times
+  double rate_hz = 1000.0;      ///< Hz, 1000 to 10000
+  Settings settings;            ///< initial settings
+  std::vector<Change> changes;  ///< changes of the settings at given times
   RoomMeasures measures;
-  std::string record_to = "recording";  ///< name of the files that Act::record writes, without ending
-  std::string forces_csv;               ///< forces from the start; empty = none
+  std::string record_to = "recording";  ///< name without ending of the files that Act::record writes
+  std::string forces_csv;               ///< file for forces, from the start; empty = none
 };
 
-/// Owns the world and its exchange. One thread at a time calls start, stop and advance.
+/// Owner of the world and its exchange. One thread at a time calls start, stop and advance.
 class HapticLoop {
  public:
-  /// Takes memory for all patches. `device` null: the mouse, fed through exchange().mouse. Throws
+  /// Allocates all patches. A null `device` means the mouse, fed through exchange().mouse. Throws
   /// bristle::Error or cli::UserError.
   explicit HapticLoop(const LoopOptions& options, std::unique_ptr<Device> device = nullptr);
   ~HapticLoop();  ///< stops
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  /// Real clock: ticks at the rate, on a thread of its own, until stop().
+  /// Starts ticking by the real clock, at the rate, on a thread of its own, until stop().
   void start();
   void stop();
 
-  /// Closes what is being recorded. Only while the loop is not started. Throws cli::UserError on a full disk,
-  /// also on one that was full earlier: the loop went on without recording.
+  /// Closes the recording. Only while the loop is not started. Throws cli::UserError if the disk is full or
+  /// was full earlier, when the loop continued without recording.
   void finish_recording();
-  /// Virtual clock: so many ticks on this thread, without waiting; the same inputs give the same bits. Only
-  /// while the loop is not started.
+  /// Runs this many ticks by the virtual clock, on this thread without waiting; equal inputs give equal bits.
+  /// Only while the loop is not started.
   void advance(std::uint64_t ticks);
 
-  /// The other side of the exchange belongs to the one thread that shows the room.
+  /// Returns the exchange, for the one thread that shows the room.
   Exchange& exchange() noexcept;
   double rate_hz() const noexcept;
-  /// Statistics, at any time after stop() or between calls of advance().
+  /// Returns the statistics. Call it after stop() or between calls of advance().
   LoopStatistics statistics() const noexcept;
-  /// Hash of the block's place, motion and bristles. Only while the loop is not started.
+  /// Returns a hash of the block's place, motion and bristles. Only while the loop is not started.
   std::uint64_t state_hash() const noexcept;
 
  private:

@@ -15,7 +15,7 @@
 namespace room {
 namespace {
 
-constexpr std::uint64_t most_ticks_at_once = 1000;  // far less than the ring of plot points holds
+constexpr std::uint64_t most_ticks_at_once = 1000;  // far below the capacity of the ring of plot points
 
 /// Summary of all ticks.
 struct Summary {

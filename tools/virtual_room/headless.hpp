@@ -1,4 +1,4 @@
-// The room without a window: runs to its end, records, and prints what happened.
+// Runs the room without a window to its end, records, and prints a summary.
 #pragma once
 
 #include <functional>
@@ -8,14 +8,14 @@
 
 namespace room {
 
-/// Functions that draw, on the graphic side; both empty where nothing is drawn.
+/// Drawing functions, called by a headless run; both empty where nothing is drawn.
 struct DrawFrame {
-  std::function<void(const PlotPoint& point)> see;                   ///< each tick, in order
+  std::function<void(const PlotPoint& point)> see;                   ///< called for each tick, in order
   std::function<void(const Snapshot& room, long frame)> draw_frame;  ///< `frame` counts from 0
 };
 
-/// Runs options.seconds of the room by the clock asked for; `draw` sees frames_per_second
-/// snapshots a second of the simulation. Prints a table to stdout. Throws cli::UserError.
+/// Runs the room for options.seconds by the chosen clock; `draw` sees frames_per_second snapshots per
+/// simulated second. Prints a table to stdout. Throws cli::UserError.
 void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw);
 
 }  // namespace room

@@ -1,4 +1,4 @@
-// Memory of the plots: the points of the last seconds, and how long ticks took.
+// Memory of the plots: the points of the last seconds, and a histogram of tick times.
 #pragma once
 
 #include <array>
@@ -17,18 +17,17 @@ class History {
 
   History() : points_(capacity) {}
 
-  /// A time before that of the last point (reset, replay) restarts the history; one that is no number is
-  /// left out.
+  /// Adds a point. A time before the last point's (reset, replay) restarts the history; a NaN is left out.
   void add(const PlotPoint& point);
   void clear();
 
   std::size_t size() const { return size_; }
-  /// 0 is the oldest.
+  /// Returns point i; 0 is the oldest.
   const PlotPoint& operator[](std::size_t i) const {
     return points_[(next_ + capacity - size_ + i) % capacity];
   }
   const PlotPoint& newest() const { return (*this)[size_ - 1]; }
-  /// Index of the first point of the last `seconds`.
+  /// Returns the index of the first point within the last `seconds`.
   std::size_t first_of_last(float seconds) const;
 
  private:
@@ -36,20 +35,20 @@ class History {
   std::size_t next_ = 0, size_ = 0;
 };
 
-/// The first bending since the beginning: pinned, while the plots move on.
+/// Curve of the first bending since the reset, kept while the plots move on.
 class FirstBending {
  public:
   static constexpr std::size_t capacity = 4000;
-  static constexpr float lengths = 4.0f;  ///< of the presliding length: as far as it goes
-  static constexpr float back = 0.5f;     ///< it ends where the block has come back by so many
+  static constexpr float lengths = 4.0f;  ///< range, in presliding lengths
+  static constexpr float back = 0.5f;     ///< presliding lengths of return after which recording ends
 
-  /// Each tick once, in order. A time that goes back restarts it.
+  /// Adds a point; call it for each tick once, in order. A time that goes back restarts the curve.
   void add(const PlotPoint& point);
-  /// `presliding_length`, m: how finely it is kept, and when it is complete.
+  /// Sets the presliding length (m), which gives the curve's resolution and range.
   void set_length(double presliding_length);
 
   std::size_t size() const { return points_.size(); }
-  /// Displacement (m) from the beginning, friction (N) against it.
+  /// Returns displacement (m) since the reset and the friction (N) against it.
   const std::pair<float, float>& operator[](std::size_t i) const { return points_[i]; }
 
  private:
@@ -58,12 +57,12 @@ class FirstBending {
   bool begun_ = false, complete_ = false;
 };
 
-/// Counts of computing times in classes of equal ratio.
+/// Histogram of computing times in classes of equal ratio.
 class TimeHistogram {
  public:
   static constexpr int per_decade = 12, decades = 5;
   static constexpr int classes = per_decade * decades;
-  static constexpr double least = 1e-7;  ///< s, where the first class begins
+  static constexpr double least = 1e-7;  ///< s, lower end of the first class
 
   void add(double seconds);
   void clear() {

@@ -1,4 +1,4 @@
-// bristle-room: the paper's virtual room, in a window or without one.
+// Runs bristle-room, the paper's virtual room, in a window or without one.
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -24,19 +24,20 @@ namespace {
 
 using room::RunOptions;
 
-// The option --device, to see whether it was given.
+// Adds the command's options; returns --device, so that the caller can see whether it was given.
 CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   const std::map<std::string, room::DeviceKind> devices = {{"mouse", room::DeviceKind::mouse},
                                                            {"script", room::DeviceKind::script},
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
   const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
-  // Without a description --help would print the enumerators as bytes.
+  // Describes the choices, because --help would print the enumerators as bytes.
   CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
   to_device.description("{mouse,script,file,udp}");
   to_clock.description("{real,virtual}");
   app.set_version_flag("--version", std::string("bristle-room ") + bristle::library_version());
   app.add_flag("--headless", o.headless, "no window");
+  app.add_flag("--tour", o.tour, "begin with a tour of 20 seconds");
   app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
       ->check(CLI::ExistingFile);
   CLI::Option* device =
@@ -83,13 +84,13 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--stall-graphics", o.stall_graphics_ms,
                  "ms that the graphic loop stands still, once a second")
       ->check(cli::within(0.0, 10000.0))
-      ->group("");  // for tests
+      ->group("");  // hidden from --help, as it is for tests
 }
 
 std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {
   switch (o.device) {
     case room::DeviceKind::mouse:
-      return nullptr;  // the loop's own
+      return nullptr;  // null: the loop's own mouse
     case room::DeviceKind::script:
       if (o.script.empty()) throw cli::UserError("--device script needs --script FILE");
       return std::make_unique<room::PlayedHand>("script", std::move(script.hand), script.lost_at,
@@ -111,7 +112,11 @@ int run(RunOptions options) {
     options.loop.changes = script.changes;
     if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
   }
-  // The window opens on what tells the models apart.
+  if (options.tour &&
+      (options.headless || !options.script.empty() || options.device != room::DeviceKind::mouse))
+    throw cli::UserError(
+        "--tour is of the window and the mouse: leave out --headless, --script and --device");
+  // Opens the window on the scene that tells the friction models apart, unless options choose another.
   if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
     options.loop.settings = room::comparison();
   options.loop.forces_csv = options.csv;
@@ -146,13 +151,13 @@ int main(int argc, char** argv) {
   add_picture_options(app, options);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help
+  } catch (const CLI::Success& asked) {  // --help or --version was asked for
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
     return 2;
   }
-  // The given options choose what moves the tool.
+  // Chooses the device from the other options if --device is not given.
   if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
   if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;
   try {

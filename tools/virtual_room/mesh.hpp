@@ -1,4 +1,4 @@
-// Shapes as triangles, and their place in the graphics memory.
+// Triangle meshes, and their buffers in graphics memory.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -16,10 +16,10 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< three a triangle, anticlockwise seen from outside
+  std::vector<std::uint32_t> indices;  ///< three per triangle, anticlockwise seen from outside
 };
 
-/// `half` is the half length on each axis; edges rounded.
+/// Makes a box with rounded edges; `half` is the half length on each axis.
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
 Triangles make_sphere(int around);                 ///< radius 1
 Triangles make_rod(int around, float end_radius);  ///< z from 0 to 1, radius 1 below and end_radius above
@@ -27,7 +27,7 @@ Triangles make_rectangle();                        ///< x and y from -1 to 1, no
 Triangles make_coil(const Eigen::Vector3f& from, const Eigen::Vector3f& to, int turns, float radius,
                     float thickness);
 
-/// A shape in the graphics memory. Lives while its context is current.
+/// Mesh in graphics memory. Its context must stay current while it lives.
 class Mesh {
  public:
   explicit Mesh(const Triangles& shape);

@@ -43,8 +43,8 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
   if (drag_ == Drag::shift) camera.pan(dx / scene.height, -dy / scene.height);
 }
 
-// Where the ray meets the plane on which the hand moves; a fine drag goes a tenth of the way from where it
-// became fine. A hand that holds the tool already, by the keys, goes on from there.
+// Moves the hand to where the pointer's ray meets its plane. A fine drag moves it a tenth of the distance
+// from the place where it became fine. A hand that already holds the tool, by keys, continues from its place.
 void MouseControl::hold(const Ray& ray, bool begins, bool fine, const Snapshot& room,
                         const RoomMeasures& measures) {
   const Eigen::Matrix3f to_room = room_tilt(room.settings.slope).transpose();

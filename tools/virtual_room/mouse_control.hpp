@@ -1,4 +1,4 @@
-// Control by the mouse: the left button holds the tool, the others turn and move the view.
+// Controls the room by mouse: the left button holds the tool, the others turn and move the view.
 #pragma once
 
 #include <string>
@@ -10,27 +10,27 @@ namespace room {
 
 struct MouseButtons {
   bool left = false, right = false, middle = false;
-  bool fine = false;  ///< the hand goes a tenth of the pointer's way
+  bool fine = false;  ///< whether the hand moves a tenth of the pointer's distance
 };
 
 class MouseControl {
  public:
-  /// The pointer is at this pixel with these buttons down. A drag belongs to where it began: `scene`, or not
-  /// to us.
+  /// Handles the pointer at this pixel with these buttons down. A drag is handled only if it began inside
+  /// `scene`.
   void move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera, const Snapshot& room,
             const RoomMeasures& measures);
-  /// Keys that push: `right` and `away`, -1, 0 or 1, move the hand at 10 mm/s along x and y, `fine` at a
-  /// tenth. It takes the tool where that is, and holds on until let_go().
+  /// Moves the hand by keys: `right` and `away`, -1, 0 or 1, give 10 mm/s along x and y, a tenth with `fine`.
+  /// The hand takes the tool where it is, and holds it until let_go().
   void push(int right, int away, bool fine, double elapsed_s, const Snapshot& room,
             const RoomMeasures& measures);
   void let_go();
-  /// Zooms; while the tool is held raises it, with `control` presses it down. Returns what to tell the
-  /// person, or nothing.
+  /// Handles the wheel: zooms; while the tool is held it raises it, with `control` presses it down. Returns a
+  /// message for the person, or nothing.
   std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
 
-  /// A drag is under way: the panels must not see it.
+  /// Returns whether a drag is under way, which the panels must not see.
   bool busy() const { return drag_ != Drag::none; }
-  /// True once after the hand changed.
+  /// Returns true once after the hand changed.
   bool hand_changed();
   const MouseHand& hand() const { return hand_; }
 
@@ -43,10 +43,10 @@ class MouseControl {
   MouseHand hand_;
   bool changed_ = false;
   float last_x_ = 0, last_y_ = 0;
-  double height_ = 0.01;  ///< m, of the hand over the floor: a low push hardly tips the block
+  double height_ = 0.01;  ///< m, height of the hand over the floor; a low push hardly tips the block
   bool fine_ = false;
   double anchor_[2] = {0, 0},
-         pointer_[2] = {0, 0};  // m: hand and pointer where the drag or its fineness began
+         pointer_[2] = {0, 0};  // m, hand and pointer when the drag or its fine mode began
 };
 
 }  // namespace room

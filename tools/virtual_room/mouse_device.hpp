@@ -1,4 +1,5 @@
-// The mouse: what the graphic loop made of it, through the exchange, smoothed at the rate of the ticks.
+// Device of the mouse: takes the hand that the graphic loop sends through the exchange, and smooths it at the
+// tick rate.
 #pragma once
 
 #include "tools/virtual_room/device.hpp"
@@ -28,7 +29,7 @@ class MouseDevice final : public Device {
     hand.force[2] = mouse.holds ? -filter_[3] : 0.0;
     return true;
   }
-  void write(const double (&)[3]) noexcept override {}  // a mouse pushes nobody
+  void write(const double (&)[3]) noexcept override {}  // a mouse gives no force feedback
 
  private:
   Exchange& exchange_;

@@ -1,4 +1,4 @@
-// Creep of a block, apart from its swing under the taps: its mean place over each pair of taps.
+// Measures the creep of a block without its swing under the taps, by its mean place over each pair of taps.
 #pragma once
 
 #include <cmath>
@@ -10,18 +10,18 @@ namespace room {
 
 class Moved {
  public:
-  static constexpr double settles = 6.0;  ///< s after its beginning that it counts from
+  static constexpr double settles = 6.0;  ///< s, time after the beginning from which it counts
 
-  /// Counts anew from here: what a hand moves is no creep.
+  /// Restarts the count: motion that a hand causes is no creep.
   void begin(double time_s = 0.0) noexcept {
     *this = {};
     since_ = time_s;
   }
-  /// Every tick. `x`: place down the slope, m.
+  /// Adds a tick. Call it every tick; `x` is the place down the slope, m.
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
-      if (count_ > 0.0) {  // a pair is over
+      if (count_ > 0.0) {  // a pair of taps is over
         const double place = sum_ / count_;
         if (pair_ * tap_pair >= since_ + settles && begun_) {
           moved_ = place - from_;
@@ -36,7 +36,7 @@ class Moved {
     sum_ += x;
     count_ += 1.0;
   }
-  /// NaN until it counts.
+  /// Returns the creep (m); NaN until counting starts.
   double metres() const noexcept { return moved_; }
 
  private:

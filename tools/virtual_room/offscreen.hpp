@@ -1,4 +1,4 @@
-// Pictures of the room without a window.
+// Draws pictures of the room without a window.
 #pragma once
 
 #include <memory>
@@ -9,17 +9,18 @@
 
 namespace room {
 
-/// A picture of fixed size in a context of its own, current on this thread as long as it lives.
+/// Renderer of pictures of fixed size, in a context of its own that is current on this thread as long as it
+/// lives.
 class OffscreenRoom {
  public:
-  /// Throws cli::UserError where there is no OpenGL 3.3.
+  /// Makes the context. Throws cli::UserError where there is no OpenGL 3.3.
   OffscreenRoom(const RoomMeasures& measures, int width, int height, float scale = 1, int samples = 4);
   OffscreenRoom(const OffscreenRoom&) = delete;
   OffscreenRoom& operator=(const OffscreenRoom&) = delete;
   ~OffscreenRoom();
 
   RoomView& view() { return *view_; }
-  /// `elapsed`: s since the last picture.
+  /// Draws a picture. `elapsed`: s since the last one.
   PixelImage draw(const Snapshot& room, float elapsed);
 
  private:

@@ -24,7 +24,8 @@ struct Pen {
   ImVec2 size(ImFont* font, const std::string& text) const {
     return font->CalcTextSizeA(font->FontSize, 1e4f, 0, text.c_str());
   }
-  // Text on a dark plate; x by the anchor (0 left, 0.5 middle, 1 right), y its middle.
+  // Draws text on a dark plate. `anchor` says which part of the text is at x (0 left end, 0.5 middle, 1 right
+  // end); y is its middle.
   void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font) const {
     const ImVec2 s = size(font, text);
     const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
@@ -58,7 +59,7 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
 void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
                  const Eigen::Matrix3f& tilt) {
   const auto wide = static_cast<float>(measures.width / 2), end = static_cast<float>(measures.length / 2);
-  // On the side that is nearer.
+  // Places the label on the side of the block that is nearer to the eye.
   const float side = camera.eye().y() <= 0 ? -wide - 0.014f : wide + 0.014f;
   for (float x = -std::floor(end * 10) / 10; x <= end + 1e-4f; x += 0.1f) {
     float px, py;
@@ -73,7 +74,7 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
-// Text behind a block's name: its creep, or the strength of its contact.
+// Returns the text behind a block's name: its creep, or the strength of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (room.settings.compare == Comparison::models) {
     if (!std::isfinite(moved)) return room.time < 6.5 ? " settles" : ": settles again";
@@ -85,19 +86,19 @@ std::string says_of(const Snapshot& room, double moved, double strength, double 
   return fmt::format(": {:.2f} N after {:g} s", strength, beside);
 }
 
-// Each block's name, and what is said of it.
+// Labels each compared block with its name and its creep or strength.
 void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
   const ComparedScene& scene = scene_of(room.settings.compare);
-  // Puts labels one below the other where they are long, as for blocks that a carriage moves.
+  // Stacks the labels where they are long, as for driven blocks, or the window is narrow.
   const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
-  // Beside the block where `off` (m) puts it, so that no name covers another.
+  // Puts a label at the offset `off` (m) from its block, so that no name covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
                          const std::string& text, ImU32 colour) {
     float x, y;
     if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
-    if (narrow) {  // one below the other, where nothing else is
+    if (narrow) {  // stacks the labels in a free corner
       const Area& s = layout.picture.scene;
       const bool at_right = layout.picture.glass_radius > 0 && layout.picture.glass_x < s.x + 0.5f * s.width;
       x = at_right ? s.x + s.width - 12 * layout.scale : s.x + 12 * layout.scale;
@@ -123,7 +124,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   }
 }
 
-// The angle between the floor and the level, at the room's open lower edge.
+// Labels the angle between floor and horizontal, at the room's open lower edge.
 void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                  const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   const double slope = room.settings.slope;
@@ -153,9 +154,9 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   }
 }
 
-// A round mark of the colours of hairs: from straight to about to snap.
+// Draws the colour scale of the hairs: from straight to about to snap.
 void draw_age_scale(const Pen& pen, float x, float y, float width) {
-  // The roots of the shader's colours, in the light that falls on hairs.
+  // Square roots of the shader's colours, under the light that falls on hairs.
   static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
                                     IM_COL32(102, 72, 165, 255)};
   const float high = 5 * pen.scale, half = 0.5f * width;
@@ -209,7 +210,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
           pen.fonts.text);
     return;
   }
-  // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
+  // Draws the mean snap length as a scale bar on the near rim of the floor, at the scale at which hairs lean.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
   std::string shown =
       glass.shows_cohorts()
@@ -265,7 +266,8 @@ static const char* title_of(const Snapshot& room) {
 }
 
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& notice) {
+                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
+                  const std::string& notice) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const Pen pen{draw, fonts, layout.scale};
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
@@ -282,7 +284,7 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
     pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
     y -= 28 * layout.scale;
   };
-  say(title_of(room), colours::text);
+  say(title.empty() ? title_of(room) : title, colours::text);
   say(notice, colours::text);
   say(room.message, colours::warning);
   draw.PopClipRect();

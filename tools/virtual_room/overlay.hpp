@@ -1,5 +1,5 @@
-// Words and rings over the picture of the room: forces in newtons, lengths on the floor, the rim of the
-// glass.
+// Draws labels and rings over the picture of the room: forces in newtons, lengths on the floor, the rim of
+// the glass.
 #pragma once
 
 #include <string>
@@ -10,8 +10,10 @@
 
 namespace room {
 
-/// Into ImGui's background list of the current picture. `notice`: a line for the person, or empty.
+/// Draws the overlay into ImGui's background list. `title` replaces the scene's own unless empty; `notice` is
+/// a line for the person, or empty.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& notice);
+                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
+                  const std::string& notice);
 
 }  // namespace room

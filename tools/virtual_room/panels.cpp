@@ -30,8 +30,8 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Label on the left, slider on the right; the value is shown and typed in `unit` (value / unit_size).
-  // `works` false: it does nothing under the other settings, and says so.
+  // Draws a label on the left and a slider on the right, which shows `value` / `unit_size` with its unit.
+  // Without `works` the slider is greyed out, and its tip says that it has no effect now.
   void slider(const char* label, double& value, double unit_size, double low, double high, const char* format,
               bool logarithmic, const char* says, bool works = true) {
     double shown = value / unit_size;
@@ -40,7 +40,7 @@ struct Panel {
     const ImGuiSliderFlags flags =
         ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
-      // A typed "nan" passes every clamp.
+      // Ignores a typed "nan", which would pass every clamp.
       if (std::isfinite(shown)) {
         value = std::clamp(shown, low, high) * unit_size;
         changed = true;
@@ -51,7 +51,7 @@ struct Panel {
     explain_row(works ? says : fmt::format("{}\n(nothing here depends on it now)", says).c_str());
   }
 
-  // A tip over label and control alike.
+  // Shows a tip when the pointer is over the label or the control.
   void explain_row(const char* says) const {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     if (ImGui::IsAnyItemActive() || !ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem))
@@ -87,7 +87,7 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Buttons of equal width in one row; the one pressed, or -1.
+  // Draws buttons of equal width in one row. Returns the index of the one pressed, or -1.
   int choice(const char* const* names, const char* const* says, int count, int chosen) const {
     const float gap = 4 * scale;
     const float wide =
@@ -112,11 +112,18 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   ImGui::SetNextWindowPos(ImVec2(area.x, area.y));
   ImGui::SetNextWindowSize(ImVec2(area.width, area.height));
   ImGuiWindowFlags flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
-                           ImGuiWindowFlags_NoNav;
+                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (scrolls) flags &= ~ImGuiWindowFlags_NoScrollbar;
   return ImGui::Begin(name, nullptr, flags);
 }
+
+// A heading that folds what follows away; open only where the person opened it.
+bool folded(const Panel& panel, const char* label) {
+  ImGui::Dummy(ImVec2(0, 3 * panel.scale));
+  return !ImGui::CollapsingHeader(label);
+}
+
+void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double load);
 
 void surface(Panel& panel, const Snapshot& room, Settings& s) {
   const Effective works(s);
@@ -134,8 +141,17 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   panel.slider("bristle length", s.presliding_length, 1e-6, 1,
                1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,
                "presliding length: the mean deflection at which a bristle snaps", works.peak);
-  // The paper's way to say the same: K = zeta sigma0, of all bristles that touch. It goes as one over the
-  // length.
+  panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
+                                    room.peak_coefficient * load));
+  panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,
+                                                load, room.kinetic_coefficient * load));
+  if (!folded(panel, "More of the surface")) surface_in_detail(panel, room, s, load);
+}
+
+void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double load) {
+  const Effective works(s);
+  // Shows the stiffness in the paper's terms: K = zeta sigma0 of all bristles in contact, inversely
+  // proportional to the presliding length.
   if (load > 0 && room.stiffness_per_newton > 0 && room.settings.presliding_length > 0) {
     const double times_length = room.stiffness_per_newton * load * room.settings.presliding_length;
     double stiffness = times_length / s.presliding_length;
@@ -184,10 +200,6 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
       works.ageing_time);
-  panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
-                                    room.peak_coefficient * load));
-  panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,
-                                                load, room.kinetic_coefficient * load));
   if (works.bristles && room.bristle_stiffness > 0) {
     panel.readout("bristles ζ × stiffness σ₀",
                   fmt::format("{:.0f} × {}", room.stiffness_per_newton / room.bristle_stiffness * load,
@@ -201,7 +213,7 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
     return std::isfinite(part) && part > 0 ? part : 0.0;
   };
   const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
-  // Without a clock to keep (headless) no time is late.
+  // Judges deadlines only with a real clock: headless runs have none, so no tick is late.
   const bool paced = loop.period_p50 > 0;
   const ImU32 colour = !paced       ? colours::text
                        : used >= 1  ? colours::bad
@@ -249,17 +261,30 @@ void bristles(Panel& panel, const Snapshot& room, Settings& s) {
   deadline_bar(panel, room.loop);
 }
 
+void hand(Panel& panel, const Snapshot& room, Settings& s) {
+  panel.slider("spring", s.hand_stiffness, 1, 20, 2000, "%.0f N/m", true, "between the hand and the tool");
+  panel.slider("damper", s.hand_damping, 1, 0, 20, "%.1f N s/m", false, "beside the spring");
+  const Effective works(s);
+  panel.slider("pad radius", s.pad_radius, 1e-3, 0, 20, "%.1f mm", false,
+               "the tool's contact is a disc: it holds a block against a turn. 0: a point. A fingertip: 8 mm",
+               works.pad);
+  panel.slider("pad µ", s.pad_friction, 1, 0, 2, "%.2f", false,
+               "kinetic friction of the tool; 0: that of the floor. A dry fingertip: about 1");
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    const ContactView& c = room.contact[i];
+    if (!(c.torque_limit > 0)) continue;
+    panel.readout(
+        "moment held, and the highest",
+        fmt::format("{} of {}", with_unit(std::abs(c.torque), "N m"), with_unit(c.torque_limit, "N m")));
+  }
+}
+
 void loop_table(const Panel& panel, const LoopStatistics& loop) {
-  panel.heading("Haptic loop");
+  if (folded(panel, "Haptic loop")) return;
   panel.readout("computing p50 / max", with_unit(loop.p50, "s") + " / " + with_unit(loop.max, "s"));
   panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
                                                               with_unit(loop.period_p99, "s")
                                                         : "not paced");
-  if (loop.period_p50 > 0) {
-    panel.readout("simulated in a second", with_unit(loop.deadline / loop.period_p50, "s"),
-                  loop.period_p50 > 1.1 * loop.deadline ? colours::warning : colours::text);
-    panel.readout("pictures in a second", fmt::format("{:.0f}", ImGui::GetIO().Framerate));
-  }
   panel.readout("late by this program", with_commas(loop.late_ours),
                 loop.late_ours ? colours::bad : colours::good);
   panel.readout("late by the machine", with_commas(loop.late_machine),
@@ -274,7 +299,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
   const float left =
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
-  // The buttons take as many rows as they need.
+  // Breaks the buttons into as many rows as they need.
   const float bar = (w - left) / scale;
   const float above = panels ? std::round((bar >= 940 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
@@ -350,7 +375,7 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   const char* sources[presets.size()];
   for (std::size_t i = 0; i < presets.size(); ++i) {
     names[i] = presets[i].name;
-    sources[i] = presets[i].says;
+    sources[i] = source_of(presets[i]);
   }
   if (const int preset = panel.choice(names, sources, static_cast<int>(presets.size()), preset_of(s));
       preset >= 0) {
@@ -379,26 +404,28 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   panel.slider("tapping", s.tapping, 1, 0, 5, "%.2f N", false,
                "a disturbance along the slope, against drift");
 
-  panel.heading("Hand");
-  panel.slider("spring", s.hand_stiffness, 1, 20, 2000, "%.0f N/m", true, "between the hand and the tool");
-  panel.slider("damper", s.hand_damping, 1, 0, 20, "%.1f N s/m", false, "beside the spring");
-  const Effective works(s);
-  panel.slider("pad radius", s.pad_radius, 1e-3, 0, 20, "%.1f mm", false,
-               "the tool's contact is a disc: it holds a block against a turn. 0: a point. A fingertip: 8 mm",
-               works.pad);
-  panel.slider("pad µ", s.pad_friction, 1, 0, 2, "%.2f", false,
-               "kinetic friction of the tool; 0: that of the floor. A dry fingertip: about 1");
-  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
-    const ContactView& c = room.contact[i];
-    if (!(c.torque_limit > 0)) continue;
-    panel.readout(
-        "moment held, and the highest",
-        fmt::format("{} of {}", with_unit(std::abs(c.torque), "N m"), with_unit(c.torque_limit, "N m")));
-  }
+  if (!folded(panel, "Hand")) hand(panel, room, s);
 
   loop_table(panel, room.loop);
   wishes.settings = wishes.settings || panel.changed;
   if (!undone) state.undo.note(before, !(s == before), ImGui::IsAnyItemActive());
+  ImGui::End();
+}
+
+void draw_scrubber(const Layout& layout, GuiState& state) {
+  if (!(state.back_most_s > 0)) return;
+  const Area& a = layout.picture.scene;
+  ImGui::SetNextWindowPos(ImVec2(a.x + 0.5f * a.width, a.y + 8 * layout.scale), ImGuiCond_Always,
+                          ImVec2(0.5f, 0.0f));
+  ImGui::SetNextWindowSize(ImVec2(std::min(0.5f * a.width, 420 * layout.scale), 0));
+  ImGui::SetNextWindowBgAlpha(0.85f);
+  ImGui::Begin("back", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
+  float at = -state.back_s;
+  ImGui::SetNextItemWidth(-FLT_MIN);
+  if (ImGui::SliderFloat("##back", &at, -state.back_most_s, 0.0f, "%.1f s: look back",
+                         ImGuiSliderFlags_AlwaysClamp))
+    state.back_s = std::isfinite(at) ? std::clamp(-at, 0.0f, state.back_most_s) : 0.0f;
   ImGui::End();
 }
 
@@ -409,7 +436,10 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"arrow keys", "push along the floor, with Shift ten times slower; Esc lets go"},
       {"L", "slow pull: see the peak"},
       {"right drag, middle drag, wheel", "turn, move, zoom the view; V: as at first"},
-      {"space, full stop", "pause or run, one tick"},
+      {"space, full stop",
+       "pause or run, one tick; paused, [ and ] go back and forth through the last minute"},
+      {"Tab", "the panels by keys: Tab and arrows from one to the next, Enter or space; Esc leaves"},
+      {"T", "a tour of 20 seconds"},
       {"- and =", "slow motion to 1 : 100, and back"},
       {"R", "reset the block"},
       {"1, 2, 3", "brush, LuGre, Coulomb"},
@@ -457,7 +487,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   const float room_for_time = 120 * scale;
   bool first = true;
   const auto button = [&](const char* label, const char* says, float gap = 5) {
-    // On the next row where this one is full.
+    // Starts a new row of buttons where the present one is full.
     const float wide = ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
     if (!first) {
       const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + gap * scale + wide;
@@ -515,6 +545,9 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (compares) ImGui::PopStyleColor();
   if (ImGui::BeginPopup("scenes")) {
+    if (ImGui::MenuItem("Tour")) wishes.tour = true;
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("T: 20 seconds: a push that holds, one that breaks away, and the other models");
     for (std::size_t i = 0; i < compared_scenes.size(); ++i) {
       const auto which = static_cast<Comparison>(i);
       if (ImGui::MenuItem(compared_scenes[i].name, nullptr, room.settings.compare == which))
@@ -525,6 +558,18 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
+  // Both rates, small, under the time.
+  if (state.pictures > 0) {
+    const std::string rates =
+        fmt::format("{:.2f} of real time, {:.0f} pictures a second{}{}", state.share * room.speed,
+                    state.pictures, *state.drawn ? ": " : "", state.drawn);
+    const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, rates.c_str());
+    const Area& scene = layout.picture.scene;
+    ImGui::GetBackgroundDrawList()->AddText(
+        fonts.small, fonts.small->FontSize,
+        {scene.x + scene.width - size.x - 12 * scale, scene.y + scene.height - size.y - 6 * scale},
+        state.share < 0.9 || *state.drawn ? colours::warning : colours::faint_text, rates.c_str());
+  }
   const std::string time = fmt::format("{:.2f} s", room.time);
   const char* what = room.device_lost ? "device lost"
                      : room.paused    ? "paused"
@@ -553,7 +598,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
-  // Where there is little room, what the loop takes stands in the panel alone.
+  // Omits the plot of tick times in a narrow window; the panel shows those figures anyway.
   const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
@@ -567,8 +612,8 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // Friction that the bristles hold at present: it grows while they rest, which the plot over time shows as
-    // a curve.
+    // Shows as peak level the friction limit of the bristles at present: it grows while they rest, and the
+    // plot over time draws it as a curve.
     levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
@@ -577,7 +622,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  // A scene of rests is seen whole.
+  // Shows a longer time span in the scene of rests, so that the whole scene is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);

@@ -10,9 +10,10 @@
 namespace room {
 namespace {
 
-// N: a load with all representatives in contact; above it their forces grow instead of their number.
+// N, loads at which all representatives are in contact; a greater load raises each one's force, not their
+// number.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
-// Walls and roof are touched now and then; of many bristles most would be memory only.
+// Most bristles of a wall patch: walls and roof are rarely touched, so more would only take memory.
 constexpr std::uint32_t most_wall_bristles = 16384;
 
 constexpr double least_peak_over_kinetic = 1.001;
@@ -25,13 +26,14 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
                                    : wall_load)
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
-      .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)  // how many snap
+      .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)  // energy output for the floor:
+                                                                               // it counts snaps
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
 
-// Stiffness and damping for models with one bristle: those of the brush under the load of one corner at rest.
-// LuGre's own damper is half of critical there, as in its source.
+// Returns stiffness and damping for models with one bristle, equal to the brush's under the resting load of
+// one corner. LuGre's own damper is half critical there, as in its source.
 rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
   const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
   rivals::Surface surface;
@@ -44,7 +46,7 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
-/// Ranges of the settings that make up the surface's material.
+/// Returns the ranges of the settings that make up the surface's material.
 std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
 
 bool same_material(const Settings& a, const Settings& b) {
@@ -96,7 +98,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
   if (s.keep && s.infinite) {
-    // The last choice wins.
+    // Keeps the newer of two choices that exclude each other.
     (before.infinite ? s.infinite : s.keep) = false;
     say(s.infinite ? "infinitely many bristles are replaced at each snap: rule redraw taken"
                    : "rule keep is for a number of bristles: representatives taken");
@@ -146,7 +148,7 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
                      (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
     Made made = add_patches(next.settings, material, of_tool);
-    old_ = std::move(made_);  // in use up to here, and further where adding failed
+    old_ = std::move(made_);  // these stay in use if add_patches() throws
     made_ = std::move(made);
     next.patches = made_.ids;
     next.pad = made_.pad.get();
@@ -157,8 +159,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
       const bristle::Material& has = p == tool_patch ? tool_material_ : material_;
       if (wants != has && made_.ids[p]) batch_.set_material(made_.ids[p], wants);
     }
-    // While the haptic thread steps it: this reads what of the pad never changes (weights, ids), and the
-    // batch takes materials from another thread.
+    // Changes the pad's material while the haptic thread steps it. This is safe: it reads only constant parts
+    // of the pad (weights, ids), and the batch accepts materials from another thread.
     if (of_tool != tool_material_ && made_.pad) made_.pad->set_material(made_.pad_id, of_tool);
   }
   material_ = material;
@@ -187,7 +189,8 @@ PatchMaker::Made PatchMaker::add_patches(const Settings& settings, const bristle
       added.ids[p] = batch_.add(p == tool_patch ? of_tool : material, options_of(settings, p));
     }
     if (has_pad) {
-      // One metre wide, for the haptic thread to scale: its radius changes while it presses.
+      // Makes a disc of radius 1 m, which the haptic thread scales: the radius changes while the tool
+      // presses.
       added.pad = std::make_unique<bristle::ExtendedPatches>(batch_);
       added.pad_id = added.pad->add(of_tool, options_of(settings, tool_patch),
                                     bristle::Outline::disc(1.0, bristle::Pressure::uniform, pad_rings));

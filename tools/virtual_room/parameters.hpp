@@ -1,4 +1,4 @@
-// Settings made safe, and what follows from them.
+// Checks settings, and makes the patches and materials that follow from them.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace room {
 
-/// A number of Settings: its range, for sliders, scripts and the check of what comes in.
+/// Number in Settings with its range; used by sliders, scripts and the check of incoming values.
 struct SettingRange {
   const char* name;
   double Settings::*member;
@@ -41,7 +41,7 @@ inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
 }};
-/// The first so many are of the surface, with the rule.
+/// Number of leading ranges that belong to the surface, including its snap rule.
 inline constexpr std::size_t surface_numbers = 10;
 static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {
@@ -51,50 +51,50 @@ constexpr const SettingRange& range_of(double Settings::*member) {
 }
 inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 
-/// Patches are made before the loop runs and wait for contacts: four for the floor, as many corners as can
-/// rest on it; four each for the end wall, the side walls and the roof; one for the tool.
+/// Number of patches, made before the loop runs: four for the floor, as many corners as can rest on it; four
+/// each for the end wall, the side walls and the roof; one for the tool.
 inline constexpr std::size_t patch_count = 17, tool_patch = 16;
-/// Representatives of one of them: walls and roof, touched now and then, have fewer.
+/// Returns the number of representatives of a patch; walls and roof, which are rarely touched, have fewer.
 std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
 using PatchIds = std::array<bristle::PatchId, patch_count>;
-/// The pad of a tool that is no point: a disc of so many cells (three rings: the limit of spin to 1.4 %).
+/// Rings of cells of the tool's pad, a disc. Three give the limit of spin to 1.4 %.
 inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
-/// Data that the haptic loop works with, plain.
+/// Data that the haptic loop works with, as a plain struct.
 struct Parameters {
   Settings settings;
   PatchIds patches;
   bristle::ExtendedPatches* pad =
-      nullptr;  ///< holds the tool's patch alone; null: it is a point, in `patches`
+      nullptr;  ///< the tool's pad; null: the tool's contact is a point, in `patches`
   bristle::PatchId pad_id;
-  bool new_patches = false;           ///< they hold nothing yet
-  rivals::Surface surface;            ///< for LuGre and Coulomb
-  rivals::Surface tool_surface;       ///< the same, of the tool
-  double kinetic = 0.0, peak = 0.0;   ///< friction over load, as they follow from the bristles
-  double presliding_length = 0.0;     ///< m, mean bend at which a bristle snaps
-  double stiffness_per_newton = 0.0;  ///< 1/m, of sticking
+  bool new_patches = false;           ///< whether the patches are fresh, without bent bristles
+  rivals::Surface surface;            ///< surface for LuGre and Coulomb
+  rivals::Surface tool_surface;       ///< surface of the tool for LuGre and Coulomb
+  double kinetic = 0.0, peak = 0.0;   ///< friction over load that follows from the bristles
+  double presliding_length = 0.0;     ///< m, mean deflection at which a bristle snaps
+  double stiffness_per_newton = 0.0;  ///< 1/m, sticking stiffness over load
   double bristle_stiffness = 0.0;     ///< N/m, of one bristle: sigma0
   char message[128] = {};
 };
 
-/// `wanted` with every number in its range. What is no number, and a combination that no material has, keeps
-/// the value of `before`. `message`: what was changed, or empty.
+/// Returns `wanted` with every number clamped to its range. A NaN, and a combination that no material has,
+/// keeps the value of `before`. Sets `message` to what was changed, or empty.
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message);
 
 bristle::Material material_of(const Settings& settings);
-/// Of the tool: the same with a friction of its own, if it has one.
+/// Returns the tool's material: the surface's, with the tool's own friction if it has one.
 bristle::Material tool_material_of(const Settings& settings);
 
-/// Makes and changes patches for one batch. Not on the haptic thread: takes memory and time.
+/// Maker of the patches of one batch. Not for the haptic thread: it allocates and takes time.
 class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
-  /// Parameters of checked settings; the materials of the patches change at once. New patches where the
-  /// number of bristles or the model changed, the tool's contact became a disc or a point, or `anew`; the old
-  /// ones stay until remove_old(), and stay in use when it throws.
+  /// Makes the parameters of checked settings; materials of the patches change at once. It makes new patches
+  /// if the number of bristles or the model changed, the tool's contact became a disc or a point, or `anew`
+  /// is set. The old patches stay until remove_old(), and stay in use if this throws.
   Parameters make(const Settings& wanted, bool anew);
-  /// When the haptic loop no longer uses the patches of before.
+  /// Removes replaced patches. Call it once the haptic loop has taken the new ones.
   void remove_old();
 
  private:

@@ -1,4 +1,4 @@
-// A picture as a PNG file.
+// Writes pictures as PNG files.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +7,16 @@
 
 namespace room {
 
-/// Three bytes a pixel, from above left, row by row.
+/// Image of three bytes per pixel, row by row from the upper left.
 struct PixelImage {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
 };
 
-/// From the frame buffer that is bound for reading.
+/// Reads the frame buffer that is bound for reading.
 PixelImage read_pixels(int width, int height);
 
-/// Throws cli::UserError when the file cannot be written.
+/// Writes a PNG file. Throws cli::UserError when it cannot be written.
 void write_png(const std::string& file, const PixelImage& image);
 
 }  // namespace room

@@ -1,4 +1,4 @@
-// Numbers with units, as a person writes them.
+// Formats numbers with units for people.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 
 namespace room {
 
-/// Three digits and the prefix that fits: (0.00132, "m") gives "1.32 mm". From 1e-9 to 1e9.
+/// Formats a value with three digits and a fitting prefix, from 1e-9 to 1e9: (0.00132, "m") gives "1.32 mm".
 std::string with_unit(double value, const char* unit);
-/// 1234567 gives "1,234,567".
+/// Formats a count with thousands separators: 1234567 gives "1,234,567".
 std::string with_commas(std::uint64_t count);
 
 }  // namespace room

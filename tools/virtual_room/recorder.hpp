@@ -1,8 +1,8 @@
-// Writes what happens to files, behind the haptic loop's back: it pushes rows, another thread drains them.
+// Records a run to files without delaying the haptic loop, which pushes rows that another thread writes.
 //
 //   BASE.csv       forces, as `bristle run --out` writes them: a row per tick and patch
 //   BASE.hand.csv  the hand: a row per tick
-//   BASE.toml      a script that plays it again: settings, their changes, the hand
+//   BASE.toml      a script that replays it: settings, their changes, the hand
 #pragma once
 
 #include <array>
@@ -21,33 +21,33 @@
 namespace room {
 
 struct RecordRow {
-  double time = 0.0;  ///< s, at the start of the tick
+  double time = 0.0;  ///< s, time at the start of the tick
   double dt = 0.0;    ///< s
   Hand hand;
   bool device_there = true;
-  std::uint64_t revision = 0;  ///< of the settings in force
+  std::uint64_t revision = 0;  ///< number of the settings in force
   std::size_t patches = 0;
   std::array<World::PatchForce, patch_count> patch{};
 };
 
 class Recorder {
  public:
-  /// Haptic thread.
+  /// Adds a row, on the haptic thread.
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
-  /// @name The thread that writes. All throw cli::UserError.
-  ///@{
-  void start_forces(const std::string& path);  ///< forces alone
+  /// @name Writing thread. All throw cli::UserError. @{
+  void start_forces(const std::string& path);  ///< starts a recording of forces without the hand
   void start_all(const std::string& base, const Settings& settings, std::uint64_t revision);
-  void know(std::uint64_t revision, const Settings& settings);  ///< before rows of it are drained
+  /// Announces settings, before rows that use them are drained.
+  void know(std::uint64_t revision, const Settings& settings);
   void drain();
-  void finish();            ///< drains, and closes; nothing when not started
-  void abandon() noexcept;  ///< closes what there is as it is
+  void finish();            ///< drains and closes; no effect if not started
+  void abandon() noexcept;  ///< closes the files without draining
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
-  bool has_hand() const noexcept { return hand_.has_value(); }  ///< begun by start_all
+  bool has_hand() const noexcept { return hand_.has_value(); }  ///< whether start_all() began the recording
   std::uint64_t rows_written() const noexcept { return written_; }
-  /// Rows that found the ring full since the recording began.
+  /// Returns the number of rows dropped because the ring was full, since the recording began.
   std::uint64_t lost() const noexcept { return rows_.dropped() - lost_before_; }
 
  private:
@@ -62,7 +62,7 @@ class Recorder {
   double end_ = 0.0;
 };
 
-/// "floor_corner_3" and the like, as the CSV's column `patch` has it.
+/// Returns a place's name, such as "floor_corner_3", for the CSV's column `patch`.
 std::string patch_name(int touch_key);
 
 }  // namespace room

@@ -12,6 +12,7 @@
 #include "tools/virtual_room/gl_program.hpp"
 #include "tools/virtual_room/mesh.hpp"
 #include "tools/virtual_room/shaders.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 namespace room {
 
@@ -23,7 +24,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-// Colours, linear.
+// Colours in linear light.
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
     slab_paint(0.10f, 0.11f, 0.13f);
 const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
@@ -34,7 +35,7 @@ const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.3
     beside_paint(0.09f, 0.38f, 0.60f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
-constexpr float shadow_reach = 0.46f;  // m, from the middle of the room
+constexpr float shadow_reach = 0.46f;  // m, half width of the shadow map about the middle of the room
 
 enum Look { plain, wood, tiles, wall, glowing, table };
 
@@ -44,7 +45,7 @@ struct Body {
   Vector3f colour;
   int look = plain;
   float gloss = 0.1f, alpha = 1.0f;
-  bool by_block = true, by_tool = true, by_room = true;  // shaded by
+  bool by_block = true, by_tool = true, by_room = true;  // bodies whose shadow falls on this one
 };
 
 Affine3f placed(const Vector3f& at, const Vector3f& scale) {
@@ -53,7 +54,7 @@ Affine3f placed(const Vector3f& at, const Vector3f& scale) {
   return t;
 }
 
-// Maps z from 0 to 1 onto the way between two points.
+// Maps z from 0 to 1 onto the line from one point to another.
 Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   Affine3f t = Affine3f::Identity();
   t.translate(from)
@@ -62,7 +63,7 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
-// A frame buffer of our own, resolved into the target: the same picture in a window and without one.
+// Multisampled frame buffer, resolved into the target, so that pictures with and without a window are equal.
 class DrawingBoard {
  public:
   explicit DrawingBoard(int samples) {
@@ -97,12 +98,15 @@ class DrawingBoard {
     }
   }
 
-  void resolve_into(GLuint target) const {
+  void resolve_into(GLuint target, int width, int height) const {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
-    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                      width == width_ ? GL_NEAREST : GL_LINEAR);
     glBindFramebuffer(GL_FRAMEBUFFER, target);
   }
+
+  bool has_many_samples() const { return samples_ > 1; }
 
  private:
   int samples_ = 1, width_ = 0, height_ = 0;
@@ -159,14 +163,15 @@ Matrix3f room_tilt(double slope) {
 
 Vector3f to_vector(const double (&v)[3]) { return Eigen::Map<const Eigen::Vector3d>(v).cast<float>(); }
 
-// In proportion up to 2 N, then ever slower, so that the arrow stays in the room.
+// Returns the arrow's length: proportional to the force up to 2 N, then growing ever more slowly, so that the
+// arrow stays in the room.
 float arrow_length(double newtons) {
   const double f = std::abs(newtons);
   return static_cast<float>(0.07 * (f <= 2.0 ? f : 2.0 * (1.0 + std::log(f / 2.0))));
 }
 
 ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
-  constexpr double least = 0.02;  // N
+  constexpr double least = 0.02;  // N, smallest force that gets an arrow
   ForceArrows arrows;
   const Vector3f friction = to_vector(room.friction), applied = to_vector(room.applied);
   Vector3f foot = to_vector(room.block_position);
@@ -180,7 +185,7 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
   }
   arrows.applied = applied.norm() > least;
   if (arrows.applied) {
-    // It ends where the tool touches.
+    // Ends the arrow of the applied force at the point where the tool touches.
     const Vector3f ahead = applied.normalized();
     arrows.applied_to = to_vector(room.tool) + static_cast<float>(measures.tool_radius) * ahead;
     arrows.applied_from = arrows.applied_to - ahead * arrow_length(applied.norm());
@@ -210,7 +215,7 @@ struct Renderer::Impl {
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
   Matrix4f light_camera;
-  Affine3f tilt;  // room to world
+  Affine3f tilt;  // transform from room to world axes
   Affine3f block_place;
   std::vector<Body> bodies, shadowless, clear, ghosts;
 
@@ -231,7 +236,7 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    constexpr GLint sizes[] = {4, 2, 3};  // place, state, shape
+    constexpr GLint sizes[] = {4, 2, 3};  // components of each instance attribute: place, state, shape
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);
@@ -249,14 +254,14 @@ struct Renderer::Impl {
                     static_cast<float>(measures.height));
   }
 
-  // A rod in many short pieces, which the shader bends.
+  // Builds a rod of many short pieces, which the shader bends into a hair.
   static Triangles make_strand() {
     constexpr int pieces = 8;
     Triangles shape;
     for (int i = 0; i < pieces; ++i) {
       Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      const std::size_t side = 14;  // vertices of the mantle; the ends between pieces are not seen
+      const std::size_t side = 14;  // vertices around the strand; the ends between pieces are hidden
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
         vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
@@ -279,7 +284,7 @@ struct Renderer::Impl {
     bodies.back().by_room = bodies.back().by_block = false;
     add(bodies, rectangle, placed({0, 0, 0.0002f}, {half.x(), half.y(), 1}), floor_paint, tiles, 0.10f);
 
-    // A wall between the eye and the room is left out, and drawn as glass.
+    // Draws a wall between the eye and the room as glass instead of a solid.
     const Vector3f eye = tilt.inverse() * camera.eye();
     struct Side {
       Vector3f middle, inward;
@@ -328,7 +333,7 @@ struct Renderer::Impl {
     const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
     add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, plain, 0.5f);
     bodies.back().by_tool = false;
-    // A stylus, held from above and behind.
+    // Draws the hand as a stylus held from above and behind.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
     add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, plain, 0.5f);
     add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain,
@@ -348,7 +353,7 @@ struct Renderer::Impl {
     const Vector3f way = to - from;
     const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
     const Vector3f neck = to - way * (head / length);
-    for (const bool ghost : {false, true}) {  // seen through what is before it, faintly
+    for (const bool ghost : {false, true}) {  // ghost: seen faintly through the bodies in front of it
       auto& list = ghost ? ghosts : shadowless;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
       list.back().alpha = ghost ? 0.22f : 1.0f;
@@ -357,13 +362,15 @@ struct Renderer::Impl {
     }
   }
 
-  // Discs under the patches, as wide as the root of their load, filled as their friction nears its limit.
+  // Draws discs under the patches: the radius follows the square root of the load, the filling the share of
+  // the friction limit in use.
   void place_contacts(const Snapshot& room) {
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
       float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
-      if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);  // it has an extent
+      // The contact has an extent (a pad).
+      if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
       const Vector3f paint = (1 - u) * Vector3f(0.15f, 0.55f, 0.60f) + u * friction_paint;
@@ -383,7 +390,7 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
-      // Colours as in the curves, where the scene has any.
+      // Gives compared blocks the colours of their curves, in scenes that draw curves.
       const bool first =
           scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
       const bool brush = other.model == FrictionModel::brush;
@@ -396,12 +403,32 @@ struct Renderer::Impl {
     }
   }
 
+  // The outline in which each block began, and the way of its middle since.
+  void place_trails(const Trails& trails) {
+    const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
+      if ((to - from).norm() < 1e-5f) return;
+      from.z() = to.z() = 0.0006f;
+      add(shadowless, rod, between(from, to, radius), paint, glowing, 0);
+    };
+    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f),
+                               Vector3f(0.70f, 0.72f, 0.75f)};
+    for (std::size_t i = 0; i < Trails::blocks; ++i) {
+      const auto& way = trails.way(i);
+      if (way.empty()) continue;
+      const Vector3f& at = way.front();
+      const float x = half_block().x(), y = half_block().y();
+      const Vector3f corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+      for (int k = 0; k < 4; ++k) line(at + corners[k], at + corners[(k + 1) % 4], 0.6f * paints[i], 0.0007f);
+      for (std::size_t k = 1; k < way.size(); ++k) line(way[k - 1], way[k], paints[i], 0.0013f);
+    }
+  }
+
   void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& place, const Vector3f& colour, int look,
            float gloss) {
     list.push_back({&mesh, tilt * place, colour, look, gloss});
   }
 
-  void place_all(const Snapshot& room, const Camera& camera) {
+  void place_all(const Snapshot& room, const Trails& trails, const Camera& camera) {
     for (auto* list : {&bodies, &shadowless, &clear, &ghosts}) list->clear();
     tilt = Affine3f(room_tilt(room.settings.slope));
     const auto& q = room.block_orientation;
@@ -418,7 +445,8 @@ struct Renderer::Impl {
     if (arrows.friction) place_arrow(arrows.friction_from, arrows.friction_to, friction_paint);
     if (arrows.applied) place_arrow(arrows.applied_from, arrows.applied_to, applied_paint);
     place_contacts(room);
-    // The table stays level.
+    place_trails(trails);
+    // Draws the table level, whatever the slope of the room.
     const float low = -0.025f - half_room().x() * std::abs(std::sin(static_cast<float>(room.settings.slope)));
     bodies.push_back({&rectangle, placed({0, 0, low}, {0.9f, 0.9f, 1}), table_paint, table, 0.0f});
     bodies.back().by_block = bodies.back().by_tool = bodies.back().by_room = false;
@@ -439,7 +467,7 @@ struct Renderer::Impl {
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
-  // The rectangle of the shadow map that bodies can touch, with a rim for the soft edge.
+  // Finds the rectangle of the shadow map that bodies can reach, with a margin for the soft edge.
   Vector4f find_shadowed() const {
     Vector4f found(1, 1, 0, 0);
     const auto take = [&](const Vector3f& point, float around) {
@@ -451,7 +479,7 @@ struct Renderer::Impl {
     take(block_place.translation(), half_block().norm());
     for (std::size_t i = 1; i < first_unshadowing_; ++i) {
       const Affine3f& place = bodies[i].place;
-      if (bodies[i].mesh == &spring) continue;  // between tool and hand
+      if (bodies[i].mesh == &spring) continue;  // the spring between tool and hand casts no shadow
       if (bodies[i].mesh == &block) {
         take(place.translation(), half_block().norm());
         continue;
@@ -499,7 +527,7 @@ struct Renderer::Impl {
     lit.set("eye", camera.eye());
     lit.set("sun", sun);
     lit.set("backdrop", backdrop);
-    lit.set("shadowed", find_shadowed());
+    lit.set("shadowed", picture.shadows ? find_shadowed() : Vector4f(1, 1, 0, 0));
     lit.set("to_light", Matrix4f(to_unit * light_camera));
     lit.set("shadow_map", 0);
     lit.set("to_room", Matrix4f(tilt.inverse().matrix()));
@@ -521,7 +549,8 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  // The glass looks the way the camera does, so that hairs lean where the block goes.
+  // Makes a camera for the glass that looks the way the main camera does, so that hairs lean where the block
+  // goes.
   static Matrix4f glass_camera(const Snapshot& room, const Camera& camera) {
     Vector3f along = Vector3f::UnitX(), aside = Vector3f::UnitY();
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
@@ -598,15 +627,23 @@ Renderer::Renderer(const RoomMeasures& measures, int samples) {
 
 Renderer::~Renderer() = default;
 
-void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Camera& camera,
-                    const Picture& picture, std::uint32_t target) {
+void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails,
+                    const Camera& camera, const Picture& picture, std::uint32_t target) {
   Impl& i = *impl_;
-  i.place_all(room, camera);
-  i.draw_shadow();
-  i.board.begin(picture.width, picture.height);
-  i.draw_scene(room, camera, picture);
-  i.draw_glass(room, glass, camera, picture);
-  i.board.resolve_into(target);
+  i.place_all(room, trails, camera);
+  if (picture.shadows) i.draw_shadow();
+  Picture drawn = picture;
+  if (picture.half_resolution && !i.board.has_many_samples()) {  // many samples cannot be resolved and scaled
+    drawn.width = (picture.width + 1) / 2;
+    drawn.height = (picture.height + 1) / 2;
+    for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,
+                          &drawn.glass_x, &drawn.glass_y, &drawn.glass_radius})
+      *length *= 0.5f;
+  }
+  i.board.begin(drawn.width, drawn.height);
+  i.draw_scene(room, camera, drawn);
+  i.draw_glass(room, glass, camera, drawn);
+  i.board.resolve_into(target, picture.width, picture.height);
 }
 
 }  // namespace room

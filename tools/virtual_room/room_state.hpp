@@ -1,8 +1,8 @@
-// Data that the haptic loop and the graphic loop exchange: plain, copied whole (exchange.hpp).
+// Data that the haptic loop and the graphic loop exchange, as plain structs copied whole (exchange.hpp).
 //
-// Axes are the room's: x along the floor (the way the block is pushed), y to the left, z off the floor; the
-// origin is the middle of the floor. A slope tilts the whole room about y, so that in these axes gravity is
-// g (sin slope, 0, -cos slope): a positive slope lets the block slide towards the wall at +x. SI units.
+// Axes are the room's: x along the floor (the direction of the push), y to the left, z off the floor; the
+// origin is the middle of the floor. A slope tilts the whole room about y, so that in these axes gravity is g
+// (sin slope, 0, -cos slope): a positive slope lets the block slide towards the wall at +x. SI units.
 #pragma once
 
 #include <cstddef>
@@ -14,47 +14,51 @@ namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
-/// Blocks that stand beside the first and move as it does (compared.hpp).
+/// Scenes in which other blocks stand beside the first and get its motion (compared.hpp).
 enum class Comparison : unsigned char { none, models, rubbing, rest };
 
-/// Settings that a person can change while the loops run. The graphic loop sends it whole; the desk makes
-/// patches and materials of the newest and hands them to the haptic loop (haptic_loop.cpp).
+/// Settings that a person can change while the loops run. The graphic loop sends the struct whole; the desk
+/// makes patches and materials from the newest and hands them to the haptic loop (haptic_loop.cpp).
 struct Settings {
   FrictionModel model = FrictionModel::brush;
-  double kinetic = 0.40, peak = 0.46;  ///< friction over load
+  double kinetic = 0.40, peak = 0.46;  ///< friction force over load
   double presliding_length = 1e-3;     ///< m, mean snap length
   double damping_per_newton = 0.0;     ///< s/m
   double viscous_friction = 0.0;       ///< N s/m, lubrication
   double stribeck_velocity = 1e-3;     ///< m/s
   double residual_share = bristle::Coefficients{}.residual_share;
   double shared_renewal = bristle::Coefficients{}.shared_renewal;
-  double growth_per_decade = 0.0;  ///< of static friction at rest, over kinetic; 0: it does not age
-  double ageing_time = 0.1;        ///< s, from which on it grows
-  bool keep = false;               ///< SnapRule::keep instead of redraw
-  bool infinite = false;           ///< Population::infinite: `bristles` is not used
-  std::uint32_t bristles = 4096;   ///< representatives of one patch under the block
-  double mass = 0.25;              ///< kg, of the block
-  double extra_load = 0.0;         ///< N, pressed down on the block beside its weight
-  double slope = 0.0;              ///< rad, of the room about y; positive: down towards +x
-  double tapping = 0.0;            ///< N, amplitude of a disturbance along the slope
-  double hand_stiffness = 400.0;   ///< N/m, virtual spring between device and tool
-  double hand_damping = 2.0;       ///< N s/m
-  double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
-  double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
+  /// Growth of static friction at rest per decade of time, over kinetic; 0: no ageing.
+  double growth_per_decade = 0.0;
+  double ageing_time = 0.1;       ///< s, rest time from which static friction grows
+  bool keep = false;              ///< SnapRule::keep instead of redraw
+  bool infinite = false;          ///< Population::infinite; `bristles` is ignored
+  std::uint32_t bristles = 4096;  ///< representatives of one patch under the block
+  double mass = 0.25;             ///< kg, mass of the block
+  double extra_load = 0.0;        ///< N, load on the block besides its weight
+  double slope = 0.0;             ///< rad, tilt of the room about y; positive: down towards +x
+  double tapping = 0.0;           ///< N, amplitude of the taps along the slope
+  double hand_stiffness = 400.0;  ///< N/m, virtual spring between device and tool
+  double hand_damping = 2.0;      ///< N s/m
+  /// m, radius of the tool's contact, a disc under uniform pressure; 0: a point
+  double pad_radius = 0.0;
+  double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: as the other surfaces
   Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;
 };
 
-/// The mouse as a device: where the person drags the tool to.
+/// Mouse as a device: the place to which the person drags the tool.
 struct MouseHand {
-  bool holds = false;              ///< the button is down: the spring pulls; else the tool is let go
+  /// Whether the button is down and the spring pulls; else the tool is released.
+  bool holds = false;
   double position[3] = {0, 0, 0};  ///< m
-  double press = 0.0;              ///< N, down on the tool (the wheel)
+  double press = 0.0;              ///< N, downward force on the tool, set by the wheel
 };
 
-/// `record` and `replay` begin with a reset, so that a replay gives the same bits.
-/// `slow_pull` too: a hand of the room's own draws the tool against the block until that has broken away.
+/// Acts that a person can ask for. `record`, `replay`, `slow_pull` and `tour` begin with a reset, so that a
+/// replay gives the same bits. In `slow_pull` a hand of the room's own pulls the block until it has broken
+/// away; in `tour` it first pushes below the peak and lets go (slow_pull.hpp).
 enum class Act : unsigned char {
   none,
   pause,
@@ -66,92 +70,101 @@ enum class Act : unsigned char {
   record,
   stop_recording,
   replay,
-  slow_pull
+  slow_pull,
+  tour
 };
 
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;
 
-/// Where two bodies touch.
+/// Pairs of bodies that can touch.
 enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
 
-/// One contact patch, as it is drawn.
+/// Contact patch as it is drawn.
 struct ContactView {
   std::uint64_t key = 0;
   Between between = Between::block_floor;
-  double point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};  ///< m; unit, out of the other body into the block
-  double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};   ///< the patch's axes in the world
-  double load = 0.0;                                   ///< N
-  double friction[3] = {0, 0, 0};                      ///< N, on the block
-  double limit = 0.0;                                  ///< N, highest elastic force under this load
+  /// m; unit vector out of the other body into the block
+  double point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};
+  double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};  ///< the patch's tangent axes in room axes
+  double load = 0.0;                                  ///< N
+  double friction[3] = {0, 0, 0};                     ///< N, friction on the block
+  double limit = 0.0;                                 ///< N, highest elastic force under the present load
   double torque = 0.0,
-         torque_limit = 0.0;  ///< N m, on the block about the normal; of a contact with an extent
+         torque_limit = 0.0;  ///< N m, torque on the block about the normal, and its limit; only for a
+                              ///< contact with an extent
 };
 
-/// Some bristles of one patch, for the magnifying glass. Deflections in the patch's axes.
+/// Sample of the bristles of one patch, for the magnifying glass. Deflections are in the patch's axes.
 struct BristleView {
-  std::uint64_t key = 0;    ///< of their contact; 0 = none
-  std::uint32_t total = 0;  ///< in the patch
-  std::size_t count = 0;    ///< of those shown
-  float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};  ///< m
+  std::uint64_t key = 0;    ///< identifies their contact; 0 = none
+  std::uint32_t total = 0;  ///< number of bristles in the patch
+  std::size_t count = 0;    ///< number of bristles in this sample
+  /// m, deflection and snap length
+  float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};
 };
 
-/// A block of Settings::compare. They stand in rooms of their own, nobody touches them.
+/// Block of Settings::compare beside the first. It stands in a room of its own, and nobody touches it.
 inline constexpr std::size_t most_compared = 2;
 struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
-  double moved = 0.0;                                             ///< m, as Snapshot::moved
-  double strength = 0.0, strength_beside = 0.0;                   ///< as Snapshot's
+  double moved = 0.0;                                             ///< m, creep, as Snapshot::moved
+  double strength = 0.0, strength_beside = 0.0;                   ///< strengths as in Snapshot
 };
 
 struct LoopStatistics {
   std::uint64_t ticks = 0, late_ours = 0, late_machine = 0;
   double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< s, computing time of a tick
-  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, from tick to tick
+  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, time from tick to tick
 };
 
-/// The room at the end of a tick.
+/// State of the room at the end of a tick, for display.
 struct Snapshot {
   std::uint64_t tick = 0;
-  double time = 0.0;   ///< s, simulated
-  double speed = 1.0;  ///< of the simulation, over real time: below 1 in slow motion
+  double time = 0.0;   ///< s, simulated time
+  double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
   bool paused = false, recording = false;
-  bool held = false;  ///< the hand pulls the tool; else `device` is where the tool is
+  bool held = false;  ///< whether the hand pulls the tool; else `device` is at the tool
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};            ///< m/s, rad/s
-  double moved = 0.0;  ///< m, down the slope between taps, since six seconds, when the block has settled
-  double strength = 0.0, strength_beside = 0.0;  ///< N, and what compared.hpp says; of the block itself
+  /// m, creep down the slope between taps, counted from 6 s on, when the block has settled
+  double moved = 0.0;
+  /// N, and the companion value of compared.hpp; for the first block.
+  double strength = 0.0, strength_beside = 0.0;
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
-  double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};  ///< m: the sphere that touches; the hand that pulls it
-  double applied[3] = {0, 0, 0};                      ///< N, of the tool on the block
-  double friction[3] = {0, 0, 0};      ///< N, of all patches on the block, those of the tool left out
-  double device_force[3] = {0, 0, 0};  ///< N, to the hand
+  /// m, centre of the tool's sphere; place of the hand that pulls it
+  double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};
+  double applied[3] = {0, 0, 0};       ///< N, force of the tool on the block
+  double friction[3] = {0, 0, 0};      ///< N, sum over all patches on the block except the tool's
+  double device_force[3] = {0, 0, 0};  ///< N, force on the hand
   bool device_lost = false;
   std::size_t contacts = 0;
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< as they follow from the settings
-  double presliding_length = 0.0;                            ///< m, the same
-  double stiffness_per_newton = 0.0;                         ///< 1/m, the same
-  double bristle_stiffness = 0.0;                            ///< N/m, of one: sigma0
-  Settings settings;                                         ///< those in force
-  char message[128] = {};                                    ///< one line for the person, or empty
+  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< coefficients that follow from the settings
+  /// m, presliding length that follows from the settings
+  double presliding_length = 0.0;
+  /// 1/m, sticking stiffness over load that follows from the settings
+  double stiffness_per_newton = 0.0;
+  double bristle_stiffness = 0.0;  ///< N/m, stiffness of one bristle: sigma0
+  Settings settings;               ///< settings in force
+  char message[128] = {};          ///< one line to show the person, or empty
   LoopStatistics loop;
 };
 
-/// A point of the plots: one per tick.
+/// Point of the plots; one per tick.
 struct PlotPoint {
   float time = 0.0f, displacement = 0.0f, friction = 0.0f, applied = 0.0f;  ///< s, m, N, N along the floor
   float step_time = 0.0f;                                                   ///< s
-  float snaps = 0.0f;  ///< of bristles on the floor, in this tick
-  float holds = 0.0f;  ///< N: highest elastic friction of the floor under the present load
+  float snaps = 0.0f;  ///< bristles on the floor that snapped in this tick
+  float holds = 0.0f;  ///< N, highest elastic friction of the floor under the present load
   float beside_displacement[most_compared] = {}, beside_friction[most_compared] = {};
 };
 
-/// The room's fixed measures, m.
+/// Fixed dimensions of the room, m.
 struct RoomMeasures {
   double length = 0.60, width = 0.40, height = 0.30;  ///< x, y, z; walls at x = length/2 and y = +-width/2
   double block[3] = {0.10, 0.08, 0.06};

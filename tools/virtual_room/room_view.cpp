@@ -12,7 +12,7 @@ RoomView::RoomView(const RoomMeasures& measures, int samples, float scale)
     : measures_(measures), renderer_(measures, samples), scale_(scale) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // nothing is left in the person's folder
+  ImGui::GetIO().IniFilename = nullptr;  // no imgui.ini is written into the person's folder
   ImGui::GetIO().LogFilename = nullptr;
   ImGui_ImplOpenGL3_Init("#version 330 core");
   fonts_ = set_style(scale_);
@@ -47,7 +47,7 @@ void RoomView::set_scale(float scale) {
   ImGui_ImplOpenGL3_DestroyFontsTexture();
 }
 
-// The glass goes to the other side when the block comes under it, unless it is no better there.
+// Moves the glass to the other side when the block comes under it, unless that side is no better.
 void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int height) {
   const Eigen::Vector3f block = to_vector(room.block_position);
   if (!block.allFinite()) return;
@@ -61,13 +61,13 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
-    // The glass, and the words below it.
+    // Lower edge of the glass and of the words below it.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
-  // It goes back to the right where there is ample room.
+  // Moves the glass back to the right once there is ample room.
   if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 2.0f)))
     return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);
@@ -79,21 +79,25 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
 Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target) {
   layout_ = make_layout(width, height, scale_, panels, glass_shown, glass_left_);
   if (glass_shown) keep_glass_off_the_block(room, width, height);
+  layout_.picture.shadows = shadows;
+  layout_.picture.half_resolution = half_resolution;
   glass_.update(room, room.paused ? 0.0f : elapsed);
+  if (!room.paused) trails_.update(room);
   gui.first_bending.set_length(room.presliding_length);
   glass_.by_age = colours_by_age(room);
 
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   Wishes wishes;
-  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, notice);
+  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, title, notice);
   draw_settings(layout_, fonts_, room, gui, wishes);
   draw_bar(layout_, fonts_, room, gui, wishes);
+  if (room.paused) draw_scrubber(layout_, gui);
   if (help_shown) draw_help(layout_, fonts_);
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();
 
-  renderer_.draw(room, glass_, camera, layout_.picture, target);
+  renderer_.draw(room, glass_, trails_, camera, layout_.picture, target);
   glViewport(0, 0, width, height);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   return wishes;

@@ -1,4 +1,4 @@
-// The whole picture, room and panels, into any frame buffer: the window's or one without a window.
+// Draws the whole picture, room and panels, into any frame buffer, of a window or not.
 #pragma once
 
 #include <optional>
@@ -8,10 +8,11 @@
 #include "tools/virtual_room/overlay.hpp"
 #include "tools/virtual_room/panels.hpp"
 #include "tools/virtual_room/renderer.hpp"
+#include "tools/virtual_room/trails.hpp"
 
 namespace room {
 
-/// Owns the ImGui context and its OpenGL side. Needs a current context, always on one thread.
+/// Owner of the ImGui context and its OpenGL part. Needs a current context, always on one thread.
 class RoomView {
  public:
   RoomView(const RoomMeasures& measures, int samples, float scale);
@@ -24,23 +25,25 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;          ///< one line for the person, or empty
-  std::optional<bool> by_age;  ///< how the glass colours; none: by age where the material ages
+  std::string notice;  ///< one line for the person, or empty
+  std::string title;   ///< line that replaces the scene's own, or empty
+  bool shadows = true, half_resolution = false;
+  std::optional<bool> by_age;  ///< whether the glass colours by age; unset: if the material ages
   ///@}
 
-  /// Each tick once, in order.
+  /// Adds a point to the plots; call it for each tick once, in order.
   void add(const PlotPoint& point);
   void forget();
 
-  /// The panel shows what is in force, unless the person is at it: a script, a replay or a number out of
-  /// range makes that another than what was asked for.
+  /// Shows the settings in force in the panel, unless the person is editing. A script, a replay or the
+  /// clamping of a number makes them differ from those asked for.
   void follow(const Settings& in_force);
 
-  /// For displays of another scale (1 = 96 dots an inch).
+  /// Sets the display scale (1 = 96 dots an inch).
   void set_scale(float scale);
 
-  /// Between ImGui's platform part of a new frame and the next: draws and returns what the person asked for.
-  /// `elapsed`: s since the last picture.
+  /// Draws a picture and returns the person's requests. Call it after ImGui's platform part has begun a
+  /// frame. `elapsed`: s since the last picture.
   Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
 
   bool colours_by_age(const Snapshot& room) const {
@@ -49,7 +52,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Of the last picture.
+  /// Returns the layout of the last picture.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 
@@ -59,6 +62,7 @@ class RoomView {
   RoomMeasures measures_;
   Renderer renderer_;
   BristleGlass glass_;
+  Trails trails_;
   History history_;
   TimeHistogram times_;
   Fonts fonts_;

@@ -1,4 +1,4 @@
-// The screen: the window, and pictures without a window. In builds without OpenGL neither is there
+// Screen output: the window, and pictures without a window. Builds without OpenGL have neither
 // (BRISTLE_ROOM_SCREEN = 0).
 #pragma once
 
@@ -12,8 +12,8 @@ namespace room {
 /// --headless.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Draws pictures into the folder options.frames, as PNG files, without a window. To be used on the calling
-/// thread. Throws cli::UserError.
+/// Returns functions that draw PNG files into the folder options.frames, without a window. For the calling
+/// thread only. Throws cli::UserError.
 DrawFrame draw_into(const RunOptions& options);
 
 }  // namespace room

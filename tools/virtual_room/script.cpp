@@ -123,7 +123,7 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     if (!script.hand.rows.empty()) {
       const HandRow& last = script.hand.rows.back();
       if (row.t < last.t) table.fail("t", "is before that of the last row");
-      // The spring fades as it lets go: its end stays where it was.
+      // Keeps the end of the spring where it was when the hand lets go, since its force fades.
       if (!row.hand.holds) std::copy_n(last.hand.position, 3, row.hand.position);
     }
     script.hand.rows.push_back(row);
@@ -140,7 +140,7 @@ Script read_script(const std::string& path, const RoomMeasures& measures, const 
 
 namespace {
 
-// TOML requires a point or an exponent in a float; {:e} has both.
+// Writes a float as TOML needs it, with a point or an exponent; {:e} has both.
 std::string as_toml(const SettingRange& range, const Settings& s) {
   return fmt::format("{} = {:.17e}\n", range.name, s.*range.member);
 }

@@ -1,4 +1,4 @@
-// A script: settings, when they change, and what the hand does. TOML; format: README.md of this folder.
+// Reads scripts: settings, their changes, and the motion of the hand. TOML; format: README.md of this folder.
 #pragma once
 
 #include <string>
@@ -15,22 +15,22 @@ struct Change {
 };
 
 struct Script {
-  Settings settings;            ///< to begin with
-  std::vector<Change> changes;  ///< by time; all settings each
+  Settings settings;            ///< initial settings
+  std::vector<Change> changes;  ///< complete settings, in order of time
   HandMotion hand;
-  double seconds = 0.0;                     ///< length; by default to the last row or change
-  double lost_at = 1e300, back_at = 1e300;  ///< s: the device fails for a while
+  double seconds = 0.0;                     ///< s, length; by default up to the last row or change
+  double lost_at = 1e300, back_at = 1e300;  ///< s, times between which the device fails
 };
 
-/// Throws cli::UserError naming file, line and key. Where there is a table [material] and no [settings], all
-/// but the material stays as in `before`.
+/// Parses a script. Throws cli::UserError naming file, line and key. A table [material] without [settings]
+/// changes the material alone and keeps the rest of `before`.
 Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures,
                     const Settings& before = {});
 Script read_script(const std::string& path, const RoomMeasures& measures, const Settings& before = {});
 
-/// Settings as a TOML table's lines, exact to the bit: what parse_script reads.
+/// Returns settings as lines of a TOML table, exact to the bit, which parse_script reads.
 std::string settings_as_toml(const Settings& settings);
-/// Settings of the surface, for the table [material].
+/// Returns the surface's settings, for the table [material].
 std::string material_as_toml(const Settings& settings);
 
 }  // namespace room

@@ -1,5 +1,5 @@
-// The shaders: OpenGL 3.3. Light is computed in linear colours and written with a gamma of 2,
-// a root: software OpenGL pays for every pow.
+// Shaders for OpenGL 3.3. They compute light in linear colours and write it with a gamma of 2, which needs
+// only a square root: software OpenGL is slow at pow.
 #pragma once
 
 namespace room::shaders {
@@ -29,8 +29,8 @@ void main() {
 }
 )";
 
-// One material for all: looks 0 plain, 1 wood, 2 floor with its grid, 3 wall, 4 glowing (no light), 5 the
-// table below, that fades.
+// Fragment shader of all bodies. Its `look` is 0 plain, 1 wood, 2 floor with grid, 3 wall, 4 glowing (unlit),
+// 5 the table below, which fades out.
 inline constexpr const char* lit_fragment = R"(#version 330 core
 in vec3 world, facing, local;
 uniform int look;
@@ -145,7 +145,8 @@ void main() {
 }
 )";
 
-// The magnifying glass: hairs that stand on the floor and lean as far as they are bent. Lengths in hairs.
+// Vertex shader of the hairs in the magnifying glass: they stand on the floor and lean by their deflection.
+// Lengths are in hairs.
 inline constexpr const char* hair_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;   // a rod along z from 0 to 1
 layout(location = 1) in vec3 normal;
@@ -170,7 +171,8 @@ void main() {
 }
 )";
 
-// Picture in the glass, cut to its circle. Looks 0 hair, 1 floor, 2 the block's underside, 3 what is behind.
+// Fragment shader of the magnifying glass, cut to a circle. Its `look` is 0 hair, 1 floor, 2 the block's
+// underside, 3 background.
 inline constexpr const char* glass_fragment = R"(#version 330 core
 in vec3 facing, at;
 in float bent, flash, along;

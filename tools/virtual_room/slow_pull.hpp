@@ -1,4 +1,4 @@
-// A hand of the room's own that draws slowly enough to see the block break away.
+// Makes the motion of the room's own hand, which pulls slowly enough to show the block break away.
 #pragma once
 
 #include <cmath>
@@ -8,27 +8,76 @@
 
 namespace room {
 
-/// From the beginning of the simulation: the tool comes up to the block from behind, low, so that the push
-/// hardly shifts load between the corners; then its spring draws, so that the force reaches the peak after
-/// two seconds, and goes on for as long again. Lets go at the end. `peak` and `kinetic`: friction over load.
+/// Places of a hand that moves the block along x. The tool comes to the block from behind, low, so that the
+/// push hardly shifts load between the corners; then its spring pulls.
+struct PullPlaces {
+  static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;  ///< s, m, m
+  double touching;  ///< m, place of the tool where it meets the block
+  double to_peak;   ///< m, distance from there to the peak of the spring's force, bending bristles included
+  double z;
+
+  /// `peak`: friction over load.
+  PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
+      : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
+    constexpr double gravity = 9.80665;
+    const double load = s.mass * gravity * std::cos(s.slope) + s.extra_load;
+    const double force = peak * load - s.mass * gravity * std::sin(s.slope);
+    to_peak = std::fmax(force, 0.1 * load) / std::fmax(s.hand_stiffness, 20.0) + s.presliding_length;
+  }
+  HandRow at(double t, double x) const { return {t, {true, {x, 0.0, z}, {0, 0, 0}}}; }
+};
+
+/// Returns the slow pull, from the reset on: the force reaches the peak after two seconds, and continues as
+/// long again. At the end the hand lets go. `peak`: friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
-  constexpr double gravity = 9.80665, approach = 0.3, to_peak = 2.0, gap = 2e-3, height = 1e-3;  // m, s
-  const double load = s.mass * gravity * std::cos(s.slope) + s.extra_load;
-  const double force = peak * load - s.mass * gravity * std::sin(s.slope);
-  const double stiffness = std::fmax(s.hand_stiffness, 20.0);
-  // The block bends its bristles on the way.
-  const double way = std::fmax(force, 0.1 * load) / stiffness + s.presliding_length;
-  const double touching = -0.5 * m.block[0] - m.tool_radius;
-  const auto at = [&](double t, double x) {
-    return HandRow{t, {true, {x, 0.0, m.tool_radius + height}, {0, 0, 0}}};
-  };
+  constexpr double to_peak = 2.0;  // s
+  const PullPlaces places(s, peak, m);
   HandMotion motion;
-  motion.rows = {at(0.0, touching - gap), at(approach, touching),
-                 at(approach + 2.0 * to_peak, touching + 2.0 * way)};
+  motion.rows = {places.at(0.0, places.touching - places.gap), places.at(places.approach, places.touching),
+                 places.at(places.approach + 2.0 * to_peak, places.touching + 2.0 * places.to_peak)};
   HandRow end = motion.rows.back();
   end.t += 0.5;
   motion.rows.push_back(end);
   end.t += 0.01;
+  end.hand.holds = false;
+  motion.rows.push_back(end);
+  return motion;
+}
+
+/// A part of the tour and what is said of it, s from the beginning. After `hand_s` the hand of the room is
+/// done and the scene of the models follows.
+struct TourPart {
+  double until_s;
+  const char* says;
+};
+inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;
+inline constexpr TourPart tour_parts[] = {
+    {5.0, "A push below the peak: the bristles bend, and the block holds"},
+    {8.0, "The hand lets go: the bristles spring back, and the block with them"},
+    {tour_hand_s, "A harder push: at the peak the bristles snap, and the block slides"},
+    {tour_s, "Tapped on a slope: the brush stays where it is, LuGre and Coulomb creep"}};
+inline const char* tour_says(double t) {
+  for (const TourPart& part : tour_parts)
+    if (t < part.until_s) return part.says;
+  return "";
+}
+
+/// The hand of the tour: to 0.6 of the peak, held, back, and on through the peak.
+inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
+  const PullPlaces places(s, peak, m);
+  const double away = places.touching - places.gap;
+  HandMotion motion;
+  motion.rows = {places.at(0.0, away),
+                 places.at(0.5, places.touching),
+                 places.at(3.0, places.touching + 0.6 * places.to_peak),
+                 places.at(5.0, places.touching + 0.6 * places.to_peak),
+                 places.at(6.0, away),
+                 places.at(8.0, away),
+                 places.at(8.3, places.touching),
+                 places.at(12.0, places.touching + 2.0 * places.to_peak),
+                 places.at(tour_hand_s - 0.1, places.touching + 2.0 * places.to_peak)};
+  HandRow end = motion.rows.back();
+  end.t = tour_hand_s;
   end.hand.holds = false;
   motion.rows.push_back(end);
   return motion;

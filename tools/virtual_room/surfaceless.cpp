@@ -21,7 +21,7 @@ namespace {
 }  // namespace
 
 SurfacelessContext::SurfacelessContext() {
-  // libepoxy ends the program where the library itself is missing.
+  // Tests for libEGL first: libepoxy ends the program if the library is missing.
   void* const library = dlopen("libEGL.so.1", RTLD_LAZY);
   if (!library) complain("libEGL.so.1 is not installed");
   dlclose(library);
@@ -51,7 +51,8 @@ SurfacelessContext::SurfacelessContext() {
 SurfacelessContext::~SurfacelessContext() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
-  // The display stays, as it belongs to the process: a driver that is unloaded leaks without a name.
+  // Leaves the display open, as it belongs to the process: unloading the driver would show as an anonymous
+  // leak.
 }
 
 void leave_cores_to_the_haptic_loop() { setenv("LP_NUM_THREADS", "1", 0); }

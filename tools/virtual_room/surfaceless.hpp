@@ -1,9 +1,10 @@
-// OpenGL without a window or a display, by EGL.
+// Makes OpenGL contexts without a window or a display, by EGL.
 #pragma once
 
 namespace room {
 
-/// Makes a context current on this thread. Throws cli::UserError where EGL or OpenGL 3.3 is missing.
+/// OpenGL context, current on the thread that made it. Throws cli::UserError where EGL or OpenGL 3.3 is
+/// missing.
 class SurfacelessContext {
  public:
   SurfacelessContext();
@@ -16,8 +17,8 @@ class SurfacelessContext {
   void* context_ = nullptr;
 };
 
-/// Lets a software OpenGL (llvmpipe) compute on one thread: the others belong to the haptic loop. To be
-/// called before the first context; what the person set stays.
+/// Makes a software OpenGL (llvmpipe) compute on one thread and leave the other cores to the haptic loop.
+/// Call it before the first context; the person's own setting has priority.
 void leave_cores_to_the_haptic_loop();
 
 }  // namespace room

@@ -19,14 +19,14 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr std::int64_t most_ahead = 1 << 16;  // a number farther on is not the device's
-constexpr int most_packets = 32;              // looked at in one tick; a flood must not stop the loop
+constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
+constexpr int most_packets = 32;              // packets read in one tick; a flood must not stop the loop
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // little-endian machines only, as the library's own
+  std::memcpy(&bits, &value, sizeof value);  // little-endian machines only, as the library
   std::memcpy(to, &bits, sizeof value);
 }
 template <class T>
@@ -36,7 +36,7 @@ T get(const unsigned char* from) noexcept {
   return value;
 }
 
-/// SipHash-2-4 (Aumasson and Bernstein, 2012) of the first 64 bytes of a packet.
+/// Returns the SipHash-2-4 tag (Aumasson and Bernstein, 2012) of the first 64 bytes of a packet.
 std::uint64_t tag_of(const unsigned char* packet, std::uint64_t key) noexcept {
   std::uint64_t v[4] = {key ^ 0x736f6d6570736575, 0x646f72616e646f6d, key ^ 0x6c7967656e657261,
                         0x7465646279746573};
@@ -141,7 +141,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (there_ && now - heard_at_ > silence_s_) there_ = false;
-  unsigned char bytes[hand_packet_size + 1];  // one more: a longer packet shows
+  unsigned char bytes[hand_packet_size + 1];  // one byte more, so that a longer packet is noticed
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};
     socklen_t length = sizeof from;
@@ -151,7 +151,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
     HandPacket packet;
     const bool good = decode(bytes, static_cast<std::size_t>(got), packet) &&
                       (token_ == 0 || get<std::uint64_t>(bytes + 64) == tag_of(bytes, token_));
-    // Serial arithmetic: the number may run over.
+    // Compares sequence numbers by serial arithmetic, since they may wrap around.
     const std::int64_t ahead = static_cast<std::int32_t>(packet.sequence - newest_.sequence);
     const bool newer = token_ != 0 ? !heard_ || ahead > 0 : !there_ || (ahead > 0 && ahead <= most_ahead);
     if (!good || !newer) {

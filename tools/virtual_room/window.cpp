@@ -1,5 +1,5 @@
-// The window: GLFW, the mouse as a hand, keys.
-#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
+// Shows the room in a GLFW window, with the mouse as a hand, and keys.
+#define GLFW_INCLUDE_NONE  // epoxy declares OpenGL instead of GLFW
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <epoxy/gl.h>
@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/compared.hpp"
+#include "tools/virtual_room/drawing_pace.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
 #include "tools/virtual_room/presets.hpp"
@@ -30,6 +32,7 @@
 #include "tools/virtual_room/room_view.hpp"
 #include "tools/virtual_room/screen.hpp"
 #include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/surfaceless.hpp"
 
 namespace room {
@@ -38,9 +41,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double picture_period_s = 1.0 / 60;
+constexpr double kept_every_s = 0.05, kept_s = 60.0;  // of the simulation, to look back through
 constexpr double notice_lasts_s = 4.0;
-constexpr double answer_takes_s = 1.0;  // at most, from settings sent to settings in force
+constexpr double answer_takes_s = 1.0;  // s, longest time between sending settings and their taking effect
 
 std::string last_glfw_error;
 
@@ -49,7 +52,7 @@ std::string last_glfw_error;
   throw cli::UserError("no window: " + what + why + "; --headless runs the same room without one");
 }
 
-// GLFW, started and ended.
+// Owner of the GLFW library: starts it, and ends it when destroyed.
 struct Glfw {
   Glfw() {
     glfwSetErrorCallback([](int, const char* text) { last_glfw_error = text; });
@@ -64,7 +67,7 @@ struct DestroyWindow {
   void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
 };
 
-// ImGui's platform part: it needs the view's context first.
+// Owner of ImGui's GLFW part; it needs an ImGui context first.
 struct ImGuiOnGlfw {
   explicit ImGuiOnGlfw(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
   ~ImGuiOnGlfw() { ImGui_ImplGlfw_Shutdown(); }
@@ -72,7 +75,7 @@ struct ImGuiOnGlfw {
   ImGuiOnGlfw& operator=(const ImGuiOnGlfw&) = delete;
 };
 
-// Stops the loop's thread on every way out.
+// Guard that stops the loop's thread however the function is left.
 struct RunningLoop {
   HapticLoop& loop;
   explicit RunningLoop(HapticLoop& l) : loop(l) { loop.start(); }
@@ -81,7 +84,7 @@ struct RunningLoop {
   RunningLoop& operator=(const RunningLoop&) = delete;
 };
 
-// A name for a new file in the working folder.
+// Returns a name with date and time for a new file in the working folder.
 std::string dated_name(const char* ending) {
   const std::string stem = fmt::format("bristle-room-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
   std::string name = stem + ending;
@@ -109,6 +112,7 @@ class RoomWindow {
     view_ = std::make_unique<RoomView>(options.loop.measures, sensible_samples(), content_scale());
     imgui_ = std::make_unique<ImGuiOnGlfw>(window_.get());
     view_->gui.settings = view_->gui.beginning = options.loop.settings;
+    if (options.tour) begin_tour();
   }
 
   void run() {
@@ -122,8 +126,8 @@ class RoomWindow {
       draw(std::min(elapsed, 0.25));
       stall();
       const double used = std::chrono::duration<double>(Clock::now() - begin).count();
-      if (used < picture_period_s) {
-        glfwWaitEventsTimeout(picture_period_s - used);
+      if (used < pace_.now().period_s) {
+        glfwWaitEventsTimeout(pace_.now().period_s - used);
       } else {
         glfwPollEvents();
       }
@@ -151,7 +155,8 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // No larger than the panels have room for, in steps: each redraws the type.
+    // Limits the scale to what the panels have room for, in steps of a quarter, because each change rebuilds
+    // the font.
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
@@ -161,6 +166,80 @@ class RoomWindow {
   void take_news() {
     exchange_.room.refresh();
     for (PlotPoint point; exchange_.plot.pop(point);) view_->add(point);
+    keep_for_later();
+  }
+
+  // Keeps the last minute, to look back through while the room pauses.
+  void keep_for_later() {
+    if (room().paused) return;
+    view_->gui.back_s = 0;
+    if (!past_.empty() && room().time < past_.back().time) past_.clear();
+    if (!past_.empty() && room().time < past_.back().time + kept_every_s) return;
+    past_.push_back(room());
+    if (past_.back().time - past_.front().time > kept_s) past_.pop_front();
+  }
+
+  // The room as it is, or, while it pauses, as it was.
+  const Snapshot& shown() {
+    GuiState& gui = view_->gui;
+    gui.back_most_s =
+        room().paused && !past_.empty() ? static_cast<float>(room().time - past_.front().time) : 0;
+    if (!(gui.back_s > 0) || gui.back_most_s <= 0) return room();
+    const double wanted = room().time - static_cast<double>(gui.back_s);
+    const auto later = std::lower_bound(past_.begin(), past_.end(), wanted,
+                                        [](const Snapshot& kept, double t) { return kept.time < t; });
+    shown_ = later == past_.end() ? past_.back() : *later;
+    shown_.paused = true;
+    shown_.loop = room().loop;
+    return shown_;
+  }
+
+  // Once a picture: how fast the simulation runs and pictures come, and what is drawn of them therefore.
+  void measure(double picture_s) {
+    const double now = glfwGetTime();
+    ++pictures_counted_;
+    if (const double lasted = now - counted_at_; lasted >= 1.0) {
+      const bool runs = !room().paused && !was_paused_ && room().time > simulated_;
+      view_->gui.share = runs ? std::min((room().time - simulated_) / (lasted * room().speed), 1.0) : 1.0;
+      view_->gui.pictures = static_cast<double>(pictures_counted_) / lasted;
+      counted_at_ = now;
+      simulated_ = room().time;
+      was_paused_ = room().paused;
+      pictures_counted_ = 0;
+    }
+    pace_.take(now, picture_s, view_->gui.share);
+    view_->shadows = pace_.now().shadows;
+    view_->half_resolution = pace_.now().half_resolution;
+    view_->gui.drawn = pace_.now().says;
+  }
+
+  void begin_tour() {
+    Settings to = settings_of(Comparison::none);
+    to.bristles = view_->gui.settings.bristles;
+    to.presliding_length = 4e-3;  // as far as the eye sees
+    change_settings(to);
+    act(Act::tour);
+    touring_ = tour_begins_ = touched_ = true;
+  }
+
+  // Says what the tour shows. After its hand comes the scene of the models.
+  void follow_tour() {
+    view_->title.clear();
+    if (!touring_) return;
+    const bool compares = view_->gui.settings.compare == Comparison::models;
+    tour_begins_ = tour_begins_ && room().time > 1.0;  // until the reset has come through
+    const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
+    if (!compares && t >= tour_hand_s) {
+      compare(Comparison::models);
+      touring_ = tour_begins_ = true;
+      return;
+    }
+    if (t >= tour_s) {
+      touring_ = false;
+      say("the hand is yours: push the brush's block");
+    } else {
+      view_->title = tour_says(t);
+    }
   }
 
   void say(const std::string& text) {
@@ -177,6 +256,7 @@ class RoomWindow {
     follow_keys(elapsed * room().speed);
     if (glfwGetTime() > notice_until_) view_->notice.clear();
     if (glfwGetTime() > sent_at_ + answer_takes_s) view_->follow(room().settings);
+    follow_tour();
     if (!touched_ && options_.device == DeviceKind::mouse) {
       view_->notice =
           width < 900
@@ -184,12 +264,14 @@ class RoomWindow {
               : "drag: push with the tool, with Shift finely    arrow keys: push slowly    L: slow pull    "
                 "right drag: turn the view    F1: help";
     }
+    const double begin = glfwGetTime();
     ImGui_ImplGlfw_NewFrame();
-    const Wishes wishes = view_->draw(room(), width, height, static_cast<float>(elapsed), 0);
+    const Wishes wishes = view_->draw(shown(), width, height, static_cast<float>(elapsed), 0);
     ++pictures_;
     obey(wishes);
     if (screenshot_) take_screenshot(width, height);
     glfwSwapBuffers(window_.get());
+    measure(glfwGetTime() - begin);
   }
 
   void obey(const Wishes& wishes) {
@@ -200,6 +282,7 @@ class RoomWindow {
     if (wishes.reset_view) view_->camera = Camera{};
     if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
     if (wishes.scene) compare(*wishes.scene);
+    if (wishes.tour) begin_tour();
     if (wishes.list_files) list_files();
     if (!wishes.load.empty()) load_settings(wishes.load.c_str());
     if (wishes.export_plots) export_plots();
@@ -214,9 +297,13 @@ class RoomWindow {
 
   void act(Act what) {
     exchange_.acts.push(what);
-    const bool begins_anew =
-        what == Act::reset || what == Act::record || what == Act::replay || what == Act::slow_pull;
-    if (begins_anew) view_->forget();
+    const bool begins_anew = what == Act::reset || what == Act::record || what == Act::replay ||
+                             what == Act::slow_pull || what == Act::tour;
+    if (begins_anew) {
+      view_->forget();
+      past_.clear();
+      touring_ = false;
+    }
     touched_ = touched_ || what == Act::slow_pull;
   }
 
@@ -245,7 +332,7 @@ class RoomWindow {
     write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
   }
 
-  // Lists the files of 'Load', the newest first.
+  // Lists the files that "Load" offers, the newest first.
   void list_files() {
     std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
     std::error_code error;
@@ -272,7 +359,7 @@ class RoomWindow {
     }
   }
 
-  // Starts a scene that compares, or the level floor, from its beginning.
+  // Starts the scene of a comparison, or the level floor, from its beginning.
   void compare(Comparison scene) {
     Settings to = settings_of(scene);
     to.bristles = view_->gui.settings.bristles;
@@ -304,7 +391,7 @@ class RoomWindow {
     }
   }
 
-  // For tests: a graphic loop that stands still.
+  // Makes the graphic loop stand still for a while. For tests.
   void stall() {
     if (options_.stall_graphics_ms <= 0 || glfwGetTime() < next_stall_) return;
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(options_.stall_graphics_ms));
@@ -331,8 +418,20 @@ class RoomWindow {
 
   bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
 
+  // Whether the keys are the panels': from Tab to Esc or a click.
+  static bool keys_are_of_panels() {
+    return (ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard) != 0;
+  }
+  static void give_keys_to_panels(bool given) {
+    ImGuiIO& io = ImGui::GetIO();
+    if (given == keys_are_of_panels()) return;
+    io.ConfigFlags ^= ImGuiConfigFlags_NavEnableKeyboard;
+    ImGui::SetWindowFocus(given ? "settings" : nullptr);
+  }
+
   void follow_keys(double elapsed) {
-    if (ImGui::GetIO().WantTextInput || options_.device != DeviceKind::mouse) return;
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) give_keys_to_panels(false);
+    if (keys_are_of_panels() || ImGui::GetIO().WantTextInput || options_.device != DeviceKind::mouse) return;
     const int right = is_down(GLFW_KEY_RIGHT) - is_down(GLFW_KEY_LEFT);
     const int away = is_down(GLFW_KEY_UP) - is_down(GLFW_KEY_DOWN);
     const bool fine = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
@@ -343,6 +442,7 @@ class RoomWindow {
   void send_hand() {
     if (!mouse_.hand_changed()) return;
     touched_ = true;
+    if (touring_) act(Act::reset);  // who touches has the hand
     exchange_.mouse.write(mouse_.hand());
   }
 
@@ -355,7 +455,9 @@ class RoomWindow {
   }
 
   void press(int key, int mods) {
-    if (ImGui::GetIO().WantTextInput) return;
+    if (key == GLFW_KEY_TAB) return give_keys_to_panels(true);
+    if (key == GLFW_KEY_ESCAPE) give_keys_to_panels(false);
+    if (ImGui::GetIO().WantTextInput || (keys_are_of_panels() && key == GLFW_KEY_SPACE)) return;
     const auto choose = [&](FrictionModel model) {
       Settings to = view_->gui.settings;
       to.model = model;
@@ -380,12 +482,21 @@ class RoomWindow {
         return choose(FrictionModel::coulomb);
       case GLFW_KEY_L:
         return act(Act::slow_pull);
+      case GLFW_KEY_T:
+        return begin_tour();
+      case GLFW_KEY_LEFT_BRACKET:
+      case GLFW_KEY_RIGHT_BRACKET:
+        if (room().paused)
+          view_->gui.back_s = std::clamp(view_->gui.back_s + (key == GLFW_KEY_LEFT_BRACKET ? 0.1f : -0.1f),
+                                         0.0f, view_->gui.back_most_s);
+        return;
       case GLFW_KEY_MINUS:
         return act(Act::slower);
       case GLFW_KEY_EQUAL:
         return act(Act::faster);
       case GLFW_KEY_ESCAPE:
         view_->help_shown = false;
+        if (touring_) act(Act::reset);
         return mouse_.let_go();
       case GLFW_KEY_F1:
         view_->help_shown = !view_->help_shown;
@@ -431,8 +542,15 @@ class RoomWindow {
   MouseControl mouse_;
   bool screenshot_ = false, touched_ = false;
   double notice_until_ = 0, next_stall_ = 1.0;
-  double sent_at_ = 0;  // the settings; those of the beginning are sent already
+  double sent_at_ = 0;  // s, time when settings were last sent; 0: the initial ones count as sent
   long pictures_ = 0;
+  DrawingPace pace_;
+  double counted_at_ = 0,
+         simulated_ = 0;  // s, when the rates were counted last, and how far the room was then
+  bool was_paused_ = false, touring_ = false, tour_begins_ = false;
+  long pictures_counted_ = 0;
+  std::deque<Snapshot> past_;
+  Snapshot shown_;
 };
 
 void print_summary(const Snapshot& room, long pictures) {

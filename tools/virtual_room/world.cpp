@@ -15,20 +15,24 @@ namespace {
 using Vector9 = Eigen::Matrix<double, velocities, 1>;
 using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 
-constexpr double gravity = 9.80665;       // m/s^2
-constexpr double tool_mass = 0.05;        // kg
-constexpr double air_damping = 0.5;       // N s/m, on the tool
-constexpr double normal_stiffness = 1e5;  // N/m, of one contact: rest penetration of a few micrometres
-constexpr double fastest_target = 2.0;    // m/s: a hand that jumps is followed at this speed
-constexpr double catching_up = 0.15;      // m/s: one that takes the tool from afar, at this one
-constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;  // s: a tap down the slope, the next one up
-constexpr double far_away = 5.0;                                  // m: a block that got there is lost
-// A load that changes by less stays as it was: rounding alone does not make a patch look at its bristles.
+constexpr double gravity = 9.80665;  // m/s^2
+constexpr double tool_mass = 0.05;   // kg
+constexpr double air_damping = 0.5;  // N s/m, damper between tool and air
+// N/m, stiffness of one contact; a block at rest sinks in by a few micrometres.
+constexpr double normal_stiffness = 1e5;
+constexpr double fastest_target = 2.0;  // m/s, highest speed of the spring's end when the hand jumps
+constexpr double catching_up = 0.15;    // m/s, speed of the spring's end while it takes the tool from afar
+// s, time between taps, which alternate down and up the slope, and their length
+constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;
+// m, distance from the middle at which the block counts as lost
+constexpr double far_away = 5.0;
+// Relative change of load below which a patch keeps its load: rounding alone does not make it visit its
+// bristles.
 constexpr double load_grain = 1e-9;
-// N/m and N, of the carriage that moves blocks which are compared.
+// Stiffness (N/m) and greatest force (N) of the carriage that moves compared blocks.
 constexpr double carriage_stiffness = 1e5, carriage_force = 20.0;
 
-// A half sine, down and up the slope in turn.
+// Returns the tap force over its amplitude: half a sine wave, alternately down and up the slope.
 double tap(double time) {
   const double count = std::floor(time / tap_period);
   const double into = time - count * tap_period;
@@ -37,7 +41,7 @@ double tap(double time) {
   return std::fmod(count, 2.0) == 0.0 ? size : -size;
 }
 
-// Tangent axes of a flat surface: fixed, along the room's.
+// Returns the tangent axes of a flat surface; they are fixed along the room's axes.
 Vector3 along_of(Surface surface) {
   return surface == Surface::end_wall ? Vector3(0, 1, 0) : Vector3(1, 0, 0);
 }
@@ -53,7 +57,7 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   return row;
 }
 
-// Turn of the block on the tool, which the hand keeps from turning.
+// Returns the row that gives the block's spin against the tool; the hand keeps the tool from turning.
 Vector9 spin_row(const Touch& touch) {
   Vector9 row = Vector9::Zero();
   if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
@@ -102,7 +106,7 @@ void World::reset() noexcept {
 }
 
 void World::step(double dt, const Hand& hand, double grip, double force_limit) noexcept {
-  // 1. New position and velocity, from forces, loads and friction at the places found last.
+  // 1. New position and velocity, from forces, loads and friction at the contacts found in the last tick.
   std::swap(touches_, found_);
   move_target(dt, hand, grip);
   refresh_mass();
@@ -115,10 +119,11 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   const Velocity mean = friction_.find_motion(dt, coupled_, external, {contacts.data(), contacts.size()});
   move(dt, mean);
 
-  // 2. Collision detection: where the next tick finds its contacts.
+  // 2. Collision detection: finds the contacts of the next tick.
   collision_.find(block_, tool_, found_);
 
-  // 3. Friction on every patch over the way it just went; the velocity is that of the forces that acted.
+  // 3. Friction: steps every patch along its displacement in this tick, then sets the velocity that the
+  //    forces give.
   friction_.step(dt, coupled_, external, contacts);
   body_.velocity = coupled_.velocity;
   keep_forces(dt, mean);
@@ -131,8 +136,9 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   time_ += dt;
 }
 
-// The spring's end follows the hand, but not faster than a hand moves: a mouse may jump. A tool that is taken
-// from afar comes slowly: the force limit bounds the spring, not the blow of a tool flung after it.
+// Moves the spring's end towards the hand, at most as fast as a hand moves, since a mouse may jump. A tool
+// that is far away is fetched slowly: the force limit bounds the spring, not the impact of a tool that
+// arrives fast.
 void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   if (!hand.holds || grip <= 0.0) {
     target_ = tool_;
@@ -150,7 +156,8 @@ void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   target_velocity_ = (target_ - before) / dt;
 }
 
-// The hand takes the tool for the first time: it starts there, unless that is inside the block.
+// Puts the tool at the hand when it is held for the first time since the reset, unless that place is inside
+// the block.
 void World::put_tool(const Vector3& place) noexcept {
   held_ = true;
   const Vector3 half(0.5 * measures_.block[0], 0.5 * measures_.block[1], 0.5 * measures_.block[2]);
@@ -188,7 +195,7 @@ Velocity World::force_beside_contacts(const Hand& hand) const noexcept {
   return f;
 }
 
-// The spring is taken at the end of the step: a stiff one holds too.
+// Adds the hand's spring and damper to forces and mass, implicitly, so that a stiff spring is stable too.
 void World::add_hand_spring(double dt, double grip, double force_limit, Velocity& external) noexcept {
   spring_ = grip * parameters_.settings.hand_stiffness;
   damper_ = grip * parameters_.settings.hand_damping;
@@ -200,8 +207,8 @@ void World::add_hand_spring(double dt, double grip, double force_limit, Velocity
   coupled_.mass.diagonal().tail<3>().array() += dt * gain;
 }
 
-// A stiff spring from the block's middle to a carriage on rails, at the end of the step like the hand's. A
-// block that lies elsewhere is drawn there gently.
+// Adds a stiff spring from the block's centre to a carriage on rails, implicitly as the hand's spring. The
+// limited force moves a block that is far from the carriage gently.
 void World::add_carriage(double dt, Velocity& external) noexcept {
   const Settings& s = parameters_.settings;
   const double damper = 2.0 * std::sqrt(carriage_stiffness * s.mass), gain = dt * carriage_stiffness + damper;
@@ -215,9 +222,9 @@ void World::add_carriage(double dt, Velocity& external) noexcept {
   }
 }
 
-// Finds the normal loads of the next step. A contact that presses is a spring with an overdamped damper,
-// taken at the end of the step. Contacts switch between pressing and open until all are consistent. Friction
-// is that of the last tick. At the end mass and `external` include the contacts that press.
+// Finds the normal loads of the next step. A pressing contact is a spring with an overdamped damper,
+// evaluated at the end of the step. Contacts switch between pressing and open until all are consistent;
+// friction is that of the last tick. Afterwards mass and `external` include the pressing contacts.
 void World::find_loads(double dt, Velocity& external) noexcept {
   const double damper = 2.0 * std::sqrt(0.25 * normal_stiffness * parameters_.settings.mass);
   Vector9 push = external;
@@ -276,7 +283,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
   if (touch.pair == Touch::Pair::block_surface) {
     place.along = along_of(touch.surface);
-  } else {  // carried along as the normal turns
+  } else {  // carries the axes along as the normal turns
     Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
     if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
     place.along = along.normalized();
@@ -308,8 +315,8 @@ TangentRows World::tangent_rows(const Touch& touch, const Place& place) const no
   return rows;
 }
 
-// A place takes a patch when it first presses, and gives it back when it no longer does, one step later: in
-// that step, without load, the bristles forget.
+// Lists the contacts of this step. A place gets a patch when it first presses, and returns it one step after
+// it stops pressing: in that step, with zero load, the bristles are reset.
 void World::collect_patches() noexcept {
   std::array<bool, touch_keys> near{};
   contact_count_ = 0;
@@ -385,7 +392,7 @@ Vector3 World::friction() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  for (std::size_t corner = 0; corner < corners; ++corner) {  // the floor's corners are the first places
+  for (std::size_t corner = 0; corner < corners; ++corner) {  // the places of the floor's corners come first
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
   }
@@ -467,7 +474,8 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
-      if (k == surfaces * corners && shown_key_ != 0) break;  // the tool's only where there is no other
+      // The tool's contact is shown only if no other exists.
+      if (k == surfaces * corners && shown_key_ != 0) break;
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;
       shown_key_ = k + 1;

@@ -1,5 +1,5 @@
-// The world of the room: a rigid block, the tool, what they touch, and one tick of it in the paper's four
-// steps. Knows no threads and no clocks.
+// World of the room: a rigid block, the tool, the walls, and a tick in the paper's four steps. Knows no
+// threads and no clocks.
 #pragma once
 
 #include <array>
@@ -14,25 +14,27 @@
 
 namespace room {
 
-/// A tap down the slope, the next one up: seconds from one to the next but one.
+/// s, period of a pair of taps, one down the slope and one up.
 inline constexpr double tap_pair = 0.5;
 
-/// One thread steps it: the haptic thread. Nothing in take, reset or step allocates, locks or throws.
+/// World of the room, stepped by one thread (the haptic thread). Nothing in take, reset or step allocates,
+/// locks or throws.
 class World {
  public:
-  /// Steps the patches of `batch` from now on, one step of it a tick.
+  /// Binds the world to the patches of `batch`, which it steps once a tick.
   World(const RoomMeasures& measures, bristle::PatchBatch& batch);
 
   void take(const Parameters& parameters) noexcept;
-  /// The block at rest in the middle of the floor, time 0. The patches must hold nothing.
+  /// Puts the block at rest in the middle of the floor and sets the time to 0. The patches must be without
+  /// load.
   void reset() noexcept;
 
-  /// One tick. `grip`, 0 to 1, is the share of the hand's spring that pulls (0: let go).
+  /// Runs one tick. `grip`, 0 to 1, is the share of the hand's spring that pulls (0: released).
   void step(double dt_s, const Hand& hand, double grip, double force_limit) noexcept;
 
-  /// All of the snapshot that is the world's.
+  /// Fills the fields of the snapshot that belong to the world.
   void show(Snapshot& to) const noexcept;
-  /// Some bristles of the patch under the highest load; looks at the bristles, so not every tick.
+  /// Samples bristles of the patch under the highest load. Too slow for every tick: it visits the bristles.
   void show_bristles(BristleView& to) noexcept;
 
   double time() const noexcept { return time_; }
@@ -40,37 +42,40 @@ class World {
   const Vector3& block_position() const noexcept { return block_.position; }
   const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
-  Vector3 friction() const noexcept;  ///< N, of all patches on the block, those of the tool left out
-  Vector3 applied() const noexcept;   ///< N, of the tool on the block
-  std::uint64_t snaps() const noexcept { return friction_.snaps(); }  ///< on the floor, in the last tick
-  double holds() const noexcept;  ///< N: highest elastic friction of the floor as it is loaded now
+  Vector3 friction() const noexcept;  ///< N, sum over all patches on the block except the tool's
+  Vector3 applied() const noexcept;   ///< N, force of the tool on the block
+  /// Bristles on the floor that snapped in the last tick.
+  std::uint64_t snaps() const noexcept { return friction_.snaps(); }
+  double holds() const noexcept;  ///< N, highest elastic friction of the floor under the present load
   const Vector3& device_force() const noexcept { return device_force_; }
-  bool is_sound() const noexcept;  ///< every number of the state is finite, the block still near
+  /// Whether every number of the state is finite and the block is still near.
+  bool is_sound() const noexcept;
   std::uint64_t state_hash() const noexcept;
 
-  /// A contact in force after the last tick, for files: x, y of the friction in the patch's axes.
+  /// Force of one contact in the last tick, for recordings; x, y of the friction are in the patch's axes.
   struct PatchForce {
     std::size_t patch;
     int key;
     double force[2], load;  ///< N
-    double point[2];        ///< m, the block's way in the patch's axes since it touched
+    double point[2];        ///< m, displacement of the block in the patch's axes since it touched
     double bristles;        ///< representatives in contact
     bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 
  private:
-  // State of a place while it touches.
+  // State of a contact place (a corner on a surface, or the tool) while it touches.
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();          // N, of the patch on the block
-    double load = 0.0, limit = 0.0;           // N
-    double torque = 0.0, torque_limit = 0.0;  // N m, of a pad: on the block about the normal
-    double way[2] = {0, 0};                   // m, in the tangent plane
+    Vector3 force = Vector3::Zero();  // N, force of the patch on the block
+    double load = 0.0, limit = 0.0;   // N
+    // N m, torque of a pad on the block about the normal, and its limit.
+    double torque = 0.0, torque_limit = 0.0;
+    double way[2] = {0, 0};  // m, displacement in the tangent plane
   };
   struct NormalContact {
-    Velocity row;  // row . u: speed at which the gap opens
+    Velocity row;  // row . u is the speed at which the gap opens
     double depth, damping;
     bool presses;
   };
@@ -98,18 +103,18 @@ class World {
   double time_ = 0.0;
   Pose block_;
   Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
-  bool held_ = false;        // the spring has pulled since the reset
-  bool caught_up_ = false;   // its end has reached the hand since that took the tool
-  Body body_;                // velocities; the mass without contacts
-  Body coupled_;             // with hand and normal contacts in the mass
-  Touches touches_, found_;  // in force in this tick; found at its end, for the next
+  bool held_ = false;        // whether the spring has pulled since the reset
+  bool caught_up_ = false;   // whether the spring's end has reached the hand since the hand took the tool
+  Body body_;                // velocities, and mass without contacts
+  Body coupled_;             // as body_, with hand and normal contacts in the mass
+  Touches touches_, found_;  // contacts in force in this tick; contacts found at its end, for the next
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
   std::array<PatchContact, patch_count> contacts_{};
-  std::array<std::size_t, patch_count> contact_touch_{};  // place in touches_
+  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_
   std::size_t contact_count_ = 0;
-  double spring_ = 0.0, damper_ = 0.0;  // of the hand in this tick
+  double spring_ = 0.0, damper_ = 0.0;  // N/m, N s/m of the hand in this tick
   Vector3 device_force_ = Vector3::Zero();
   std::uint64_t shown_key_ = 0;
 };

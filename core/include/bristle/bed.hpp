@@ -33,7 +33,9 @@ namespace bristle {
 /// Names a bed of one batch, as PatchId names a patch. 0 = none.
 struct BedId {
   std::uint64_t value = 0;
-  explicit operator bool() const noexcept { return value != 0; }
+  /// As PatchId::no_capacity, of KeyedBeds.
+  static constexpr BedId no_capacity() noexcept { return {PatchId::no_capacity().value}; }
+  explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }
   friend bool operator!=(BedId a, BedId b) noexcept { return a.value != b.value; }
 };
@@ -47,9 +49,9 @@ enum class BedPressure : unsigned char {
 
 /// Law by which the size follows the load. The given size is that at BedOptions::max_normal_load.
 enum class BedGrowth : unsigned char {
-  fixed,       ///< not at all
-  cube_root,   ///< both half widths: spheres and ellipses (Hertz)
-  square_root  ///< the half length along x only: cylinders (Hertz), tyres
+  fixed,       ///< size does not depend on the load
+  cube_root,   ///< both half widths grow: spheres and ellipses (Hertz)
+  square_root  ///< the half length along x grows: cylinders (Hertz), tyres
 };
 
 /// A bristle of BedShape::list.
@@ -66,14 +68,15 @@ struct BedShape {
   BedPressure pressure = BedPressure::parabolic;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false;           ///< Whether bristles are carried through the contact.
-  double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = from the material's radius
-  int cells[2] = {0, 0};        ///< rows: bristles along x, rows; an ellipse that does not roll: rings, cells
-                                ///< around
-  std::vector<BedCell> list;    ///< Kind::list
+  double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = calculated from the
+                                ///< material's radius
+  int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
+                                ///< roll: of rings, then of cells around
+  std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
 
-  /// Sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for Cattaneo's
-  /// and Mindlin's contact under any history of load. It does not resist spin and does not roll. `cells`: 2
-  /// to 65536; the error of the force falls with their square, 4e-4 of mu N at 32.
+  /// Makes a sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for
+  /// Cattaneo's and Mindlin's contact under any history of load. It does not resist spin and does not roll.
+  /// `cells`: 2 to 65536; the error of the force falls with their square, 4e-4 of mu N at 32.
   static BedShape sphere_row(int cells = 32, double radius_of_contact_m = 0.0) {
     BedShape shape;
     shape.growth = BedGrowth::cube_root;
@@ -82,7 +85,7 @@ struct BedShape {
     shape.cells[1] = 1;
     return shape;
   }
-  /// One row of bristles through which a wheel or a roller rolls along x.
+  /// Makes one row of bristles through which a wheel or a roller rolls along x.
   static BedShape wheel_row(double half_length_m, BedPressure pressure = BedPressure::parabolic,
                             int cells = 32) {
     BedShape shape = rectangle(half_length_m, 0.0, pressure, cells, 1);
@@ -90,12 +93,13 @@ struct BedShape {
     shape.rolls = true;
     return shape;
   }
-  /// Cylinder that lies along y and rolls along x: Hertz's pressure, half width by the root of the load.
+  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. Its half width grows with
+  /// the root of the load.
   static BedShape cylinder_row(double half_length_m, int cells = 32) {
     return wheel_row(half_length_m, BedPressure::hertz, cells).grown(BedGrowth::square_root);
   }
-  /// Disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three times
-  /// the rings). Half widths of 0 take Hertz's from the material's radius.
+  /// Makes a disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three
+  /// times the rings). Half widths of 0 take Hertz's from the material's radius.
   static BedShape ellipse(double half_x_m, double half_y_m, BedPressure pressure, int rings = 7,
                           int around = 0) {
     BedShape shape;
@@ -110,7 +114,8 @@ struct BedShape {
   static BedShape disc(double radius_m, BedPressure pressure, int rings = 7, int around = 0) {
     return ellipse(radius_m, radius_m, pressure, rings, around);
   }
-  /// Rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny` rows.
+  /// Makes a rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny`
+  /// rows.
   static BedShape rectangle(double half_x_m, double half_y_m, BedPressure pressure, int nx = 16, int ny = 8) {
     BedShape shape;
     shape.kind = Kind::rectangle;
@@ -129,9 +134,9 @@ struct BedShape {
     shape.list = std::move(cells);
     return shape;
   }
-  /// Any outline: the places of an nx by ny grid over the box given where `pressure` (relative, at x and y in
-  /// m) is above 0. A cell at the edge counts by the part of it that 4 x 4 samples find inside. Throws
-  /// bristle::Error if there is none.
+  /// Makes a bed of any outline from an nx by ny grid over the given box: a cell becomes a bristle where
+  /// `pressure` (relative, at x and y in m) is above 0. A cell at the edge counts by the share of its 4 x 4
+  /// samples that lie inside. Throws bristle::Error if no cell does.
   BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
                                             const std::function<double(double, double)>& pressure);
 
@@ -152,31 +157,33 @@ struct BedShape {
 /// Friction and elasticity of a bed. Exactly one of the elasticities must be given.
 struct BedMaterial {
   double static_friction = 0.0;   ///< > 0, at most 100, not below the kinetic one
-  double kinetic_friction = 0.0;  ///< > 0. Where static friction is above, a bristle that slides holds the
-                                  ///< kinetic limit, until it has stuck for a whole step
+  double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle holds this limit
+                                  ///< until it has stuck for a whole step
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
   double normal_modulus = 0.0;  ///< Pa, E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
   double shear_modulus = 0.0;   ///< Pa, G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
-  double radius = 0.0;          ///< m, 1/R = 1/R1 + 1/R2; 0 where the shape has its size
+  double radius = 0.0;          ///< m, 1/R = 1/R1 + 1/R2; 0 where the shape states its size
   ///@}
   double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's L1, L2, L3 (x, y, spin) at full load
-  double slip_stiffness[2] = {0.0, 0.0};  ///< N per unit slip at full load, along x and y; a shape that rolls
-  double presliding = 0.0;                ///< m: the displacement at which all of it slides, under full load
+  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip at full load, along x and y; for a shape that
+                                            ///< rolls
+  double presliding = 0.0;                  ///< m: the displacement at which every bristle slides, under full
+                                            ///< load
 
   BedMaterial() = default;
   explicit BedMaterial(double friction) : static_friction(friction), kinetic_friction(friction) {}
   BedMaterial(double static_mu, double kinetic_mu)
       : static_friction(static_mu), kinetic_friction(kinetic_mu) {}
 
-  /// One elastic body of shear modulus G and Poisson's ratio nu (0 to 0.5) on a rigid one.
+  /// Sets one elastic body of shear modulus G and Poisson's ratio nu (0 to 0.5) on a rigid one.
   BedMaterial& with_elastic(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     normal_modulus = 2.0 * shear_modulus_pa / (1.0 - poisson);
     shear_modulus = 4.0 * shear_modulus_pa / (2.0 - poisson);
     radius = radius_m;
     return *this;
   }
-  /// Two alike elastic bodies.
+  /// Sets two elastic bodies of equal modulus and ratio.
   BedMaterial& with_elastic_pair(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     with_elastic(0.5 * shear_modulus_pa, poisson, radius_m);
     return *this;
@@ -196,12 +203,13 @@ struct BedMaterial {
 };
 
 struct BedOptions {
-  double max_normal_load = 1.0;  ///< N, > 0: full load. Above it limits grow, and the size does not
+  double max_normal_load = 1.0;  ///< N, > 0: full load. Under a higher load the friction limits grow and the
+                                 ///< size stays
   /// Whether a step computes the mean force, the dissipated energy and the tangent as well; else these stay
   /// 0.
   bool all_outputs = true;
-  /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut where it
-  /// spins or all outputs are asked for.
+  /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut into pieces
+  /// if the bed spins or all outputs are asked for.
   double longest_piece = 0.0625;
 };
 
@@ -209,11 +217,12 @@ struct BedOptions {
 /// above 1e15 N, and rolling that the bed cannot do set Status::bad_input.
 struct BedMotion {
   BedId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body against the surface, where they touch: for
-                                        ///< a wheel that rolls by w r over the ground by x, x - w r
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body's surface against the other, where they
+                                        ///< touch. A wheel of radius r that rolls over the ground by x and
+                                        ///< turns by w has x - w r
   double spin = 0.0;                    ///< rad, of the moving body against the surface about the normal
-  /// m, by which the bristles' surface has been carried through the contact, positive where the contact goes
-  /// to greater x or y on it: of a wheel radius x turn, 0 while it is locked.
+  /// m, by which the bristles' surface has been carried through the contact, positive where the contact moves
+  /// to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is locked.
   double rolled[2] = {0.0, 0.0};
   double normal_load = 0.0;  ///< N
 };
@@ -222,24 +231,26 @@ struct BedMotion {
 struct BedResponse {
   BedId id;
   Status status = Status::ok;
-  std::uint32_t reserved = 0;    ///< no byte is without a value
+  std::uint32_t reserved = 0;    ///< padding with a value, so that responses may be compared by memcmp
   double force[2] = {0.0, 0.0};  ///< N, at the end of the step
   double torque = 0.0;           ///< N m, about the centre, at the end
-  double mean[2] = {0.0, 0.0};   ///< N, over the step. Without rolling minus mean . displacement minus
-                                 ///< mean_torque spin is the energy put in, exactly; with it by trapezia
+  double mean[2] = {0.0, 0.0};   ///< N, averaged over the step. The energy put in is -(mean . displacement +
+                                 ///< mean_torque spin), exactly without rolling, by the trapezoidal rule with
+                                 ///< it
   double mean_torque = 0.0;      ///< N m
-  double dissipated = 0.0;       ///< J, what was put in and is not stored
+  double dissipated = 0.0;       ///< J, energy put in and not stored
   double stored = 0.0;           ///< J, elastic energy at the end
-  double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, of what sticks
-  double slipping_share = 0.0;   ///< of the contact, by stiffness, 0 to 1
+  double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, from the bristles that
+                                 ///< stick
+  double slipping_share = 0.0;   ///< share of the contact that slips, by stiffness, 0 to 1
 };
 
 struct BedInfo {
   std::uint32_t bristles = 0;
   double half[2] = {0.0, 0.0};      ///< m, half widths under the last load
-  double normal_load = 0.0;         ///< N, of the last step
-  double stiffness = 0.0;           ///< N/m, of all bristles at full load, along x
-  double longest_deflection = 0.0;  ///< m, largest kinetic limit of a bristle at full load
+  double normal_load = 0.0;         ///< N, load of the last step
+  double stiffness = 0.0;           ///< N/m along x, sum over all bristles at full load
+  double longest_deflection = 0.0;  ///< m, largest deflection at which a bristle slides at full load
   std::uint64_t memory_bytes = 0;
 };
 
@@ -251,43 +262,44 @@ struct BedBristle {
   double limit = 0.0;
 };
 
-/// Beds, stepped together. Bits depend neither on the number of threads nor on the instruction set, nor on
-/// which beds share the batch.
+/// Beds, stepped together. A bed's bits depend neither on the number of threads nor on the instruction set,
+/// nor on which beds share the batch.
 ///
 /// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor, add, remove and
 /// restore_state. A step never throws or locks, and waits for its own workers only.
 class BRISTLE_API BedBatch {
  public:
-  /// As PatchBatch. Throws bristle::Error.
+  /// Makes an empty batch with the options of PatchBatch. Throws bristle::Error.
   explicit BedBatch(const BatchOptions& options = {});
   ~BedBatch();
   BedBatch(BedBatch&&) noexcept;
   BedBatch& operator=(BedBatch&&) noexcept;
 
-  /// A new bed, out of contact. Throws bristle::Error for values out of range, and for a material that gives
+  /// Adds a bed, out of contact. Throws bristle::Error for values out of range, and for a material that gives
   /// no elasticity, two of them, or one that does not fit the shape.
   BedId add(const BedMaterial& material, const BedShape& shape, const BedOptions& options = {});
-  void remove(BedId id);  ///< throws bristle::Error if there is none
+  void remove(BedId id);  ///< throws bristle::Error if there is no such bed
 
-  /// out[i] is the response to in[i]; `out` must be as long as `in`, otherwise every status is
-  /// Status::bad_input. A bed that no motion names rests.
+  /// Steps the beds that `in` names; others rest. out[i] is the response to in[i]. `out` must be as long as
+  /// `in`, otherwise every status is Status::bad_input.
   StepReport step(Span<const BedMotion> in, Span<BedResponse> out) noexcept;
-  /// The response that step would give, without changing the state. For implicit solvers.
+  /// Returns the response that step would give, without changing the state. For implicit solvers.
   BedResponse find_force(const BedMotion& motion) noexcept;
   /// Unbends all bristles and takes the bed out of contact. False if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< zeros for an unknown id
+  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness and limits of a bed; zeros for an unknown
+                                          ///< id
   /// Writes as many bristles as fit; returns how many.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
-  std::uint64_t state_hash(BedId id) const noexcept;  ///< 0 for an unknown id
-  std::uint64_t state_hash() const noexcept;          ///< of all beds in the order of their slots
+  std::uint64_t state_hash(BedId id) const noexcept;  ///< state hash of one bed, 0 for an unknown id
+  std::uint64_t state_hash() const noexcept;          ///< hash of all beds in the order of their slots
 
   std::size_t state_size() const noexcept;
-  /// Returns the bytes written, 0 if `to` is too small.
+  /// Writes the state of all beds. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Into a batch with the same beds, added in the same order. Throws bristle::Error if the state does not
-  /// fit or is damaged, and leaves the beds unchanged.
+  /// Restores a saved state into a batch with the same beds, added in the same order. Throws bristle::Error
+  /// if the state does not fit or is damaged, and leaves the beds unchanged.
   void restore_state(Span<const std::byte> from);
 
   std::size_t bed_count() const noexcept;

@@ -61,25 +61,25 @@ enum {
   BRISTLE_FAILED = 5       /**< anything else */
 };
 
-/** Name of a result, "BRISTLE_OK" and so on. [any] */
+/** Returns the name of a result, "BRISTLE_OK" and so on. [any] */
 BRISTLE_API const char* bristle_result_name(bristle_result result);
 
-/** The reason, in one line, for the last failed call of the calling thread; "" if none failed. Valid until
- * that thread's next failure. [any] */
+/** Returns the reason, in one line, for the last failed call of the calling thread; "" if none failed. Valid
+ * until that thread's next failure. [any] */
 BRISTLE_API const char* bristle_last_error(void);
 
 /** "major.minor.patch" of the library. [any] */
 BRISTLE_API const char* bristle_version(void);
 
-/** BRISTLE_WRONG_BUILD if headers and library do not belong together; the text names the difference. Call
- * it first: bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS). [any] */
+/** Returns BRISTLE_WRONG_BUILD if headers and library do not belong together; bristle_last_error names the
+ * difference. Call it first: bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS). [any] */
 BRISTLE_API bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options);
 
 /** Number of instruction sets of this build, best first. [any] */
 BRISTLE_API size_t bristle_instruction_set_count(void);
 
-/** Name of an instruction set, null past the last one; `usable` (may be null): 1 if this machine supports
- * it. [any] */
+/** Returns the name of an instruction set, null past the last one; `usable` (may be null): 1 if this machine
+ * supports it. [any] */
 BRISTLE_API const char* bristle_instruction_set(size_t index, uint32_t* usable);
 
 /* ----------------------------------------------------------------------------------------- materials */
@@ -98,16 +98,17 @@ enum { BRISTLE_RULE_REDRAW = 0, BRISTLE_RULE_KEEP = 1, BRISTLE_RULE_SLIDE = 2 };
 /** Decay of the bristle damper with speed: bristle::DamperDecay. */
 enum { BRISTLE_DECAY_EXPONENTIAL = 0, BRISTLE_DECAY_GAUSSIAN = 1 };
 
-/** The law of the snap length: bristle::SnapLength. Never changes. */
+/** The law of the snap length: bristle::SnapLength. The struct never changes. */
 typedef struct bristle_snap_length {
   uint32_t law;            /**< BRISTLE_LAW_... */
-  uint32_t table_size;     /**< 2 to 257 for a table, else not read */
+  uint32_t table_size;     /**< length of `table`, 2 to 257; not read for other laws */
   double first_parameter;  /**< see BRISTLE_LAW_... */
-  double second_parameter; /**< 0 if there is none */
-  const double* table;     /**< the caller's; read during the call only */
+  double second_parameter; /**< 0 if the law has only one */
+  const double* table;     /**< the caller's array, read during the call only */
 } bristle_snap_length;
 
-/** g = 1 + strength ln(1 + a / time), or 1 + strength (1 - exp(-a / time)). */
+/** Growth g of the snap length with age a: 1 + strength ln(1 + a / time), or
+ * 1 + strength (1 - exp(-a / time)): bristle::AgeingForm. */
 enum { BRISTLE_AGEING_LOGARITHMIC = 0, BRISTLE_AGEING_SATURATING = 1 };
 
 /** Bristle parameters: bristle::Material. */
@@ -138,7 +139,7 @@ typedef struct bristle_coefficients {
   size_t struct_size;
   double kinetic; /**< friction over normal load in sliding, at kinetic_speed */
   double peak;    /**< highest friction over normal load at first loading; 0 = follows from spread */
-  double presliding_length;   /**< m, mean deflection at a snap: what it leaves and E[delta] */
+  double presliding_length;   /**< m, mean deflection at a snap: l_r + E[delta] */
   double bristles_per_newton; /**< 1/N */
   double damping_per_newton;  /**< s/m */
   double viscous_friction;    /**< N s/m */
@@ -147,11 +148,11 @@ typedef struct bristle_coefficients {
   uint32_t snap_rule;         /**< BRISTLE_RULE_... */
   uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
   uint32_t reserved;          /**< 0 */
-  double residual_share;      /**< of the presliding length, that a snap leaves; 0 = none, as the paper */
+  double residual_share;      /**< share of the presliding length that a snap leaves; 0 in the paper */
   double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none, as the paper */
   double kinetic_speed;       /**< m/s; 0 = so fast that nothing ages */
   double fall_per_decade;   /**< share of kinetic friction that is lost per decade of speed; 0 = no ageing */
-  double growth_per_decade; /**< instead: growth of static friction per decade of rest, over kinetic */
+  double growth_per_decade; /**< or growth of static over kinetic friction per decade of rest */
   double ageing_time;       /**< s, tau */
   uint32_t ageing_form;     /**< BRISTLE_AGEING_... */
   uint32_t reserved_too;    /**< 0 */
@@ -161,10 +162,10 @@ typedef struct bristle_coefficients {
   double drop;   /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
 } bristle_coefficients;
 
-/** What follows from a material. */
+/** Coefficients and lengths that follow from a material. */
 typedef struct bristle_material_facts {
   size_t struct_size;
-  double kinetic_coefficient;   /**< friction over normal load in slow steady sliding; with ageing in fast */
+  double kinetic_coefficient;   /**< friction over normal load in slow sliding; with ageing in fast */
   double peak_coefficient;      /**< highest friction over normal load at first loading */
   double bristles_per_newton;   /**< zeta / N, 1/N */
   double mean_snap_length;      /**< m */
@@ -172,48 +173,56 @@ typedef struct bristle_material_facts {
   double longest_snap_length;   /**< m, the longest length drawn */
 } bristle_material_facts;
 
-/** Defaults of bristle::Material. `struct_size` is sizeof *material. [any] */
+/** Fills `material` with the defaults of bristle::Material. `struct_size` is sizeof *material. [any] */
 BRISTLE_API bristle_result bristle_init_material(bristle_material* material, size_t struct_size);
-/** Defaults of bristle::Coefficients. [any] */
+/** Fills `coefficients` with the defaults of bristle::Coefficients. [any] */
 BRISTLE_API bristle_result bristle_init_coefficients(bristle_coefficients* coefficients, size_t struct_size);
-/** Zeros. [any] */
+/** Sets `facts` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size);
 
-/** Bristle parameters from coefficients; `material` must be initialised. Refuses a ratio of peak to
- * kinetic that the family cannot reach, naming the range. Set-up cost. [any] */
+/** Returns the name of a pair of surfaces with coefficients to start from (bristle::typical_materials()), or
+ * null from the number of pairs on. The name lives for ever. [any] */
+BRISTLE_API const char* bristle_typical_name(size_t index);
+/** Fills `coefficients`, which must be initialised, with those of a pair of surfaces. Refuses an unknown
+ * name; the error lists the known ones. [any] */
+BRISTLE_API bristle_result bristle_typical_coefficients(const char* name, bristle_coefficients* coefficients);
+
+/** Calculates bristle parameters from coefficients; `material` must be initialised. Refuses a ratio of peak
+ * to kinetic that the family cannot reach, naming the range. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                               bristle_material* material);
-/** The inverse, at coefficients->kinetic_speed; `coefficients` must be initialised. Set-up cost. [any] */
+/** Calculates the coefficients of a material at coefficients->kinetic_speed; `coefficients` must be
+ * initialised. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_to_coefficients(const bristle_material* material,
                                                             bristle_coefficients* coefficients);
-/** Refuses the first parameter out of range by name. [any] */
+/** Refuses a material by naming its first parameter out of range. [any] */
 BRISTLE_API bristle_result bristle_material_check(const bristle_material* material);
-/** `facts` must be initialised. Set-up cost. [any] */
+/** Calculates the facts of a material; `facts` must be initialised. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_find_facts(const bristle_material* material,
                                                        bristle_material_facts* facts);
-/** Steady friction (N) under a load (N) at each of `count` speeds (m/s). [any] */
+/** Calculates steady friction (N) under a load (N) at each of `count` speeds (m/s). [any] */
 BRISTLE_API bristle_result bristle_material_steady_force(const bristle_material* material,
                                                          double normal_load_n, const double* speeds,
                                                          double* forces, size_t count);
-/** Friction of the bristles over normal load in steady sliding at each of `count` speeds (m/s): without
- * dampers and strengthening. With ageing it falls with the speed. [any] */
+/** Calculates the bristles' friction over normal load in steady sliding at each of `count` speeds (m/s),
+ * without dampers and strengthening. With ageing it falls with the speed. [any] */
 BRISTLE_API bristle_result bristle_material_kinetic_at(const bristle_material* material, const double* speeds,
                                                        double* coefficients, size_t count);
-/** Damper of one bristle (N s/m) at each of `count` speeds (m/s). [any] */
+/** Calculates the damper of one bristle (N s/m) at each of `count` speeds (m/s). [any] */
 BRISTLE_API bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
                                                     double* dampings, size_t count);
-/** Mean deflection over the mean snap length at first loading, at displacements in mean snap lengths: see
+/** Calculates the mean deflection at first loading, at given displacements, all in mean snap lengths: see
  *  bristle::virgin_deflection. Set-up cost for each. [any] */
 BRISTLE_API bristle_result bristle_material_virgin_deflection(const bristle_material* material,
                                                               const double* displacements,
                                                               double* deflections, size_t count);
-/** Quantiles of the snap length (m) at shares in (0, 1). [any] */
+/** Calculates quantiles of the snap length (m) at shares in (0, 1). [any] */
 BRISTLE_API bristle_result bristle_snap_length_quantile(const bristle_snap_length* snap_length,
                                                         const double* shares, double* lengths, size_t count);
-/** P(snap length > x) at lengths x (m). [any] */
+/** Calculates P(snap length > x) at lengths x (m). [any] */
 BRISTLE_API bristle_result bristle_snap_length_survival(const bristle_snap_length* snap_length,
                                                         const double* lengths, double* shares, size_t count);
-/** E[delta^k] and, at lengths x (m), E[delta^k; delta < x] (m^k). k = 0..6; with lengths k = 0..2.
+/** Calculates E[delta^k] and, at lengths x (m), E[delta^k; delta < x] (m^k). k = 0..6; with lengths k = 0..2.
  * `moment` may be null, `count` may be 0. [any] */
 BRISTLE_API bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length, int32_t k,
                                                       double* moment, const double* lengths, double* partial,
@@ -247,7 +256,7 @@ enum {
   BRISTLE_POPULATION_INFINITE = 2
 };
 
-/** bristle::Lay. All ratios 1 is none. */
+/** Direction of a surface: bristle::Lay. With all ratios 1 there is none. */
 typedef struct bristle_lay {
   double angle;           /**< rad, from the patch's x axis to the direction "along" */
   double limit_ratio;     /**< limit across over along */
@@ -266,8 +275,8 @@ typedef struct bristle_patch_options {
   uint32_t outputs;     /**< BRISTLE_OUTPUT_... */
   uint32_t precision;   /**< BRISTLE_PRECISION_... */
   uint32_t population;  /**< BRISTLE_POPULATION_... */
-  uint32_t cohorts;     /**< infinite: most cohorts, 8 to 512; 0 = automatic */
-  uint32_t fluctuation; /**< infinite: fluctuates as so many bristles would; 0 = no noise */
+  uint32_t cohorts;     /**< infinite: largest number of cohorts, 8 to 512; 0 = automatic */
+  uint32_t fluctuation; /**< infinite: fluctuates as this many bristles; 0 = no noise */
   double resolution;    /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
   bristle_lay lay;
 } bristle_patch_options;
@@ -288,7 +297,8 @@ enum {
   BRISTLE_STATUS_UNKNOWN_ID = 1,  /**< no such patch; nothing changed */
   BRISTLE_STATUS_REPEATED_ID = 2, /**< named twice in one step: this one changed nothing */
   BRISTLE_STATUS_BAD_INPUT = 4,   /**< NaN, infinity, negative load, dt <= 0: state kept, force zero */
-  BRISTLE_STATUS_OVERLOAD = 8     /**< load above max_normal_load: forces of all bristles scaled */
+  BRISTLE_STATUS_OVERLOAD = 8,    /**< load above max_normal_load: forces of all bristles scaled */
+  BRISTLE_STATUS_NO_CAPACITY = 16 /**< the pool had no patch left for this contact: force zero */
 };
 
 /** Output of one patch for one step: bristle::Response. Output fields that the patch does not compute are
@@ -303,17 +313,17 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double mean[2];      /**< N, force averaged over the step */
   double stiffness;    /**< N/m */
   double damping;      /**< N s/m, never negative */
-  double force_limit;  /**< N, highest elastic force at first loading under this load, as old as it may be */
+  double force_limit;  /**< N, highest elastic force at first loading under this load, aged most */
   double dissipated;   /**< J, lost in snaps */
   double contact_loss; /**< J, energy of bristles that lost contact */
   double damper_work;  /**< J, taken by dampers and lubricant */
-  uint64_t snaps;      /**< representatives' snaps; where they jump an estimate */
+  uint64_t snaps;      /**< representatives' snaps; an estimate where they jump */
 } bristle_response;
 
 /** The result of a step as a whole: bristle::StepReport. */
 typedef struct bristle_step_report {
   size_t struct_size;
-  uint32_t status;           /**< all responses' flags together */
+  uint32_t status;           /**< flags of all responses together */
   uint32_t patches_stepped;  /**< motions that were carried out */
   uint32_t tasks;            /**< pieces of work: 1 = step not shared; 0 = step refused */
   uint32_t threads;          /**< threads that took a piece */
@@ -325,39 +335,40 @@ typedef struct bristle_patch_info {
   size_t struct_size;
   uint64_t key;
   double weight;         /**< physical bristles per representative */
-  double active;         /**< representatives in contact, with the fraction */
-  double normal_load;    /**< N, of the last step */
-  uint64_t memory_bytes; /**< state of this patch */
+  double active;         /**< representatives in contact, a real number */
+  double normal_load;    /**< N, load of the last step */
+  uint64_t memory_bytes; /**< bytes of this patch's state */
   uint32_t bristles;     /**< representatives allocated */
   uint32_t bytes_per_bristle;
   const char* kernel;     /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
   uint32_t detail;        /**< representatives in use: see bristle_set_detail */
   uint32_t reserved;      /**< 0 */
-  double max_normal_load; /**< N, from which all representatives are in contact */
+  double max_normal_load; /**< N, load from which all representatives are in contact */
 } bristle_patch_info;
 
-/** Defaults of bristle::BatchOptions. [any] */
+/** Fills `options` with the defaults of bristle::BatchOptions. [any] */
 BRISTLE_API bristle_result bristle_init_batch_options(bristle_batch_options* options, size_t struct_size);
-/** Defaults of bristle::PatchOptions. [any] */
+/** Fills `options` with the defaults of bristle::PatchOptions. [any] */
 BRISTLE_API bristle_result bristle_init_patch_options(bristle_patch_options* options, size_t struct_size);
-/** Zeros. [any] */
+/** Sets `report` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_step_report(bristle_step_report* report, size_t struct_size);
-/** Zeros. [any] */
+/** Sets `info` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_patch_info(bristle_patch_info* info, size_t struct_size);
 
-/** A new batch. `options` may be null: defaults. Destroy it by bristle_destroy. [any] */
+/** Makes a batch. `options` may be null: defaults. Destroy it by bristle_destroy. [any] */
 BRISTLE_API bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_destroy(bristle_batch* batch);
 
-/** A new patch, out of contact, all deflections zero. `options` may be null: defaults. [change] */
+/** Adds a patch, out of contact, all deflections zero. `options` may be null: defaults. [change] */
 BRISTLE_API bristle_result bristle_add(bristle_batch* batch, const bristle_material* material,
                                        const bristle_patch_options* options, bristle_id* id);
-/** `count` patches of one material, patch i with options[i]. If one is refused, none is added. [change] */
+/** Adds `count` patches of one material, patch i with options[i]. If one is refused, none is added. [change]
+ */
 BRISTLE_API bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* material,
                                             const bristle_patch_options* options, size_t options_size,
                                             bristle_id* ids, size_t count);
-/** Refuses an id that names no patch. [change] */
+/** Removes a patch. Refuses an id that names no patch. [change] */
 BRISTLE_API bristle_result bristle_remove(bristle_batch* batch, bristle_id id);
 /** Changes the material from the next step on: see PatchBatch::set_material. [change] */
 BRISTLE_API bristle_result bristle_set_material(bristle_batch* batch, bristle_id id,
@@ -381,23 +392,25 @@ BRISTLE_API bristle_result bristle_step(bristle_batch* batch, double dt_s, const
                                         size_t motion_size, bristle_response* responses, size_t response_size,
                                         size_t count, bristle_step_report* report);
 
-/** The responses to trial motions, each alone, without changing the state. For implicit solvers. Never
- * allocates. [step] */
+/** Calculates the responses to trial motions, each alone, without changing the state. For implicit solvers.
+ * Never allocates. [step] */
 BRISTLE_API bristle_result bristle_find_force(bristle_batch* batch, double dt_s,
                                               const bristle_motion* motions, size_t motion_size,
                                               bristle_response* responses, size_t response_size,
                                               size_t count);
 
-/** `info` must be initialised. Refuses an id that names no patch. [step] */
+/** Reads state and memory use of a patch; `info` must be initialised. Refuses an id that names no patch.
+ * [step] */
 BRISTLE_API bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id,
                                              bristle_patch_info* info);
-/** Elastic energy of the bristles in contact, J; 0 for an unknown id or a null batch. [step] */
+/** Returns the elastic energy of the bristles in contact, J; 0 for an unknown id or a null batch. [step] */
 BRISTLE_API double bristle_stored_energy(const bristle_batch* batch, bristle_id id);
-/** Hash of the state of one patch, or of all patches if the id is 0; 0 for an unknown id or a null batch.
- * [step] */
+/** Returns the hash of the state of one patch, or of all patches if the id is 0; 0 for an unknown id or a
+ * null batch. [step] */
 BRISTLE_API uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id);
-/** Deflections and snap lengths (m) of the first `capacity` bristles; pass null for columns that are not
- * needed. Returns the number written, at most `capacity`; bristle_find_info gives the total number. [step] */
+/** Writes deflections and snap lengths (m) of the first `capacity` bristles; pass null for columns that are
+ * not needed. Returns the number written, at most `capacity`; bristle_find_info gives the total number.
+ * [step] */
 BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy,
                                          double* delta, size_t capacity);
 
@@ -405,8 +418,8 @@ BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id 
 BRISTLE_API size_t bristle_state_size(const bristle_batch* batch);
 /** Writes the state of all patches; returns the bytes written, 0 if `size` is too small. [step] */
 BRISTLE_API size_t bristle_save_state(const bristle_batch* batch, void* to, size_t size);
-/** Restores into a batch with the same patches, added in the same order. If it does not fit, it is refused
- * and the state does not change. [step] */
+/** Restores a saved state into a batch with the same patches, added in the same order. Refuses a state that
+ * does not fit, and then changes nothing. [step] */
 BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size);
 
 /** Writes the state to a file, with bytes of the caller (`extra` may be null), completely or not at all.
@@ -424,7 +437,7 @@ BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, cons
 BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);
 /** Threads that may step; 0 for null. [any] */
 BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
-/** Workers that should stay off the servo core and could not be bound. [any] */
+/** Number of workers that should stay off the servo core and could not be bound. [any] */
 BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for a null batch. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
@@ -445,24 +458,24 @@ typedef struct bristle_shedder_options {
   double shed_above;  /**< share of the budget above which bristles are left out */
   double shed_to;     /**< share of the budget to which the step is then reduced */
   double restore_to;  /**< share of the budget that a step may take after bristles are restored */
-  double rate;        /**< s per bristle visited, first estimate; 0 = none */
-  double change;      /**< s per restored bristle, once */
+  double rate;        /**< s per bristle visited, first estimate; 0 = unknown */
+  double change;      /**< s per restored bristle, spent once */
   uint64_t record;    /**< decisions remembered */
   int32_t late_steps; /**< steps in a row above `shed_above` before bristles are left out */
   int32_t wait_steps; /**< steps between two restorations */
 } bristle_shedder_options;
 
-/** What is left out at present: bristle::ShedReport. */
+/** Bristles left out at present, and their effect: bristle::ShedReport. */
 typedef struct bristle_shed_report {
   size_t struct_size;
   uint64_t bristles;       /**< representatives left out */
   double least_share;      /**< share of its representatives that the most reduced patch keeps */
-  double noise_growth;     /**< growth of the force fluctuation in sliding, of representatives */
+  double noise_growth;     /**< growth of the force fluctuation of representatives in sliding */
   double rate;             /**< s per bristle, estimated */
   uint64_t late_steps;     /**< steps that took more than the budget, so far */
   uint64_t decisions;      /**< changes of the number of representatives, so far */
   uint64_t decisions_lost; /**< decisions missing from the record */
-  uint32_t patches;        /**< patches with fewer representatives than they have */
+  uint32_t patches;        /**< patches that use fewer representatives than they have */
   uint32_t at_least;       /**< patches from which nothing more can be left out */
   double error_growth;     /**< growth of the error of an infinite brush with fewer pieces */
 } bristle_shed_report;
@@ -475,17 +488,17 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
   uint32_t reserved; /**< not read */
 } bristle_detail_decision;
 
-/** Defaults of bristle::LoadShedderOptions. [any] */
+/** Fills `options` with the defaults of bristle::LoadShedderOptions. [any] */
 BRISTLE_API bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size);
-/** Zeros. [any] */
+/** Sets `report` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size);
-/** A new shedder. `options` may be null: defaults. Destroy it by bristle_shedder_destroy. [any] */
+/** Makes a shedder. `options` may be null: defaults. Destroy it by bristle_shedder_destroy. [any] */
 BRISTLE_API bristle_result bristle_shedder_create(const bristle_shedder_options* options,
                                                   bristle_shedder** shedder);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_shedder_destroy(bristle_shedder* shedder);
-/** The patch may be reduced to `least_bristles`, before patches of higher priority; an infinite brush to half
- * of its pieces: see LoadShedder::add. Allocates. [step] */
+/** Allows the patch to be reduced to `least_bristles`, before patches of higher priority; an infinite brush
+ * to half of its pieces: see LoadShedder::add. Allocates. [step] */
 BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
                                                uint32_t least_bristles);
 /** Removes a patch from the shedder. Null does nothing. [step] */
@@ -496,34 +509,39 @@ BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id pat
 BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
                                                 const bristle_motion* motions, size_t motion_size,
                                                 size_t count);
-/** Updates the estimate from a step and its time (s), and sheds or restores bristles. Otherwise as above.
- * [step] */
+/** Updates the estimate from a step and its time (s), and sheds or restores bristles. Otherwise as
+ * bristle_shedder_before_step. [step] */
 BRISTLE_API int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
                                                const bristle_motion* motions, size_t motion_size,
                                                size_t count, double step_time_s,
                                                const bristle_step_report* report);
-/** `report` must be initialised. [step] */
+/** Reads the bristles left out; `report` must be initialised. [step] */
 BRISTLE_API bristle_result bristle_shedder_find_report(const bristle_shedder* shedder,
                                                        const bristle_batch* batch,
                                                        bristle_shed_report* report);
-/** The decisions since the last clear, oldest first, as many as fit. Returns their total number. [step] */
+/** Writes the decisions since the last clear, oldest first, as many as fit. Returns their total number.
+ * [step] */
 BRISTLE_API size_t bristle_shedder_read_decisions(const bristle_shedder* shedder,
                                                   bristle_detail_decision* decisions, size_t capacity);
 /** Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_clear_decisions(bristle_shedder* shedder);
-/** Replay: applies the decisions at the head that belong before step `step`; returns their number. [step] */
+/** Replays the decisions at the head of `decisions` that belong before step `step`; returns their number.
+ * [step] */
 BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions,
                                            size_t count, uint64_t step);
 
 /* -------------------------------------------------------------------------------------- patches by key */
 
-/** A pool of patches of one material, or of alike beds, found by key: bristle::KeyedPatches, KeyedBeds. */
+/** A pool of patches of one material, or of beds of one kind, found by key: bristle::KeyedPatches, KeyedBeds.
+ */
 typedef struct bristle_keyed bristle_keyed;
 /** Makes lasting keys, by pair of bodies and nearest point: bristle::ContactMatcher. */
 typedef struct bristle_matcher bristle_matcher;
 
-/** Names no contact: its id is 0. */
+/** Names no contact: its id is BRISTLE_ID_NO_CAPACITY. */
 #define BRISTLE_NO_CONTACT_KEY UINT64_MAX
+/** What bristle_keyed_find_or_add gives a contact without a patch. */
+#define BRISTLE_ID_NO_CAPACITY UINT64_MAX
 
 /** bristle::KeyedOptions. */
 typedef struct bristle_keyed_options {
@@ -544,13 +562,13 @@ typedef struct bristle_matcher_options {
 
 /** A contact as an engine lists it: bristle::ContactPoint. Never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_contact_point {
-  uint64_t pair;   /**< names the two bodies or geoms; the same from step to step */
+  uint64_t pair;   /**< names the two bodies or geoms, in every step alike */
   double point[3]; /**< m */
 } bristle_contact_point;
 
-/** Defaults of bristle::KeyedOptions. [any] */
+/** Fills `options` with the defaults of bristle::KeyedOptions. [any] */
 BRISTLE_API bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size);
-/** Defaults of bristle::MatcherOptions. [any] */
+/** Fills `options` with the defaults of bristle::MatcherOptions. [any] */
 BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size);
 
 /** Adds a pool of patches to the batch. `patch` and `options` may be null: defaults. Destroy it by
@@ -558,45 +576,47 @@ BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options*
 BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
                                                 const bristle_patch_options* patch,
                                                 const bristle_keyed_options* options, bristle_keyed** keyed);
-/** Removes its patches or beds. Null does nothing. [change; of beds: alone] */
+/** Destroys a pool and removes its patches or beds. Null does nothing. [change; for a pool of beds: alone] */
 BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
-/** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 if
- * all patches are in use: a motion with it returns zero force. Never allocates. [step] */
+/** Finds the patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Gives
+ * BRISTLE_ID_NO_CAPACITY if all patches are in use: a motion with it returns zero force and
+ * BRISTLE_STATUS_NO_CAPACITY. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys,
                                                      bristle_id* ids, size_t count);
-/** The patches of `count` contacts, id 0 if there is none. The keys do not count as seen. [step] */
+/** Finds the patches of `count` contacts, id 0 where there is none. The keys do not count as seen. [step] */
 BRISTLE_API bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys,
                                               bristle_id* ids, size_t count);
-/** Returns the patch of a contact to the pool now. 1 if there was one. [step] */
+/** Returns the patch of a contact to the pool. Gives 1 if there was one, else 0. [step] */
 BRISTLE_API uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key);
 /** Returns all patches to the pool. Null does nothing. [step] */
 BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
-/** Call once per step, after the last bristle_keyed_find_or_add: patches of keys not seen for more than
- * keep_steps return to the pool. Returns their number. [step] */
+/** Returns patches of keys not seen for more than keep_steps to the pool, and their number. Call it once per
+ * step, after the last bristle_keyed_find_or_add. [step] */
 BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 /** Number of current contacts. [step] */
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
-/** Number of new keys that got no patch, so far. [step] */
+/** How often bristle_keyed_find_or_add gave no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
-/** Which contact has which patch: bristle::KeyedPatches. Save it beside the batch's state, and restore it
- * after that. [step] */
+/** State of a pool: which contact has which patch (bristle::KeyedPatches). Save it beside the batch's state,
+ * and restore it after that. [step] */
 BRISTLE_API size_t bristle_keyed_state_size(const bristle_keyed* keyed);
 BRISTLE_API size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size);
 BRISTLE_API bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size);
 
-/** A new matcher. `options` may be null: defaults. Destroy it by bristle_matcher_destroy. [any] */
+/** Makes a matcher. `options` may be null: defaults. Destroy it by bristle_matcher_destroy. [any] */
 BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
                                                   bristle_matcher** matcher);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
-/** keys[i] names contacts[i]; pass all contacts of one step. `found` (may be null): number of contacts
- * found again. Never allocates. [alone] */
+/** Gives keys to all contacts of one step: keys[i] names contacts[i]. `found` (may be null): number of
+ * contacts found again. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
                                                  const bristle_contact_point* contacts, uint64_t* keys,
                                                  size_t count, size_t* found);
 /** Forgets all contacts. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
-/** The contacts that the next bristle_matcher_match finds again: bristle::ContactMatcher. [alone] */
+/** State of a matcher: the contacts that the next bristle_matcher_match can find again
+ * (bristle::ContactMatcher). [alone] */
 BRISTLE_API size_t bristle_matcher_state_size(const bristle_matcher* matcher);
 BRISTLE_API size_t bristle_matcher_save_state(const bristle_matcher* matcher, void* to, size_t size);
 BRISTLE_API bristle_result bristle_matcher_restore_state(bristle_matcher* matcher, const void* from,
@@ -643,24 +663,25 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
   double dissipated;
   double contact_loss;
   double damper_work;
-  uint64_t snaps; /**< of all cells' representatives; where they jump an estimate */
+  uint64_t snaps; /**< snaps of all cells' representatives; an estimate where they jump */
 } bristle_extended_response;
 
-/** Cells of bristle::Outline::ellipse (`around` = 0: chosen). Writes at most `capacity` of them; `count`
- * receives their number. `cells` may be null with capacity 0. [any] */
+/** Makes the cells of bristle::Outline::ellipse (`around` = 0: automatic), at most `capacity` of them;
+ * `count` receives their number. `cells` may be null with capacity 0. [any] */
 BRISTLE_API bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure,
                                                  int32_t rings, int32_t around, bristle_cell* cells,
                                                  size_t capacity, size_t* count);
-/** Cells of bristle::Outline::rectangle, likewise. [any] */
+/** Makes the cells of bristle::Outline::rectangle, as bristle_outline_ellipse does. [any] */
 BRISTLE_API bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pressure,
                                                    int32_t nx, int32_t ny, bristle_cell* cells,
                                                    size_t capacity, size_t* count);
 
-/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [change] */
+/** Makes an empty set of extended patches over a batch. Destroy it by bristle_extended_destroy before the
+ * batch. [change] */
 BRISTLE_API bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended);
-/** Removes its patches. Null does nothing. [change] */
+/** Destroys a set of extended patches and removes them from the batch. Null does nothing. [change] */
 BRISTLE_API void bristle_extended_destroy(bristle_extended* extended);
-/** A new patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
+/** Adds a patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
  *  size, which then grows with the cube root of the load; 0 = fixed. [change] */
 BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
                                                 const bristle_patch_options* options,
@@ -668,24 +689,24 @@ BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, cons
                                                 double full_size_load, bristle_id* id);
 /** [change] */
 BRISTLE_API bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id);
-/** From the next step on, in all cells at once. [change] */
+/** Changes the material of all cells at once, from the next step on. [change] */
 BRISTLE_API bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
                                                          const bristle_material* material);
-/** Size of the outline, in its size as given; 0 to 1e6. Never allocates. [step] */
+/** Scales the given size of the outline; 0 to 1e6. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id,
                                                       double scale);
-/** As bristle_step. `report` may be null. Never allocates. [step] */
+/** Steps extended patches, as bristle_step does patches. `report` may be null. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
                                                  const bristle_extended_motion* motions,
                                                  bristle_extended_response* responses, size_t count,
                                                  bristle_step_report* report);
-/** Responses to trial motions, without changing the state. [step] */
+/** Calculates responses to trial motions, without changing the state. [step] */
 BRISTLE_API bristle_result bristle_extended_find_force(bristle_extended* extended, double dt_s,
                                                        const bristle_extended_motion* motions,
                                                        bristle_extended_response* responses, size_t count);
 /** Hash of the state of one patch, or of all if the id is 0. [step] */
 BRISTLE_API uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_id id);
-/** State of the outlines and of the whole batch: as bristle_state_size, bristle_save_state and
+/** Save and restore the outlines and the whole batch: as bristle_state_size, bristle_save_state and
  *  bristle_restore_state. [step] */
 BRISTLE_API size_t bristle_extended_state_size(const bristle_extended* extended);
 BRISTLE_API size_t bristle_extended_save_state(const bristle_extended* extended, void* to, size_t size);
@@ -697,7 +718,7 @@ BRISTLE_API bristle_result bristle_extended_restore_state(bristle_extended* exte
 /** Elastic bodies in contact: partial slip, spin, rolling. bristle::BedBatch, whose ids are its own. */
 typedef struct bristle_beds bristle_beds;
 
-/** bristle::BedCell. The struct never changes. */
+/** A bristle of a bed given as a list: bristle::BedCell. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_cell {
   double position[2]; /**< m */
   double stiffness;   /**< relative */
@@ -722,7 +743,7 @@ typedef struct bristle_bed {
   double slip_stiffness[2];     /**< N */
   double presliding;            /**< m */
   double half[2];               /**< m */
-  const bristle_bed_cell* list; /**< BRISTLE_BED_LIST */
+  const bristle_bed_cell* list; /**< bristles of the kind BRISTLE_BED_LIST */
   size_t list_count;
   double max_normal_load; /**< N */
   double longest_piece;
@@ -761,35 +782,36 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_response {
 
 /** [any] */
 BRISTLE_API bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size);
-/** `options` may be null: defaults. [alone] */
+/** Makes a batch of beds. `options` may be null: defaults. [alone] */
 BRISTLE_API bristle_result bristle_beds_create(const bristle_batch_options* options, bristle_beds** beds);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_beds_destroy(bristle_beds* beds);
-/** A new bed, out of contact. Refuses what bristle::BedBatch::add refuses. [alone] */
+/** Adds a bed, out of contact. Refuses what bristle::BedBatch::add refuses. [alone] */
 BRISTLE_API bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bristle_id* id);
-/** Adds a pool of alike beds, found by key. `options` may be null: defaults. The ids that bristle_keyed_...
- * gives are of beds; destroy it by bristle_keyed_destroy before the beds. [alone] */
+/** Adds a pool of beds of one kind, found by key. `options` may be null: defaults. The ids that
+ * bristle_keyed_... gives are of beds; destroy it by bristle_keyed_destroy before the beds. [alone] */
 BRISTLE_API bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* bed,
                                                      const bristle_keyed_options* options,
                                                      bristle_keyed** keyed);
-/** Unbends a bed and takes it out of contact. 1 if there is one. [alone] */
+/** Unbends a bed and takes it out of contact. Returns 1 if there is such a bed, else 0. [alone] */
 BRISTLE_API uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id);
 /** [alone] */
 BRISTLE_API bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id);
-/** responses[i] answers motions[i]. `report` may be null. Never allocates. [alone] */
+/** Steps beds: responses[i] answers motions[i]. `report` may be null. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
                                              bristle_bed_response* responses, size_t count,
                                              bristle_step_report* report);
-/** Responses to trial motions, without changing the state. Never allocates. [alone] */
+/** Calculates responses to trial motions, without changing the state. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_motion* motions,
                                                    bristle_bed_response* responses, size_t count);
-/** Hash of the state of one bed, or of all if the id is 0. [alone] */
+/** Returns the hash of the state of one bed, or of all if the id is 0. [alone] */
 BRISTLE_API uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id);
 /** Bytes that bristle_beds_save_state writes. [alone] */
 BRISTLE_API size_t bristle_beds_state_size(const bristle_beds* beds);
-/** Returns the bytes written, 0 if `size` is too small. [alone] */
+/** Writes the state of all beds. Returns the bytes written, 0 if `size` is too small. [alone] */
 BRISTLE_API size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size);
-/** Into the same beds, added in the same order; else refuses, state unchanged. [alone] */
+/** Restores a saved state into the same beds, added in the same order; else refuses it, state unchanged.
+ * [alone] */
 BRISTLE_API bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size);
 
 /* ---------------------------------------------------------------------------------------------- joints */
@@ -821,8 +843,8 @@ typedef struct bristle_joint_options {
   uint32_t gradients; /**< 0 or 1 */
 } bristle_joint_options;
 
-/** The caller's arrays of a step, one number a joint: bristle::JointInput and JointOutput. Null: not given,
- * or not asked for; only `angle` is needed. Read and written in place. */
+/** The caller's arrays of a step, one number for each joint: bristle::JointInput and JointOutput. Null: not
+ * given, or not asked for; only `angle` is needed. Read and written in place. */
 typedef struct bristle_joint_step {
   size_t struct_size;
   const double* angle;   /**< rad */
@@ -835,39 +857,40 @@ typedef struct bristle_joint_step {
   double* by_speed;      /**< N m s/rad */
   double* by_motor;
   double* by_outside;
-  double* gradient; /**< BRISTLE_JOINT_PARAMETERS rows of one number a joint */
+  double* gradient; /**< BRISTLE_JOINT_PARAMETERS rows of one number for each joint */
   uint32_t* status; /**< BRISTLE_STATUS_... */
 } bristle_joint_step;
 
 /** [any] */
 BRISTLE_API bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size);
-/** No arrays. [any] */
+/** Sets all arrays of `step` to null. [any] */
 BRISTLE_API bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size);
-/** `joints` joints; joint i is of materials[i % material_count]. Both options may be null: defaults. [alone]
- */
+/** Makes `count` joints; joint i is of materials[i % material_count]. Both options may be null: defaults.
+ * [alone] */
 BRISTLE_API bristle_result bristle_joints_create(size_t count, const bristle_joint_material* materials,
                                                  size_t material_count, const bristle_joint_options* options,
                                                  const bristle_batch_options* batch, bristle_joints** joints);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_joints_destroy(bristle_joints* joints);
 /** Moves all joints. Arrays are as long as there are joints. `report` may be null. BRISTLE_REFUSED, state
  *  unchanged, for a gradient that the options do not allow. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_joints_step(bristle_joints* joints, const bristle_joint_step* step,
                                                bristle_step_report* report);
-/** As bristle_joints_step, without changing the state. [alone] */
+/** Calculates torques as bristle_joints_step, without changing the state. [alone] */
 BRISTLE_API bristle_result bristle_joints_find_torque(bristle_joints* joints, const bristle_joint_step* step,
                                                       bristle_step_report* report);
-/** Straightens all joints. [alone] */
+/** Unbends the bristles of all joints. [alone] */
 BRISTLE_API bristle_result bristle_joints_reset(bristle_joints* joints);
-/** Straightens one joint. [alone] */
+/** Unbends the bristles of one joint. [alone] */
 BRISTLE_API bristle_result bristle_joints_reset_one(bristle_joints* joints, size_t joint);
-/** Hash of the state of all joints. [alone] */
+/** Returns the hash of the state of all joints. [alone] */
 BRISTLE_API uint64_t bristle_joints_state_hash(const bristle_joints* joints);
 /** Bytes that bristle_joints_save_state writes. [alone] */
 BRISTLE_API size_t bristle_joints_state_size(const bristle_joints* joints);
-/** Returns the bytes written, 0 if `size` is too small. [alone] */
+/** Writes the state of all joints. Returns the bytes written, 0 if `size` is too small. [alone] */
 BRISTLE_API size_t bristle_joints_save_state(const bristle_joints* joints, void* to, size_t size);
-/** Into the same joints with the same options; else refuses, state unchanged. [alone] */
+/** Restores a saved state into the same joints with the same options; else refuses it, state unchanged.
+ * [alone] */
 BRISTLE_API bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from,
                                                         size_t size);
 
@@ -886,45 +909,45 @@ typedef struct bristle_monitor_report {
   double p999;
   double max;
   double mean;
-  double jitter_p50; /**< of |time from start to start - period| */
+  double jitter_p50; /**< percentiles of |time from start to start - period| */
   double jitter_p99;
   double jitter_max;
   uint64_t count;
-  uint64_t misses;      /**< of the deadline */
+  uint64_t misses;      /**< ticks that missed the deadline */
   uint64_t misses_ours; /**< caused by this program: CPU time over the deadline or not measured; the machine
                              caused the others */
   uint64_t skipped;     /**< ticks of the grid that were skipped */
   uint64_t longest_run; /**< most ticks in a row that were late or skipped */
-  uint64_t involuntary_switches; /**< in late ticks, as the system counts */
+  uint64_t involuntary_switches; /**< preemptions in late ticks, as the system counts them */
   uint64_t minor_faults;
   uint64_t major_faults;
 } bristle_monitor_report;
 
-/** Zeros. [any] */
+/** Sets `report` to zeros. [any] */
 BRISTLE_API bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_t struct_size);
-/** A new monitor of a deadline and a nominal period (0: none). Destroy it by bristle_monitor_destroy. [any]
- */
+/** Makes a monitor of a deadline and a nominal period (0: none). Destroy it by bristle_monitor_destroy.
+ * [any] */
 BRISTLE_API bristle_result bristle_monitor_create(double deadline_s, double period_s,
                                                   bristle_monitor** monitor);
-/** Null does nothing. [alone] */
+/** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_monitor_destroy(bristle_monitor* monitor);
-/** One step that was due when it started: wall time and CPU time of the stepping thread; cpu_s < 0 means not
- *  measured. Null does nothing. Never allocates. [step] */
+/** Records one step that was due when it started: wall time and CPU time of the stepping thread; cpu_s < 0
+ *  means not measured. Null does nothing. Never allocates. [step] */
 BRISTLE_API void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_s);
-/** One tick of a loop with a period: when it was due, started and ended (times of bristle_wall_now), and its
- *  CPU time. Null does nothing. Never allocates. [step] */
+/** Records one tick of a loop with a period: when it was due, started and ended (times of bristle_wall_now),
+ *  and its CPU time. Null does nothing. Never allocates. [step] */
 BRISTLE_API void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s,
                                              double end_s, double cpu_s);
-/** Ticks of the grid that were skipped. Null does nothing. [step] */
+/** Records ticks of the grid that were skipped. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks);
-/** The loop paused: the next tick starts a new grid. Null does nothing. [step] */
+/** Tells that the loop paused: the next tick starts a new grid. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_pause(bristle_monitor* monitor);
-/** Events of a late tick count from this call on. Takes a microsecond; call it between ticks. Null does
- * nothing. [step] */
+/** Reads the event counters, so that events of a late tick count from this call on. Takes a microsecond; call
+ * it between ticks. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_refresh_events(bristle_monitor* monitor);
 /** Sets all numbers to zero. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_reset(bristle_monitor* monitor);
-/** All numbers of one moment; `report` must be initialised. BRISTLE_REFUSED if the loop leaves no gap
+/** Reads all numbers of one moment; `report` must be initialised. BRISTLE_REFUSED if the loop leaves no gap
  * between two ticks. [any] */
 BRISTLE_API bristle_result bristle_monitor_find_report(const bristle_monitor* monitor,
                                                        bristle_monitor_report* report);

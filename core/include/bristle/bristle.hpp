@@ -22,4 +22,5 @@
 #include "bristle/span.hpp"
 #include "bristle/state_file.hpp"
 #include "bristle/time_histogram.hpp"
+#include "bristle/typical_materials.hpp"
 #include "bristle/version.hpp"

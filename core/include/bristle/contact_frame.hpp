@@ -35,29 +35,32 @@
 // at either end it would be of order dt. Rolling without slip gives no error, for velocities as engines
 // provide them.
 //
-// Thread rule: plain data, no locks. Nothing here allocates or throws, or calls libm beyond sqrt.
+// Thread rule: plain data, no locks. Nothing here but making or copying ContactFrames allocates or throws, or
+// calls libm beyond sqrt.
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "bristle/extended_patches.hpp"
+#include "bristle/keyed_patches.hpp"
 #include "bristle/patch.hpp"
 
 namespace bristle {
 
 namespace detail {
 
-/// The rotation by the vector `turn` (rad) of any length, by halving and a series, without libm.
+/// Returns the rotation by the vector `turn` (rad) of any length, by halving and a series, without libm.
 inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vector3d& turn) noexcept {
   using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
   Eigen::Vector3d half = 0.5 * turn;
   int doublings = 0;
   for (; half.squaredNorm() > 0.0625 && doublings < 64; ++doublings) half *= 0.5;
   const double x = half.squaredNorm();
-  // cos and sin(a)/a to 1e-17 for a <= 1/4.
+  // cos(a) and sin(a)/a to 1e-17 for a <= 1/4.
   const double c =
       1.0 -
       x * 0.5 *
@@ -67,14 +70,15 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
       x * (1.0 / 6) *
           (1.0 - x * (1.0 / 20) * (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110)))));
   Quaternion q(c, s * half[0], s * half[1], s * half[2]);
-  if (doublings == 0) return q;  // of length 1 to rounding
+  if (doublings == 0) return q;  // normalises the quaternion, to rounding
   for (; doublings > 0; --doublings) q = q * q;
   q.normalize();
   return q;
 }
 
-/// `v`, rotated by the smallest rotation that takes the unit vector `from` to `to`. If they are opposite,
-/// there are many such rotations, and `axis`, a unit vector at a right angle to `from`, selects one.
+/// Returns `v` rotated by the smallest rotation that takes the unit vector `from` to `to`. If they are
+/// opposite, there are many such rotations, and `axis`, a unit vector at a right angle to `from`, selects
+/// one.
 inline Eigen::Vector3d carry_along(const Eigen::Vector3d& v, const Eigen::Vector3d& from,
                                    const Eigen::Vector3d& to, const Eigen::Vector3d& axis) noexcept {
   const Eigen::Vector3d w = from.cross(to);
@@ -95,8 +99,8 @@ class ContactFrame {
 
   /// Makes a frame with the normal z and the axes x and y.
   ContactFrame() noexcept = default;
-  /// Any axes about `normal`, which need not have length 1; always the same for the same normal. A normal
-  /// that is zero or not finite gives z.
+  /// Makes a frame with any axes about `normal`, which need not have length 1. The axes depend on the normal
+  /// alone. A normal that is zero or not finite gives z.
   explicit ContactFrame(const Eigen::Vector3d& normal) noexcept { begin(normal, least_axis(normal)); }
   /// Makes a frame about `normal` whose first axis is as near to `along` as the normal allows.
   ContactFrame(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept { begin(normal, along); }
@@ -105,14 +109,14 @@ class ContactFrame {
   const Eigen::Vector3d& along() const noexcept { return now_.along; }
   const Eigen::Vector3d& aside() const noexcept { return now_.aside; }
   const Eigen::Vector3d& normal() const noexcept { return now_.normal; }
-  /// Half-way through the last carry: what displacement() and mean_force() use.
+  /// Axes half-way through the last carry, which displacement() and mean_force() use.
   const Eigen::Vector3d& midway_along() const noexcept { return midway_.along; }
   const Eigen::Vector3d& midway_aside() const noexcept { return midway_.aside; }
   const Eigen::Vector3d& midway_normal() const noexcept { return midway_.normal; }
 
   /// Carries the axes to the normal of this step, for bodies that do not turn or whose spin about the normal
   /// does not matter. Opposite normals give half a turn about `along`. If the normal is zero or not finite,
-  /// the call returns false, the axes stay, and the motion of this step is read in them.
+  /// returns false and leaves the axes, in which the motion of this step is then read.
   bool carry(const Eigen::Vector3d& normal) noexcept {
     return carry(normal, Quaternion::Identity(), Quaternion::Identity());
   }
@@ -127,9 +131,12 @@ class ContactFrame {
     midway_ = now_;
     Eigen::Vector3d n;
     if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
-    // Each body carries the axes rigidly; then they are carried on from the normal they reached.
+    // Averages the axes that the two bodies carry rigidly; carry() then takes the mean from the normal it
+    // reached to the new one.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
-    if (!(along.squaredNorm() > 1e-24)) along = carried_by(turn_b, n);  // half a turn apart: no mean
+    if (!(along.squaredNorm() > 1e-24))
+      along = carried_by(turn_b, n);  // the two are half a turn apart, so
+                                      // they have no mean
     const Axes before = now_;
     now_ = make_axes(n, along);
     midway_ = half_way(before, now_);
@@ -141,9 +148,9 @@ class ContactFrame {
     return carry(normal, turn_b, turn_b);
   }
 
-  /// The tangential displacement of A relative to B in this step, from the displacement in space (m), both
-  /// taken at the contact point; the same for velocities. The part along the normal is left out. Call it
-  /// after carry().
+  /// Returns the tangential displacement of A relative to B in this step, from the displacement in space (m),
+  /// both taken at the contact point; works for velocities too. The part along the normal is left out. Call
+  /// it after carry().
   Eigen::Vector2d displacement(const Eigen::Vector3d& relative) const noexcept {
     return {midway_.along.dot(relative), midway_.aside.dot(relative)};
   }
@@ -158,37 +165,38 @@ class ContactFrame {
     motion.displacement[1] = midway_.aside.dot(relative);
     motion.displacement[2] = midway_.normal.dot(turn);
   }
-  /// A separate velocity for the damper (m/s, of A relative to B).
+  /// Sets a separate velocity for the damper (m/s, of A relative to B).
   void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
     motion.has_velocity = true;
     motion.velocity[0] = midway_.along.dot(relative);
     motion.velocity[1] = midway_.aside.dot(relative);
   }
 
-  /// Response::end, elastic or damper in space, N, on A; on B the opposite.
+  /// Turns Response::end, elastic or damper into a force in space, N, on A. The force on B is its opposite.
   Eigen::Vector3d force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * now_.along + tangential[1] * now_.aside;
   }
-  /// Response::mean in space: its product with the displacement in space is the work of the step.
+  /// Turns Response::mean into a force in space, whose product with the displacement in space is the work of
+  /// the step.
   Eigen::Vector3d mean_force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * midway_.along + tangential[1] * midway_.aside;
   }
 
-  /// ExtendedResponse::end, elastic or damper as force and moment on A; `arm` (m) from the point of reference
-  /// to the centre of the outline. On B the opposite.
+  /// Turns ExtendedResponse::end, elastic or damper into force and moment on A. `arm` (m) leads from the
+  /// point of reference to the centre of the outline. B gets the opposite.
   Wrench spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
     Wrench w = wrench(in_plane[0] * now_.along + in_plane[1] * now_.aside, arm);
     w.tail<3>() += in_plane[2] * now_.normal;
     return w;
   }
-  /// ExtendedResponse::mean likewise.
+  /// Turns ExtendedResponse::mean into force and moment on A, as spin_wrench().
   Wrench mean_spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
     Wrench w = wrench(in_plane[0] * midway_.along + in_plane[1] * midway_.aside, arm);
     w.tail<3>() += in_plane[2] * midway_.normal;
     return w;
   }
 
-  /// A force at `arm` (m, from the point of reference to the point of contact) as force and moment.
+  /// Returns a force at `arm` (m, from the point of reference to the point of contact) as force and moment.
   static Wrench wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) noexcept {
     Wrench w;
     w << force, arm.cross(force);
@@ -208,7 +216,7 @@ class ContactFrame {
       unit = v / std::sqrt(square);
       return true;
     }
-    const double largest = v.cwiseAbs().maxCoeff();  // scaled first: squares of 1e-200 m are zero
+    const double largest = v.cwiseAbs().maxCoeff();  // scaled first, because the square of 1e-200 m is zero
     if (!v.allFinite() || !(largest > 0.0)) return false;
     unit = v / largest;
     unit /= std::sqrt(unit.squaredNorm());
@@ -219,7 +227,8 @@ class ContactFrame {
     normal.cwiseAbs().minCoeff(&least);
     return Eigen::Vector3d::Unit(least);
   }
-  /// Right-handed, at right angles to rounding. `along` is not parallel to the unit vector `normal`.
+  /// Returns right-handed unit vectors, orthogonal to rounding. `along` is not parallel to the unit vector
+  /// `normal`.
   static Axes make_axes(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept {
     Axes axes;
     axes.normal = normal;
@@ -240,24 +249,27 @@ class ContactFrame {
   }
 
   Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
-    if (turn.vec().isZero(0.0))  // the ground, and whatever is bolted to it
+    if (turn.vec().isZero(0.0))  // a body that does not turn, such as the ground
       return detail::carry_along(now_.along, now_.normal, to, now_.along);
     const Eigen::Vector3d along = turn * now_.along;
     const Eigen::Vector3d from = turn * now_.normal;
     return detail::carry_along(along, from, to, along);
   }
 
-  /// Half of the rotation from `from` to `to`.
+  /// Returns `from` rotated by half of the rotation from `from` to `to`.
   static Axes half_way(const Axes& from, const Axes& to) noexcept {
-    // The rotation R takes each axis of `from` to that of `to`; its trace and twice its axis times the sine:
+    // R, the rotation that takes each axis of `from` to that of `to`: its trace (`cosines`), and its axis
+    // times twice the sine of its angle (`sines`).
     const double cosines = from.along.dot(to.along) + from.aside.dot(to.aside) + from.normal.dot(to.normal);
     const Eigen::Vector3d sines =
         from.along.cross(to.along) + from.aside.cross(to.aside) + from.normal.cross(to.normal);
     if (!(cosines > 0.0)) return half_of_large(from, to);
-    const double w = 0.5 * std::sqrt(1.0 + cosines);  // of R's quaternion, whose vector is sines / (4 w)
+    const double w = 0.5 * std::sqrt(1.0 + cosines);  // scalar part of R's quaternion; its vector part is
+                                                      // sines / (4 w)
     const Eigen::Vector3d u = sines / (4.0 * w);
     const double h = 1.0 + w,
-                 share = 2.0 / (h * h + u.squaredNorm());  // half of R: (1 + w, u), over its length
+                 share = 2.0 / (h * h + u.squaredNorm());  // normalises the quaternion of half of R, (1 + w,
+                                                           // u)
     const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
       const Eigen::Vector3d across = u.cross(v);
       return v + share * (h * across + u.cross(across));
@@ -268,7 +280,8 @@ class ContactFrame {
     half.normal = turned(from.normal);
     return half;
   }
-  /// As half_way(), for a rotation by more than a right angle, whose axis may be ill-conditioned.
+  /// Returns half a rotation, as half_way(), for one by more than a right angle, whose axis may be
+  /// ill-conditioned.
   static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
     rotation += to.aside * from.aside.transpose();
@@ -280,6 +293,33 @@ class ContactFrame {
   }
 
   Axes now_, midway_;
+};
+
+/// The frames of a pool's contacts: each goes with its key. Plain data: a copy, made with a snapshot of the
+/// pool and put back with it, is all that a rollback needs.
+class ContactFrames {
+ public:
+  /// Makes room for every patch of the pool, and for contacts that get none.
+  explicit ContactFrames(const KeyedPatches& pool) : frames_(pool.capacity() + std::size_t{1}) {}
+
+  /// Carries the frame of a contact to the normal of this step (ContactFrame::carry), or begins it if the
+  /// contact is new. For an extended patch give the turn of body B twice. Returns the frame.
+  ContactFrame& carry(const KeyedContact& contact, const Eigen::Vector3d& normal,
+                      const Eigen::Vector3d& turn_a = Eigen::Vector3d::Zero(),
+                      const Eigen::Vector3d& turn_b = Eigen::Vector3d::Zero()) noexcept {
+    ContactFrame& frame = frames_[contact.place];
+    if (contact.is_new)
+      frame = ContactFrame(normal);
+    else
+      frame.carry(normal, turn_a, turn_b);
+    return frame;
+  }
+  /// The frame as it is now.
+  ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
+  const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
+
+ private:
+  std::vector<ContactFrame> frames_;
 };
 
 }  // namespace bristle

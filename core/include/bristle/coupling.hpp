@@ -38,8 +38,8 @@ namespace bristle {
 
 using RigidBody = MovingBody<6>;
 
-/// A free rigid body at rest; velocities are about its centre of mass, in world axes. If the body turns,
-/// update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
+/// Makes a free rigid body at rest; velocities are about its centre of mass, in world axes. If the body
+/// turns, update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
 inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noexcept {
   RigidBody body;
   body.mass.setZero();
@@ -48,9 +48,9 @@ inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noex
   return body;
 }
 
-/// A contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes), whose
-/// displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent plane.
-/// `place`: index of its patch in the arrays of motions and responses.
+/// Makes a contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes),
+/// whose displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent
+/// plane. `place`: index of its patch in the arrays of motions and responses.
 inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
                                     const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
   BodyContact<6> contact;
@@ -73,10 +73,10 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
-/// Sets the displacements of the next step in `motions` by the midpoint rule. `external` as above, at the
-/// middle of the step. Bristles that redraw over many snaps make F_mean jump a little with the displacement;
-/// if the equation has no solution in such a jump, the best point is taken, and the report gives its
-/// residual.
+/// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the
+/// middle of the step (N, N m). Bristles that redraw over many snaps make F_mean jump a little with the
+/// displacement; if the equation has no solution because of such a jump, the best point is taken, and the
+/// report gives its residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,
@@ -85,8 +85,8 @@ SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody
   return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve(midpoint);
 }
 
-/// Call after PatchBatch::step: sets the velocity from the forces that acted, so that momentum is conserved
-/// to rounding.
+/// Sets the velocity from the forces that acted, so that momentum is conserved to rounding. Call it after
+/// PatchBatch::step.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const BodyContact<Dof>>> contacts, Span<const Response> responses) noexcept {

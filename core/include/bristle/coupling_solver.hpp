@@ -1,4 +1,5 @@
-// The two solves behind coupling.hpp, and the body and contacts that it works on.
+// The two solves behind coupling.hpp (predictor and midpoint rule), and the types for a body and its
+// contacts.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,7 @@ struct Identity {
   using type = T;
 };
 }  // namespace detail
-/// T in a context where Dof is not deduced, so that arrays and Eigen's expressions convert.
+/// T in a context where Dof is not deduced, so that arrays and Eigen expressions convert to it.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
@@ -39,14 +40,14 @@ struct MovingBody {
 template <int Dof>
 struct BodyContact {
   std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
-  int axes = 2;           ///< of the patch
+  int axes = 2;           ///< number of tangential axes of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
       Eigen::Matrix<double, 2, Dof>::Identity();  ///< slip velocity = jacobian u - ground_velocity
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
       Eigen::Vector2d::Zero();  ///< m/s, of the other surface, in the tangent plane
 
   double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
-  double plain_damping = 0.0;  ///< damping without strengthening with speed
+  double plain_damping = 0.0;  ///< damping without the strengthening with speed
   bool ages = false;
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
                                                 trial_force = Eigen::Vector2d::Zero();
@@ -55,7 +56,7 @@ struct BodyContact {
 
 /// The effort and the result of solving the equation of motion.
 struct SolveReport {
-  int evaluations = 0;    ///< of the friction force of all contacts
+  int evaluations = 0;    ///< evaluations of the friction force of all contacts
   double residual = 0.0;  ///< divided by the largest force in the equation, both in the norm sqrt(f M^-1 f)
 };
 
@@ -92,16 +93,16 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
   body.velocity += mass.llt().solve(impulse);
 }
 
-// Share theta of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1): a half, which
-// gives the right stopping distance, and more if dampers stop the body within a step. For a body against a
-// damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this function is within 0.033
-// of it without an exponential, and never lets a damper reverse the velocity.
+// Returns theta, the share of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1):
+// a half, which gives the right stopping distance, and more if dampers stop the body within a step. For a
+// body against a damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this function is
+// within 0.033 of it without an exponential, and never lets a damper reverse the velocity.
 template <int Dof>
 double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {
   const Eigen::Matrix<double, Dof, Dof> m = body.mass;
   const Eigen::LLT<Eigen::Matrix<double, Dof, Dof>> mass(m);
-  double c = 0.0;  // a bound on the fastest decay
+  double c = 0.0;  // a bound on the fastest decay by damping
   for (const BodyContact<Dof>& contact : contacts) {
     double mobility = 0.0;
     for (int a = 0; a < contact.axes; ++a) {
@@ -113,8 +114,8 @@ double implicit_share(double dt_s, const MovingBody<Dof>& body,
   return 1.0 - (1.0 + c / 3.0) / (2.0 + c + c * c / 3.0);
 }
 
-// Releases the patches whose predicted elastic force is over the limit: from now on they pull with the limit
-// at any velocity. Returns whether there was one.
+// Releases the patches whose predicted elastic force exceeds their limit: they pull with the limit at any
+// velocity from this pass on. Returns whether it released any.
 template <int Dof>
 bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                     Span<BodyContact<Dof>> contacts) noexcept {
@@ -131,8 +132,8 @@ bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   return clipped;
 }
 
-// One linear solve of the equation of motion with the contacts' forces, stiffnesses and dampings, and a
-// projection: the velocity (1 - theta) u0 + theta u1.
+// Solves the equation of motion once, linear in the contacts' forces, stiffnesses and dampings, then
+// projects. Returns the velocity (1 - theta) u0 + theta u1.
 template <int Dof>
 Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof>& body,
                                                const BodyVector<Dof>& external,
@@ -141,7 +142,7 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
   const double theta = implicit_share<Dof>(dt_s, body, contacts);
   Vector mean = body.velocity;
-  // Each pass releases the patches that are over their limit; they stay released.
+  // Each pass releases the patches that exceed their limit; they stay released.
   for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
@@ -158,10 +159,10 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   return mean;
 }
 
-// Strengthening with speed is nearly the same force at any speed, as dry friction is: with the damping of the
-// old velocity it would turn a body round that it stops within the step. Takes its damping at the velocity u;
-// returns whether that changed it. The potential of the force is concave in the square of the speed, so the
-// linear problem lies above it and solving again and again falls to the solution.
+// Sets the damping of contacts that strengthen with speed to that at the velocity u; returns whether that
+// changed it. Such friction is nearly the same at any speed, as dry friction is: with the damping of the old
+// velocity it would reverse a body that it stops within the step. The potential of the force is concave in
+// the square of the speed, so the linear problem lies above it and repeated solves fall to the solution.
 template <int Dof>
 bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
@@ -177,8 +178,8 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
   return changed;
 }
 
-// Corrects contacts that age. Their force limit is that of a contact that has held, and they may slide with
-// far less, so stiffness that stays on below that limit would hold them back. Evaluates the force of each
+// Corrects contacts that age. Their force limit is that of a contact that has held for long, and they may
+// slide with far less force, so stiffness below that limit would hold them back. Evaluates the force of each
 // contact at its displacement with the velocity u, and takes it as the limit if it was clipped, or as a
 // secant otherwise. Returns whether that changed anything.
 template <int Dof>
@@ -206,7 +207,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
-// Contacts that stay where they are in a step, whatever the velocity.
+// `Follow` for contacts whose Jacobians do not depend on the velocity.
 struct FixedPlaces {
   template <class Vector>
   bool operator()(const Vector&) const noexcept {
@@ -214,9 +215,9 @@ struct FixedPlaces {
   }
 };
 
-// The predictor of coupling.hpp: the velocity (1 - theta) u0 + theta u1. `motions` contains ids and loads.
-// `follow` sets J and g of all contacts at a velocity, where they depend on it, and returns whether that
-// changed them by much.
+// Predicts the velocity (1 - theta) u0 + theta u1, as described in coupling.hpp. `motions` contains ids and
+// loads. `follow` sets J and g of all contacts at a velocity, where they depend on it, and returns whether
+// that changed them by much.
 template <int Dof, class Follow = FixedPlaces>
 Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
     PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
@@ -263,8 +264,8 @@ Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
   return mean;
 }
 
-// When to stop: at the tolerance, up to a number of evaluations that is usually enough; after that at the
-// resolution of single precision, whose forces change in small steps.
+// Stopping rule of a solve: at the tolerance, up to a number of evaluations that is usually enough; after
+// that at the resolution of single precision, whose forces change in small steps.
 class Effort {
  public:
   explicit Effort(double force_scale) noexcept : force_scale_(force_scale) {}
@@ -286,16 +287,17 @@ class Effort {
  private:
   static constexpr int usual_evaluations = 8;
   static constexpr int most_evaluations = 50;
-  static constexpr double tolerance = 1e-10;        // of the largest force in the equation
-  static constexpr double single_tolerance = 1e-7;  // of the same
+  static constexpr double tolerance = 1e-10;        // relative to the largest force in the equation
+  static constexpr double single_tolerance = 1e-7;  // relative to the largest force, for patches in single
+                                                    // precision
   double force_scale_;
   int evaluations_ = 0;
 };
 
-// The root of a falling function whose slope is at most the slope bound (known from its evaluations). It
-// takes secant steps, none shorter than the bound requires. Once two points bracket the root, the steps stay
-// between them, and a bisection replaces secants that do not shrink the interval. If the sign changes in a
-// jump there is no root, and the better end is taken.
+// Finds the root of a falling function whose slope is at most the slope bound (known from its evaluations).
+// It takes secant steps, none shorter than the bound requires. Once two points bracket the root, the steps
+// stay between them, and a bisection replaces secants that do not shrink the interval. If the sign changes in
+// a jump there is no root, and the better end is taken.
 template <class Residual, class SlopeBound>
 double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
                          const Effort& effort) noexcept {
@@ -317,9 +319,12 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     if (jump && effort.thorough()) break;
     double next = last.x + last.residual / slope;
     if (bracketed && (slow > 3 || !(next > low.x && next < high.x))) next = low.x + 0.5 * width;
-    if (next == last.x || (bracketed && !(next > low.x && next < high.x))) break;  // nothing in between
+    if (next == last.x || (bracketed && !(next > low.x && next < high.x)))
+      break;  // no double between the
+              // two ends
     const Point point = at(next);
-    // Not disturbed by rounding in tiny steps or by the falling branches of the friction curve.
+    // Clamps the secant's slope to the bounds, against rounding in tiny steps and falling branches of the
+    // friction curve.
     slope =
         std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
     const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
@@ -330,7 +335,7 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   return best.x;
 }
 
-/// M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
+/// Solves M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
 /// (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they depend on it.
 template <int Dof, class Follow = FixedPlaces>
 class MidpointSolver {
@@ -351,7 +356,7 @@ class MidpointSolver {
         follow_(follow),
         effort_(weight_of(external_)) {}
 
-  /// Leaves the midpoint velocity in `u`, and the displacements in the motions.
+  /// Solves; leaves the midpoint velocity in `u`, and the displacements in the motions.
   SolveReport solve(Vector& u) noexcept {
     u = start_;
     double residual = 0.0;
@@ -366,9 +371,10 @@ class MidpointSolver {
   }
 
  private:
-  static constexpr double load_share = 1e-3;  // forces below this share of the load count as this large
+  static constexpr double load_share = 1e-3;  // forces smaller than this share of the load count as this
+                                              // large
 
-  // Generalised forces in newtons and newton metres have a common measure: sqrt(f M^-1 f).
+  // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
     return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
   }
@@ -398,7 +404,8 @@ class MidpointSolver {
   }
   Vector residual(const Vector& u) noexcept { return external_ + friction(u) - inertia_ * (u - start_); }
 
-  // The mean deflection of a stuck bristle changes by half the displacement; dampers get the whole velocity.
+  // Returns a bound on the slope of friction with velocity: the mean deflection of a stuck bristle changes by
+  // half the displacement, and dampers get the whole velocity.
   double slope_bound(const BodyContact<Dof>& c) const noexcept {
     return 0.5 * dt_s_ * c.stiffness + c.damping;
   }
@@ -422,15 +429,15 @@ class MidpointSolver {
     return best;
   }
 
-  // Solves for one contact of one axis, as for a body of one velocity, that of the contact, with the mass
-  // seen there.
+  // Solves for one contact of one axis, as for a body on a rail: its one velocity is that of the contact, its
+  // mass the one seen there.
   double solve_along_contact(Vector& u) noexcept {
     BodyContact<Dof>& c = contacts_[0];
     const Vector along = c.jacobian.row(0).transpose();
     const Vector per_force = mass_.solve(along);  // velocity per impulse along the contact
     const double mobility = along.dot(per_force);
     const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
-    if (!(mobility > 0.0)) {  // a contact that does not act on the body
+    if (!(mobility > 0.0)) {  // a contact that cannot move the body
       u = free;
       return 0.0;
     }
@@ -456,14 +463,15 @@ class MidpointSolver {
   void forget_damping() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.damping = 0.0;
   }
-  // Slopes start from their bounds, times a factor.
+  // Sets all slopes to their bounds, times a factor.
   void bound_slopes(double factor) noexcept {
     for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
   }
   void keep_trial() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.force = c.trial_force;
   }
-  // Each contact's slope learns the change of its own force along the step (Broyden); the inertia is known.
+  // Corrects each contact's slope by the change of its own force along the step (Broyden); the inertia is
+  // known.
   void learn(const Vector& step) noexcept {
     for (BodyContact<Dof>& c : contacts_) {
       Eigen::Vector2d slip = c.jacobian * step;
@@ -486,8 +494,8 @@ class MidpointSolver {
     return a;
   }
 
-  // Starts from the velocity before the step. Stiff bristles that stop a body far short of where it would go
-  // are out of reach from there; then the search starts from the velocity at which they hold the body.
+  // Solves from the velocity before the step. If stiff bristles stop a body far short of where it would go,
+  // the search does not converge from there, and restarts from the velocity at which they hold the body.
   double solve_all(Vector& u) noexcept {
     const double norm = solve_from(u);
     if (!(effort_.report(norm).residual > 0.05)) return norm;
@@ -510,9 +518,9 @@ class MidpointSolver {
     return start_ + slope_of_residual().partialPivLu().solve(pull);
   }
 
-  // Broyden's method contact by contact. It starts with the bounds on the slopes and restarts from the best
-  // point whenever the residual does not shrink; a second restart in a row means that the friction jumps
-  // there.
+  // Runs Broyden's method with a slope for each contact. It starts with the bounds on the slopes and restarts
+  // from the best point whenever the residual does not shrink; a second restart in a row means that the
+  // friction jumps there.
   double solve_from(Vector& u) noexcept {
     forget_damping();
     Vector r = residual(u);
@@ -523,7 +531,8 @@ class MidpointSolver {
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
-      // Slopes learnt where the friction jumps can make a step far too long: they restart from their bounds.
+      // Slopes learnt across a jump of the friction can make a step far too long: this restarts them from
+      // their bounds.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
         bound_slopes(factor);
@@ -556,7 +565,7 @@ class MidpointSolver {
   PatchBatch& batch_;
   double dt_s_;
   Vector external_, start_;
-  Matrix inertia_;  // 2 M / T
+  Matrix inertia_;  // inertia of the midpoint equation, 2 M / T
   Eigen::LLT<Matrix> mass_;
   Span<BodyContact<Dof>> contacts_;
   Span<Motion> motions_;

@@ -11,10 +11,11 @@ namespace bristle {
 /// Events that the system has counted for the calling thread so far; the difference of two counts shows what
 /// disturbed it. All zero on systems that do not count (other than Linux).
 struct BRISTLE_API ThreadEvents {
-  std::uint64_t involuntary_switches = 0;  ///< taken off its core: preempted
-  std::uint64_t other_switches = 0;        ///< the same for all other threads of the process: workers
-  std::uint64_t minor_faults = 0;          ///< pages that were not mapped yet
-  std::uint64_t major_faults = 0;          ///< pages that had to be read
+  std::uint64_t involuntary_switches = 0;  ///< times the thread was preempted (taken off its core)
+  std::uint64_t other_switches = 0;        ///< preemptions of all other threads of the process, such as
+                                           ///< workers
+  std::uint64_t minor_faults = 0;          ///< first accesses to pages already in memory
+  std::uint64_t major_faults = 0;          ///< accesses to pages that had to be read from disk
 
   /// Makes two system calls, about a microsecond: call it between ticks, not in a step.
   static ThreadEvents now() noexcept;
@@ -33,10 +34,10 @@ struct BRISTLE_API ThreadEvents {
 
 /// One turn of a loop. Times of DeadlineMonitor::wall_now, s.
 struct Tick {
-  double due_s = 0.0;    ///< when it should have started, by the time grid
-  double start_s = 0.0;  ///< when the step started
-  double end_s = 0.0;    ///< when it was done
-  double cpu_s = -1.0;   ///< CPU time of the stepping thread in it; negative: not measured
+  double due_s = 0.0;    ///< time at which it should have started, by the time grid
+  double start_s = 0.0;  ///< time at which the step started
+  double end_s = 0.0;    ///< time at which the step was done
+  double cpu_s = -1.0;   ///< CPU time of the stepping thread in the tick, s; negative: not measured
 };
 
 /// Percentiles of step time, deadline misses by cause, and jitter of the period.
@@ -52,32 +53,35 @@ struct Tick {
 /// moment. 19 kB; no allocation, no lock.
 class BRISTLE_API DeadlineMonitor {
  public:
-  /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have no period.
+  /// Makes a monitor for this deadline of a tick and nominal period, s. A period of 0 means that ticks have
+  /// no period.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
-  /// Copy only on the thread that records into `other`, or while no thread does. Assign only on the thread
-  /// that records here; concurrent readers find the numbers from before or after the assignment.
+  /// Copies the numbers. Copy only on the thread that records into `other`, or while no thread does. Assign
+  /// only on the thread that records here; concurrent readers find the numbers from before or after the
+  /// assignment.
   DeadlineMonitor(const DeadlineMonitor& other) noexcept : numbers_(other.numbers_) {}
   DeadlineMonitor& operator=(const DeadlineMonitor& other) noexcept;
   ~DeadlineMonitor() = default;
 
-  /// One step that was due when it started: wall time and CPU time of the stepping thread, s. A negative
-  /// cpu_s means "not measured".
+  /// Records one step that was due when it started: wall time and CPU time of the stepping thread, s. A
+  /// negative cpu_s means "not measured".
   void record(double wall_s, double cpu_s = -1.0) noexcept;
-  /// One tick of a loop with a period. Reads ThreadEvents if the tick was late or the first, and makes no
-  /// other system call.
+  /// Records one tick of a loop with a period. Reads ThreadEvents if the tick was late or the first, and
+  /// makes no other system call.
   void record_tick(const Tick& tick) noexcept;
-  /// Ticks of the grid that were skipped: they count in the longest run of misses.
+  /// Records ticks of the grid that were skipped, which count in the longest run of misses.
   void record_skipped(std::uint64_t ticks) noexcept;
-  /// The loop paused: the next tick starts a new grid, and the time until it does not count as a period.
+  /// Tells that the loop paused: the next tick starts a new grid, and the time until it does not count as a
+  /// period.
   void pause() noexcept;
   /// Reads ThreadEvents, so that the events of a late tick are counted from this call and not from the last
   /// late tick. For loops that have a microsecond to spare between ticks; call it on the stepping thread.
   void refresh_events() noexcept;
   void reset() noexcept;
 
-  /// All numbers of one moment between two ticks; any thread may call it. It makes a copy, which takes some
-  /// microseconds, repeats it if a tick was recorded meanwhile, and waits while one is being recorded. It
-  /// returns false, and `to` has no meaning, after 1000 copies (a loop that leaves no such gap) or 10 ms of
+  /// Copies all numbers of one moment between two ticks; any thread may call it. The copy takes some
+  /// microseconds; it is repeated if a tick was recorded meanwhile, and waits while one is being recorded.
+  /// Returns false, and `to` has no meaning, after 1000 copies (a loop that leaves no such gap) or 10 ms of
   /// waiting (the recording thread was taken off its core just then).
   bool snapshot(DeadlineMonitor& to) const noexcept;
 
@@ -90,16 +94,24 @@ class BRISTLE_API DeadlineMonitor {
   double p50() const noexcept { return percentile(0.5); }
   double p99() const noexcept { return percentile(0.99); }
   double p999() const noexcept { return percentile(0.999); }
-  double max() const noexcept { return numbers_.steps.max(); }  ///< s, exact
+  double max() const noexcept { return numbers_.steps.max(); }  ///< longest step, s, exact
   double mean() const noexcept { return numbers_.steps.mean(); }
 
-  std::uint64_t misses() const noexcept { return numbers_.misses.get(); }            ///< of the deadline
-  std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }  ///< by this program
-  std::uint64_t misses_machine() const noexcept;                                     ///< by the machine
+  std::uint64_t misses() const noexcept {
+    return numbers_.misses.get();
+  }  ///< ticks that missed
+     ///< the deadline
+  std::uint64_t misses_ours() const noexcept {
+    return numbers_.misses_ours.get();
+  }                                               ///< misses caused by
+                                                  ///< this program
+  std::uint64_t misses_machine() const noexcept;  ///< misses caused by the
+                                                  ///< machine
   std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
-  /// Most ticks in a row that were late or skipped.
+  /// Returns the most ticks in a row that were late or skipped.
   std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
-  /// Sum of the events of late ticks, each counted from the last refresh_events or late tick before it.
+  /// Returns the sum of the events of late ticks, each counted from the last refresh_events or late tick
+  /// before it.
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
@@ -108,17 +120,18 @@ class BRISTLE_API DeadlineMonitor {
 
   /// The tick that ended the longest after it was due.
   struct WorstTick {
-    std::uint64_t number = 0;    ///< counted from 0
+    std::uint64_t number = 0;    ///< number of the tick, counted from 0
     double end_after_due = 0.0;  ///< s
     double started_late = 0.0;   ///< s after it was due
     double step = 0.0;           ///< s, wall time
     double cpu = -1.0;           ///< s; negative: not measured
     bool late = false;
-    ThreadEvents events;  ///< if it was late, as in late_events
+    ThreadEvents events;  ///< its events if it was late, counted as in late_events
   };
   WorstTick worst() const noexcept;
 
-  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record() and record_tick().
+  /// Return the wall clock (monotonic) and the CPU time of the calling thread, s. For record() and
+  /// record_tick().
   static double wall_now() noexcept;
   static double cpu_now() noexcept;
 
@@ -132,7 +145,7 @@ class BRISTLE_API DeadlineMonitor {
   };
   struct Numbers {
     Shared<double> deadline_s, period_s;
-    Shared<double> last_start_s = -1.0;  // negative: none
+    Shared<double> last_start_s = -1.0;  // negative: no step was recorded yet
     Shared<std::uint64_t> misses, misses_ours, skipped, run, longest_run;
     Shared<bool> events_known;
     SharedEvents late_events, last_events;
@@ -145,7 +158,7 @@ class BRISTLE_API DeadlineMonitor {
   struct Step {
     double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
     bool late = false, reads_events = false;
-    ThreadEvents events;  // counters after it
+    ThreadEvents events;  // event counters after the last late tick
   };
   Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
   void keep(const Step& step) noexcept;

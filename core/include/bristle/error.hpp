@@ -14,7 +14,7 @@ class BRISTLE_API Error : public std::runtime_error {
   explicit Error(const std::string& message) : std::runtime_error(message) {}
   Error(const Error&) = default;
   Error& operator=(const Error&) = default;
-  ~Error() override;  // in the library, together with the single type information that handlers compare
+  ~Error() override;  // defined in the library, beside the single type information that handlers compare
 };
 
 }  // namespace bristle

@@ -43,12 +43,13 @@ struct ExtendedContact {
   /// m/s, m/s, rad/s: slip of the outline's centre and spin = jacobian u - ground_velocity
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
   Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity =
-      Eigen::Vector3d::Zero();  ///< of the other surface at the outline's centre, in the tangent plane; spin
+      Eigen::Vector3d::Zero();  ///< velocity of the other surface at the outline's centre, in the tangent
+                                ///< plane; its spin
 };
 
-/// A contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world axes).
-/// `along` and `aside`: orthogonal unit vectors, the axes of the surface in which displacement[0] and [1] are
-/// given; the spin is about along x aside.
+/// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
+/// axes). `along` and `aside`: orthogonal unit vectors, the axes of the surface in which displacement[0] and
+/// [1] are given; the spin is about their cross product.
 inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen::Vector3d& arm,
                                                   const Eigen::Vector3d& along,
                                                   const Eigen::Vector3d& aside) noexcept {
@@ -65,7 +66,7 @@ template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;
   std::vector<Motion> motions;
-  std::vector<PatchCell> places;  ///< as the outlines stand at the beginning of the step
+  std::vector<PatchCell> places;  ///< cells' places at the beginning of the step
 
   void reserve(std::size_t cells) {
     contacts.reserve(cells);
@@ -79,10 +80,10 @@ namespace detail {
 /// An outline half-way through a turn.
 struct HalfTurn {
   double cosine, sine;
-  double share;  ///< of the chord in the arc: 2 sin(spin / 2) / spin
+  double share;  ///< chord over arc: 2 sin(spin / 2) / spin
 };
 inline HalfTurn half_turn(double spin) noexcept {
-  constexpr double most = 3.141592653589793;  // no trial turns farther than a step may
+  constexpr double most = 3.141592653589793;  // no trial turns further than a step may
   spin = std::clamp(spin, -most, most);
   const auto q = rotation_by({0.0, 0.0, 0.5 * spin});
   const double sine = 2.0 * q.w() * q.z();
@@ -177,9 +178,9 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
 
 }  // namespace detail
 
-/// As predict_displacements of coupling.hpp, in one linear solve and a projection cell by cell; finish with
-/// ExtendedPatches::step and apply_end_forces. A spin of more than half a turn in a step is refused by the
-/// patches: split such a step.
+/// Sets the displacements of the next step as predict_displacements of coupling.hpp, by one linear solve and
+/// a projection cell by cell. Finish with ExtendedPatches::step and apply_end_forces. The patches refuse a
+/// spin of more than half a turn in a step: split such a step.
 template <int Dof>
 void predict_displacements(ExtendedPatches& patches, CellContacts<Dof>& cells, double dt_s,
                            const MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
@@ -192,8 +193,8 @@ void predict_displacements(ExtendedPatches& patches, CellContacts<Dof>& cells, d
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
-/// As solve_displacements of coupling.hpp, by the midpoint rule; needs Outputs::mean. Finish with
-/// ExtendedPatches::step and apply_mean_forces.
+/// Sets the displacements of the next step as solve_displacements of coupling.hpp, by the midpoint rule;
+/// needs Outputs::mean. Finish with ExtendedPatches::step and apply_mean_forces.
 template <int Dof>
 SolveReport solve_displacements(ExtendedPatches& patches, CellContacts<Dof>& cells, double dt_s,
                                 const MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
@@ -210,7 +211,7 @@ SolveReport solve_displacements(ExtendedPatches& patches, CellContacts<Dof>& cel
   return report;
 }
 
-/// Call after ExtendedPatches::step: sets the velocity from the forces and torques that acted.
+/// Sets the velocity from the forces and torques that acted. Call it after ExtendedPatches::step.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const ExtendedContact<Dof>>> contacts,

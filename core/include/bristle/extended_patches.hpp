@@ -27,8 +27,8 @@
 
 namespace bristle {
 
-/// Input of one extended patch for one step. What Motion refuses is refused here, and a spin of more than
-/// half a turn: split such a step.
+/// Input of one extended patch for one step. A step refuses what it refuses in a Motion, and a spin of more
+/// than half a turn: split such a step.
 struct ExtendedMotion {
   PatchId id;
   double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: of the outline's centre, then about the normal,
@@ -49,36 +49,37 @@ struct ExtendedResponse {
   double damper[3] = {0.0, 0.0, 0.0};
   double mean[3] = {0.0, 0.0, 0.0};  ///< mean . displacement is the work of the step, exactly
   /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
-  /// of the cells that carry force is left out: it adds the force times the bristles' deflection to the last
+  /// of the cells that carry force is left out; it would add force times the bristles' deflection to the last
   /// element.
   double stiffness[3][3] = {};
-  double damping[3][3] = {};  ///< N s/m, N s, N m s: likewise, from Response::damping of the cells
+  double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
   double force_limit = 0.0;   ///< N, sum over the cells: the highest elastic force at first loading
-  double torque_limit = 0.0;  ///< N m, likewise, of a pure turn about the centre
-  double dissipated = 0.0;    ///< J, as in Response, sums over the cells
+  double torque_limit = 0.0;  ///< N m: the highest elastic torque at first loading by a pure turn about the
+                              ///< centre
+  double dissipated = 0.0;    ///< J, as in Response, summed over the cells
   double contact_loss = 0.0;
   double damper_work = 0.0;
-  std::uint64_t snaps = 0;  ///< of all cells' representatives; where they jump an estimate
+  std::uint64_t snaps = 0;  ///< snaps of all cells' representatives; an estimate where they jump
 };
 
 /// Present state of an extended patch.
 struct ExtendedInfo {
   std::uint32_t cells = 0;
-  double scale = 0.0;  ///< of the outline, in its size as given: set_scale, and growth with the load
+  double scale = 0.0;  ///< scale of the outline's given size, from set_scale and growth with the load
   double along[2] = {1.0, 0.0};  ///< the outline's x axis in the axes of the surface, a unit vector
-  double normal_load = 0.0;      ///< N, of the last step
+  double normal_load = 0.0;      ///< N, load of the last step
   double max_normal_load = 0.0;  ///< N
   std::uint64_t memory_bytes = 0;
-  const char* kernel = "";  ///< of its cells
+  const char* kernel = "";  ///< name of the kernel that steps its cells
 };
 
 /// Extended patches over a batch. Several of these, and point patches, may share one batch.
 ///
 /// Options of a patch hold for the whole outline: `max_normal_load`, `bristles` and `fluctuation` are shared
 /// among the cells by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
-/// The material's viscous friction counts by patch and is shared in the same way.
-/// Cells have seeds of their own. A patch whose only cell is its centre is, to the bit, the patch that
-/// PatchBatch::add would make with the same options. Others need two axes.
+/// The material's viscous friction, a number of the patch, is shared in the same way. Cells have seeds of
+/// their own. A patch whose only cell is its centre is, to the bit, the patch that PatchBatch::add would make
+/// with the same options. Outlines of more cells need two axes.
 ///
 /// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys this object and calls add,
 /// remove and set_material, all cells of an outline at once; the stepping thread calls the rest. The batch
@@ -93,52 +94,55 @@ class BRISTLE_API ExtendedPatches {
   ExtendedPatches(ExtendedPatches&&) noexcept;
   ExtendedPatches& operator=(ExtendedPatches&&) noexcept;
 
-  /// A new patch, out of contact, not turned. The id is one of this object, not of the batch. Throws
+  /// Adds a patch, out of contact, not turned. The id is one of this object, not of the batch. Throws
   /// bristle::Error for options that the batch refuses, and for cells whose weights do not sum to 1 (to
   /// 1e-9).
   PatchId add(const Material& material, const PatchOptions& options, const Outline& outline);
-  void remove(PatchId id);                                  ///< throws bristle::Error if there is none
-  void set_material(PatchId id, const Material& material);  ///< as PatchBatch::set_material, in all cells
-  /// Size of the outline from the next step on, in its size as given; 0 to 1e6. Deflections stay: what grows
-  /// is the place that each cell stands for. False, and nothing changes, for another number or id.
+  void remove(PatchId id);                                  ///< throws bristle::Error if there is no such
+                                                            ///< patch
+  void set_material(PatchId id, const Material& material);  ///< as PatchBatch::set_material, for all cells
+  /// Scales the given size of the outline from the next step on; 0 to 1e6. Deflections stay: only the area
+  /// that each cell stands for grows. Returns false, and changes nothing, for another number or an unknown
+  /// id.
   bool set_scale(PatchId id, double scale) noexcept;
 
-  /// As PatchBatch::step: out[i] is the response to in[i].
+  /// Steps outlines, as PatchBatch::step does patches: out[i] is the response to in[i].
   StepReport step(double dt_s, Span<const ExtendedMotion> in, Span<ExtendedResponse> out) noexcept;
-  /// The response that step would give to a trial motion, without changing the state.
+  /// Returns the response that step would give to a trial motion, without changing the state.
   ExtendedResponse find_force(double dt_s, const ExtendedMotion& motion) noexcept;
 
-  /// @name To step cells together with other patches of the batch, or to solve for their motions.
+  /// @name Calls for stepping cells together with other patches of the batch, or for solving for their
+  /// motions.
   ///@{
-  /// Cells of a patch; 0 for an unknown id.
+  /// Returns the number of cells of a patch, 0 for an unknown id.
   std::size_t cell_count(PatchId id) const noexcept;
-  /// The patches of the batch behind the cells, in the order of the outline. The span holds until the next
-  /// call of the stepping side.
+  /// Returns the patches of the batch behind the cells, in the order of the outline. The span holds until the
+  /// next call of the stepping side.
   Span<const PatchId> cell_patches(PatchId id) const noexcept;
-  /// The cells in the axes of the surface after a turn by `spin` (rad) from now, under this load, as many as
-  /// fit: position in m, share of the load. Returns the number written.
+  /// Writes the cells as they stand, in the axes of the surface, after a further turn by `spin` (rad) under
+  /// this load: position in m, share of the load, as many as fit. Returns the number written.
   std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
-  /// Motions of the cells of all patches named, one after the other, as many as fit. An unknown id has none.
-  /// The rest of a longer list names no patch. Returns the number written.
+  /// Writes the motions of the cells of all patches named, one after the other, as many as fit; an unknown id
+  /// has none. Entries of `cells` beyond them name no patch. Returns the number written.
   std::size_t write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept;
-  /// After PatchBatch::step of the motions that write_motions wrote for the same `in`: sums up the cells'
-  /// responses, and turns the outlines. Returns all flags together.
+  /// Sums up the cells' responses and turns the outlines. Call it after PatchBatch::step of the motions that
+  /// write_motions wrote for the same `in`. Returns all flags together.
   Status read_responses(Span<const ExtendedMotion> in, Span<const Response> cells,
                         Span<ExtendedResponse> out) noexcept;
   ///@}
 
-  /// As in PatchBatch; also the outline's turn and scale return to what they were at the beginning.
+  /// Resets the cells as PatchBatch::reset, and the outline's turn and scale to their initial values.
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
-  ExtendedInfo info(PatchId id) const noexcept;         ///< zeros for an unknown id
+  ExtendedInfo info(PatchId id) const noexcept;         ///< state of a patch; zeros for an unknown id
   double stored_energy(PatchId id) const noexcept;      ///< J
-  std::uint64_t state_hash(PatchId id) const noexcept;  ///< of the cells, the turn and the scale; for a point
-                                                        ///< that of its patch
-  std::uint64_t state_hash() const noexcept;            ///< of all patches in the order of their slots
+  std::uint64_t state_hash(PatchId id) const noexcept;  ///< hash of the cells, the turn and the scale; for a
+                                                        ///< point that of its patch
+  std::uint64_t state_hash() const noexcept;            ///< hash of all patches in the order of their slots
 
-  /// State of the outlines and of the whole batch: as PatchBatch::save_state and restore_state, which these
-  /// call. state_file.hpp writes it to a file.
+  /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
+  /// of the same names. state_file.hpp writes it to a file.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

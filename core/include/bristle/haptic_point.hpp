@@ -25,8 +25,8 @@
 //
 // The mean of the tick. With `mean` set the hand feels the force averaged over the tick instead of that at
 // its end: less ripple from a patch of few representatives, half a tick later. A linear loop of stiffness K
-// then needs a damping of K T of the device instead of K T / 2 (core/MODEL.md, section 22). The infinite
-// brush has no ripple and no use for it.
+// then needs a device damping of K T instead of K T / 2 (core/MODEL.md, section 22). The infinite brush has
+// no ripple and no use for it.
 //
 // Thread rule: plain data, for the servo thread. Nothing here allocates, locks or throws.
 #pragma once
@@ -43,17 +43,17 @@
 
 namespace bristle {
 
-/// Velocity from positions by an adaptive window. Constant memory, no allocation.
+/// Velocity from positions, by an adaptive window. Constant memory, no allocation.
 class WindowedVelocity {
  public:
-  static constexpr int longest = 32;  ///< longest window, ticks
+  static constexpr int longest = 32;  ///< longest window of positions, in ticks
 
   WindowedVelocity() noexcept {
     for (Eigen::Vector3d& place : places_) place.setZero();
   }
 
-  /// The end of a tick of dt_s (s) at `position` (m). `resolution_m`: half the width of the noise band, one
-  /// count of an encoder. Returns the velocity, m/s.
+  /// Adds the position (m) at the end of a tick of dt_s (s). `resolution_m`: half the width of the noise
+  /// band, one count of an encoder. Returns the velocity, m/s.
   Eigen::Vector3d update(double dt_s, const Eigen::Vector3d& position, double resolution_m) noexcept {
     time_ += dt_s;
     newest_ = (newest_ + 1) % (longest + 1);
@@ -71,7 +71,8 @@ class WindowedVelocity {
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
 
-  /// Whether all positions between now and n ticks ago lie along the straight line; if so, sets its slope.
+  /// Returns whether all positions of the last n ticks lie along the straight line from first to last; if so,
+  /// sets its slope.
   bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
     const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
     for (int i = 1; i < n; ++i) {
@@ -90,10 +91,12 @@ class WindowedVelocity {
 
 struct HapticOptions {
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force for the device
-  double peak_coefficient = 1.0;  ///< of the material (Material::peak_coefficient): shares the limit between
-                                  ///< wall and friction; too large only caps the wall lower
-  double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper uses displacement / dt
-  bool mean = false;  ///< the mean force of the tick, half a tick late; the patch needs Outputs::mean
+  double peak_coefficient = 1.0;  ///< Material::peak_coefficient, which shares the limit between wall and
+                                  ///< friction; too large a value only caps the wall lower
+  double resolution = 0.0;        ///< m, resolution of the device's positions; 0 = the damper uses
+                                  ///< displacement / dt
+  bool mean = false;  ///< Whether to render the mean force of the tick, half a tick late; the patch needs
+                      ///< Outputs::mean
 
   HapticOptions& with_force_limit(double newtons) { return detail::set(*this, force_limit, newtons); }
   HapticOptions& with_peak_coefficient(double value) { return detail::set(*this, peak_coefficient, value); }
@@ -111,9 +114,8 @@ class HapticPoint {
   /// Fills in displacement, load and velocity of the tick that ends at `position` (m; for a moving surface,
   /// in its frame). `normal` points out of the surface and may have any length; `wall_force` (N, >= 0) is the
   /// force with which the surface pushes back, 0 out of contact, where the normal does not matter. If the
-  /// position is not finite or the wall force is not a number >= 0, the patch returns Status::bad_input and
-  /// keeps its state, and so does the frame here; the next good tick includes the missed displacement and
-  /// time.
+  /// position is not finite or the wall force is not a number >= 0, the patch returns Status::bad_input, and
+  /// the patch and the frame keep their states; the next good tick includes the missed displacement and time.
   void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
                Motion& motion) noexcept {
     const bool somewhere = position.allFinite();
@@ -146,9 +148,10 @@ class HapticPoint {
     started_ = true;
   }
 
-  /// The force on the hand, N: wall and friction, within the limit. Zero if the patch refused its motion.
+  /// Returns the force on the hand, N: wall and friction, within the limit. Zero if the patch refused its
+  /// motion.
   const Eigen::Vector3d& finish(const Response& response) noexcept {
-    const bool refused = has(response.status, Status::bad_input | Status::unknown_id | Status::repeated_id);
+    const bool refused = !was_stepped(response.status);
     limited_ = !refused && wall_ > 0.0 && wall_ == highest_wall_;
     friction_.setZero();
     if (!refused) {
@@ -165,7 +168,8 @@ class HapticPoint {
     return sent_;
   }
 
-  /// Call after a jump that the hand did not make (the device was indexed, the scene was moved).
+  /// Forgets the last position. Call it after a jump that the hand did not make (the device was indexed, the
+  /// scene was moved).
   void restart() noexcept {
     started_ = false;
     missed_s_ = 0.0;
@@ -174,12 +178,16 @@ class HapticPoint {
   }
 
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
-  double wall_force() const noexcept { return wall_; }                    ///< N, after the cap: the last load
-  bool limited() const noexcept { return limited_; }                      ///< the last force was at the limit
+  double wall_force() const noexcept { return wall_; }                    ///< N, the last load, after the cap
+  bool limited() const noexcept {
+    return limited_;
+  }  ///< whether the last force was at
+     ///< the limit
   const ContactFrame& frame() const noexcept { return frame_; }
-  /// Energy that the hand put in so far, J, with each force held until the next position, as a device holds
-  /// it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the energy that the
-  /// delay of one tick adds (core/MODEL.md, section 22); the device's own damping must absorb it.
+  /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
+  /// device holds it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the
+  /// energy that the delay of one tick adds (core/MODEL.md, section 22); the device's own damping must absorb
+  /// it.
   double taken() const noexcept { return taken_; }
 
  private:
@@ -189,7 +197,7 @@ class HapticPoint {
     limited_ = true;
     const double size = elastic.norm();
     if (size >= room) {
-      elastic *= size > 0.0 ? room / size : 0.0;  // no room and nothing elastic: 0/0
+      elastic *= size > 0.0 ? room / size : 0.0;  // avoids 0/0 where there is no room and nothing elastic
       damper.setZero();
       return;
     }
@@ -207,7 +215,7 @@ class HapticPoint {
   Eigen::Vector3d sent_ = Eigen::Vector3d::Zero();
   double wall_ = 0.0;
   double taken_ = 0.0;
-  double missed_s_ = 0.0;  // time of the bad ticks since the last good one
+  double missed_s_ = 0.0;  // s, duration of the bad ticks since the last good one
   bool started_ = false;
   bool limited_ = false;
 };

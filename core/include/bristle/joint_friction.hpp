@@ -33,30 +33,31 @@ enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 /// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
   double base = 0.0;               ///< N m, 0 to 1e9
-  double motor[2] = {0.0, 0.0};    ///< by direction, 0 to 100
-  double outside[2] = {0.0, 0.0};  ///< by direction, 0 to 100
+  double motor[2] = {0.0, 0.0};    ///< share of the torque lost, by JointDirection, 0 to 100
+  double outside[2] = {0.0, 0.0};  ///< share of the torque lost, by JointDirection, 0 to 100
 };
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
   double stiffness = 0.0;       ///< N m/rad of the joint while it sticks, 1e-9 to 1e12
   double viscous = 0.0;         ///< N m s/rad, 0 to 1e9
-  JointLosses kinetic;          ///< what a sliding joint holds at high speed
-  JointLosses static_part;      ///< what it holds in addition while it sticks
-  double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9: while sliding exp(-(speed/stribeck_speed)^2) of
-                                ///< the static part is left; 0: nothing
+  JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
+  JointLosses static_part;      ///< torque that it holds in addition while it sticks
+  double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9: while sliding, exp(-(speed/stribeck_speed)^2) of
+                                ///< the static part is left; at 0 none is
 };
 
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");
 
 struct JointOptions {
-  int bristles = 8;  ///< of each joint, 1 to 64. The error of a curve falls with their square: 0.2 % of the
-                     ///< friction at 8, 0.012 % at 32
+  int bristles = 8;  ///< bristles of each joint, 1 to 64. The error of a curve falls with the square of their
+                     ///< number: 0.2 % of the friction at 8, 0.012 % at 32
   double spread = 0.4;     ///< coefficient of variation of the bristles' limits (lognormal), 0 to 3
   bool gradients = false;  ///< Whether JointOutput::gradient may be asked for: more memory, slower steps.
 };
 
-/// Input of a step: one number a joint, the caller's arrays. An empty `speed`, `motor` or `outside` is zero.
+/// Input of a step: one number for each joint, in the caller's arrays. An empty `speed`, `motor` or `outside`
+/// counts as zeros.
 struct JointInput {
   Span<const double> angle = {};    ///< rad, -1e6 to 1e6, not wrapped
   Span<const double> speed = {};    ///< rad/s, -1e9 to 1e9
@@ -64,53 +65,58 @@ struct JointInput {
   Span<const double> outside = {};  ///< N m, -1e12 to 1e12, of gravity and contacts
 };
 
-/// Output of a step: one number a joint, in the caller's arrays. Empty: not computed. Derivatives are those
-/// of `torque` as a function of this step's input; where a bristle begins or ends to slide they jump.
+/// Output of a step: one number for each joint, in the caller's arrays. An empty array is not computed.
+/// Derivatives are those of `torque` as a function of this step's input; they jump where a bristle begins or
+/// ends to slide.
 struct JointOutput {
   Span<double> torque = {};      ///< N m, of friction ON the joint, at the end of the step
-  Span<double> mean = {};        ///< N m, over the step: -mean x (angle - last angle) is the energy taken
+  Span<double> mean = {};        ///< N m, averaged over the step: -mean x (angle - last angle) is the energy
+                                 ///< taken
   Span<double> by_angle = {};    ///< N m/rad, 0 or negative
   Span<double> by_speed = {};    ///< N m s/rad; positive where friction falls with speed
   Span<double> by_motor = {};    ///< N m per N m of motor torque
   Span<double> by_outside = {};  ///< N m per N m of outside torque
-  Span<Status> status = {};      ///< ok or bad_input
-  /// joint_parameters rows of one number a joint: derivatives of `torque` by the material's numbers, those of
-  /// all steps since reset in it. Needs JointOptions::gradients.
+  Span<Status> status = {};      ///< Status::ok or Status::bad_input of each joint
+  /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
+  /// through all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};
 };
 
-/// Joints, stepped together. Bits depend neither on the number of threads nor on the instruction set, nor on
-/// which joints share the batch.
+/// Joints, stepped together. A joint's bits depend neither on the number of threads nor on the instruction
+/// set, nor on which joints share the batch.
 ///
 /// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor. A step never throws
 /// or locks, and waits for its own workers only.
 class BRISTLE_API JointFriction {
  public:
-  /// Joint i is of materials[i % materials.size()]. Throws bristle::Error for values out of range.
+  /// Makes joints; joint i is of materials[i % materials.size()]. Throws bristle::Error for values out of
+  /// range.
   JointFriction(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options = {},
                 const BatchOptions& batch = {});
   ~JointFriction();
   JointFriction(JointFriction&&) noexcept;
   JointFriction& operator=(JointFriction&&) noexcept;
 
-  /// Moves all joints to their angles. A joint's first step after reset is where its bristles are straight.
-  /// A joint whose input is NaN or out of range keeps its state, and all its outputs are 0. An array of
-  /// another length than joint_count() (gradient: joint_parameters times that), or a gradient that the
-  /// options do not allow, is Status::bad_input for all: nothing changes, nothing but `status` is written.
+  /// Moves all joints to their angles. At the angle of a joint's first step after reset its bristles are
+  /// straight. A joint whose input is NaN or out of range keeps its state, and all its outputs are 0. An
+  /// array of another length than joint_count() (gradient: joint_parameters times that), or a gradient that
+  /// the options do not allow, is Status::bad_input for all: nothing changes, nothing but `status` is
+  /// written.
   StepReport step(const JointInput& in, const JointOutput& out) noexcept;
-  /// As step, without changing the state: for implicit solvers.
+  /// Computes the output of step() without changing the state: for implicit solvers.
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
 
-  void reset() noexcept;                   ///< all joints
+  void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles
   bool reset(std::size_t joint) noexcept;  ///< false if there is no such joint
 
-  std::uint64_t state_hash(std::size_t joint) const noexcept;  ///< 0 if there is no such joint
+  std::uint64_t state_hash(std::size_t joint) const noexcept;  ///< hash of one joint's state, 0 if there is
+                                                               ///< no such joint
   std::uint64_t state_hash() const noexcept;
   std::size_t state_size() const noexcept;
-  /// Returns the bytes written, 0 if `to` is too small.
+  /// Writes the state of all joints. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Into a batch with the same joints and options. Throws bristle::Error if the state does not fit or is
-  /// damaged, and leaves the joints unchanged.
+  /// Restores a saved state into a batch with the same joints and options. Throws bristle::Error if the state
+  /// does not fit or is damaged, and leaves the joints unchanged.
   void restore_state(Span<const std::byte> from);
 
   std::size_t joint_count() const noexcept;

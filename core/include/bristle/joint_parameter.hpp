@@ -1,4 +1,4 @@
-// The order of the numbers of a joint's material.
+// The order of the numbers of a JointMaterial.
 #pragma once
 
 namespace bristle {

@@ -1,5 +1,5 @@
 // Beds by key, for engines that list their contacts again in every step: as keyed_patches.hpp, whose
-// ContactMatcher makes keys. Any point of a ball or a wheel comes and goes as it rolls: let the key name the
+// ContactMatcher makes keys. A point on a ball or a wheel comes and goes as it rolls: let the key name the
 // pair of bodies, or match points in a frame that does not turn with them.
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace bristle {
 
-/// A pool of alike beds, found by key. The bed of a new key is as BedBatch::reset leaves it: unbent, out of
-/// contact. KeyedOptions::seed_from_key has no effect.
+/// A pool of beds of one kind, found by key. The bed of a new key is as BedBatch::reset leaves it: unbent,
+/// out of contact. KeyedOptions::seed_from_key has no effect.
 ///
 /// Thread rule: that of BedBatch. The batch must outlive the pool and must not be moved. Nothing allocates
 /// but making it, destroying it and restore_state.
@@ -18,11 +18,11 @@ class BRISTLE_API KeyedBeds {
   /// Adds options.capacity beds to the batch. Throws bristle::Error.
   KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape, const BedOptions& bed,
             const KeyedOptions& options = {});
-  ~KeyedBeds();  ///< removes them
+  ~KeyedBeds();  ///< removes the pool's beds from the batch
   KeyedBeds(KeyedBeds&&) noexcept;
   KeyedBeds& operator=(KeyedBeds&&) noexcept;
 
-  /// @name As in KeyedPatches.
+  /// @name Calls that work as in KeyedPatches.
   ///@{
   BedId find_or_add(std::uint64_t key) noexcept;
   BedId find(std::uint64_t key) const noexcept;
@@ -33,8 +33,9 @@ class BRISTLE_API KeyedBeds {
   std::uint64_t refused() const noexcept;
   ///@}
 
-  /// Which contact has which bed, in bytes whose number never changes. Save the batch beside it and restore
-  /// both: a bed does not know its key, so that they belong together is not checked. Else as in KeyedPatches.
+  /// Returns the number of bytes that save_state writes, constant: the record of which contact has which bed.
+  /// Save the batch beside it and restore both. A bed does not know its key, so nothing checks that pool and
+  /// batch belong together. Otherwise as in KeyedPatches.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -1,9 +1,9 @@
-// Patches by key, for engines that list their contacts anew in every step.
+// Patches by key, for engines that list all their contacts in every step.
 //
 // KeyedPatches assigns the patches of a PatchBatch to contacts by a 64-bit key that means the same contact
-// from step to step, and takes back the patches whose key is no longer requested. ContactMatcher makes such
-// keys if an engine gives only a pair of bodies and points: it matches each point with the nearest point of
-// the previous step.
+// from step to step, and returns to its pool the patches whose key is missing. ContactMatcher makes such keys
+// if an engine gives only a pair of bodies and points: it matches each point with the nearest point of the
+// previous step.
 //
 //   keys.match(contacts, key_of_contact)                       // only where the engine has no stable ids
 //   motion.id = patches.find_or_add(key)       for each contact
@@ -25,7 +25,7 @@
 
 namespace bristle {
 
-/// Names no contact: find_or_add returns PatchId{} for it.
+/// Names no contact: find_or_add has no patch for it. ContactMatcher gives it to what is beyond its capacity.
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
@@ -38,13 +38,21 @@ struct KeyedOptions {
   KeyedOptions& with_seed_from_key(bool value) { return detail::set(*this, seed_from_key, value); }
 };
 
+/// A contact in a pool, as KeyedPatches::find_or_add_contact returns it.
+struct KeyedContact {
+  PatchId id;               ///< PatchId::no_capacity() if there is no patch for it
+  std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
+                            ///< lasts; capacity if there is no patch for it
+  bool is_new = false;  ///< the key was not there: what the caller stored at `place` is of another contact
+};
+
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
 ///
 /// The patch of a new key behaves to the bit like one newly added to the batch with PatchOptions::seed =
 /// seed_of(key) and PatchOptions::key = key, regardless of its earlier contacts: forces do not depend on the
-/// order in which contacts appeared and ended. A contact that was lost for longer than keep_steps begins
-/// anew; the energy stored in its bristles is dropped (to have it reported as contact_loss, step the patch
-/// once with load 0).
+/// order in which contacts appeared and ended. A contact that was lost for longer than keep_steps starts with
+/// a fresh patch; the energy stored in its bristles is dropped (to have it reported as contact_loss, step the
+/// patch once with load 0).
 ///
 /// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys a pool, the stepping thread
 /// calls the rest. The batch (or the extended patches) must outlive it and must not be moved. Nothing
@@ -63,18 +71,20 @@ class BRISTLE_API KeyedPatches {
   KeyedPatches(KeyedPatches&&) noexcept;
   KeyedPatches& operator=(KeyedPatches&&) noexcept;
 
-  /// The patch of this contact, a fresh one if the key is new; the key counts as seen in this step. PatchId{}
-  /// if all patches are in use (see refused()) or for no_contact_key: a motion with it returns zero force and
-  /// Status::unknown_id.
+  /// Returns the patch of this contact, a fresh one if the key is new; the key counts as seen in this step.
+  /// PatchId::no_capacity() if all patches are in use or for no_contact_key, which refused() counts: a motion
+  /// with it returns zero force and Status::no_capacity.
   PatchId find_or_add(std::uint64_t key) noexcept;
-  /// The patch of this contact, PatchId{} if there is none. The key does not count as seen.
+  /// As find_or_add(), with a place for what the caller stores beside each contact (ContactFrames does).
+  KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
+  /// Returns the patch of this contact, PatchId{} if there is none. The key does not count as seen.
   PatchId find(std::uint64_t key) const noexcept;
   /// Returns the patch of this contact to the pool now. False if there is none.
   bool remove(std::uint64_t key) noexcept;
   void clear() noexcept;  ///< returns all to the pool; refused() becomes 0
 
-  /// Call once per step, after the last find_or_add: patches of keys not seen for more than keep_steps return
-  /// to the pool. Returns their number.
+  /// Returns patches of keys not seen for more than keep_steps to the pool, and their number. Call it once
+  /// per step, after the last find_or_add.
   std::uint32_t end_step() noexcept;
 
   struct Entry {
@@ -85,19 +95,19 @@ class BRISTLE_API KeyedPatches {
   /// total number. The order depends on the calls alone.
   std::size_t read_entries(Span<Entry> out) const noexcept;
 
-  /// Bytes that save_state writes: the same for the whole life of a pool.
+  /// Returns the number of bytes that save_state writes, constant for the life of a pool.
   std::size_t state_size() const noexcept;
   /// Writes which contact has which patch; returns the bytes written, 0 if `to` is too small. The patches'
   /// own state is the batch's (or ExtendedPatches'): save it beside.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Restores what save_state wrote into a pool with the same options, made as the same of its batch's pools.
-  /// Call it after restore_state of the batch (or the extended patches). Allocates. Throws bristle::Error,
-  /// and changes nothing, if it does not fit the pool or the present state of its patches.
+  /// Restores what save_state wrote into a pool made with the same options at the same place among its
+  /// batch's pools. Call it after restore_state of the batch (or the extended patches). Allocates. Throws
+  /// bristle::Error, and changes nothing, if it does not fit the pool or the present state of its patches.
   void restore_state(Span<const std::byte> from);
 
-  std::uint32_t size() const noexcept;      ///< current contacts
-  std::uint32_t capacity() const noexcept;  ///< patches
-  std::uint64_t refused() const noexcept;   ///< new keys that got no patch, so far
+  std::uint32_t size() const noexcept;      ///< number of current contacts
+  std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
+  std::uint64_t refused() const noexcept;   ///< how often find_or_add had no patch, so far
   /// Returns the seed of a contact's patch.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
@@ -109,10 +119,10 @@ class BRISTLE_API KeyedPatches {
 
 /// A contact as an engine lists it.
 struct ContactPoint {
-  std::uint64_t pair = 0;  ///< names the two bodies or geoms; the same from step to step
-  /// m, in a frame in which the point hardly moves: at the centre of the smaller body, with its axes or,
-  /// where it is round and may roll, the world's. In the world frame the points of a fast pair move out of
-  /// reach.
+  std::uint64_t pair = 0;  ///< names the two bodies or geoms, in every step alike
+  /// m, in a frame in which the point hardly moves: at the centre of the smaller body, with that body's axes
+  /// or, where it is round and may roll, the world's. In the world frame the points of a fast pair would move
+  /// out of reach.
   double point[3] = {0.0, 0.0, 0.0};
 };
 
@@ -142,15 +152,17 @@ class BRISTLE_API ContactMatcher {
   ContactMatcher(ContactMatcher&&) noexcept;
   ContactMatcher& operator=(ContactMatcher&&) noexcept;
 
-  /// Pass all contacts of one step; keys[i] names contacts[i] (no_contact_key if its point is not finite, and
-  /// for contacts beyond the capacity or beyond the length of `keys`). Returns the number of contacts found
-  /// again. The cost is of the order of the number of contacts times the contacts P of one pair; at worst
-  /// times P^2, if a row of contacts moved farther than its own length and all of it lies within reach.
+  /// Gives keys to all contacts of one step; keys[i] names contacts[i] (no_contact_key if its point is not
+  /// finite, and for contacts beyond the capacity or beyond the length of `keys`). Returns the number of
+  /// contacts found again. The cost is of the order of the number of contacts times the contacts P of one
+  /// pair; at worst times P^2, if a row of contacts moved further than its own length and all of it lies
+  /// within reach.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
-  void clear() noexcept;  ///< forgets all contacts
+  void clear() noexcept;  ///< forgets all contacts, so that the next ones get new keys
 
-  /// As in KeyedPatches: the contacts that the next `match` finds again. The size depends on their number.
-  /// restore_state throws bristle::Error, and changes nothing, for more contacts than 2 x capacity.
+  /// Returns the number of bytes of save_state, which depends on the number of contacts that the next `match`
+  /// can find again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and
+  /// changes nothing, for more contacts than 2 x capacity.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

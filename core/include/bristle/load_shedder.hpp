@@ -26,10 +26,10 @@ struct LoadShedderOptions {
   double shed_to = 0.75;      ///< share of the budget to which the step is then reduced
   double restore_to = 0.85;   ///< share of the budget that a step may take after bristles are restored
   int late_steps = 1;         ///< steps in a row above `shed_above` before bristles are left out
-  int wait_steps = 100;       ///< steps between two restorations; more after one had to be undone
-  double rate_s = 0.0;        ///< s per bristle visited, first estimate; 0 = none
-  double change_s = 6e-9;     ///< s per restored bristle, once: see PatchBatch::set_detail
-  std::size_t record = 4096;  ///< decisions remembered until clear_decisions
+  int wait_steps = 100;       ///< steps between two restorations; more after one that had to be undone
+  double rate_s = 0.0;        ///< s per bristle visited, first estimate; 0 = unknown
+  double change_s = 6e-9;     ///< s per restored bristle, spent once: see PatchBatch::set_detail
+  std::size_t record = 4096;  ///< number of decisions remembered until clear_decisions
 
   LoadShedderOptions& with_budget(double seconds) { return detail::set(*this, budget_s, seconds); }
   LoadShedderOptions& with_late_steps(int steps) { return detail::set(*this, late_steps, steps); }
@@ -40,21 +40,22 @@ struct LoadShedderOptions {
   LoadShedderOptions& with_record(std::size_t decisions) { return detail::set(*this, record, decisions); }
 };
 
-/// Report on bristles left out at present, and their effect.
+/// Report on the bristles that are left out at present, and their effect.
 struct ShedReport {
-  std::uint32_t patches = 0;     ///< patches with fewer representatives than they have
-  std::uint64_t bristles = 0;    ///< representatives left out
+  std::uint32_t patches = 0;     ///< patches that use fewer representatives than they have
+  std::uint64_t bristles = 0;    ///< number of representatives left out
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
   double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
                                  ///< least share of its representatives: share^-1/2
-  double rate_s = 0.0;           ///< s per bristle, estimated; a patch that glides counts as 280, unmeasured
+  double rate_s = 0.0;           ///< s per bristle, estimated; until measured, a gliding patch counts as 280
+                                 ///< bristles
   std::uint64_t late_steps = 0;  ///< steps that took more than the budget, so far
   std::uint64_t decisions = 0;   ///< changes of the number of representatives, so far
   std::uint64_t decisions_lost = 0;  ///< decisions missing from the record because it was full
   double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
                               ///< pieces: share^-2
-  std::uint32_t at_least = 0;  ///< patches of the shedder from which nothing more can be left out; all of
-                               ///< them: a late step stays late
+  std::uint32_t at_least = 0;  ///< patches of the shedder that are at their least; if all are, a late step
+                               ///< stays late
 };
 
 /// Sheds load when steps would exceed their time budget: patches, lowest priority first, use fewer
@@ -77,25 +78,25 @@ class BRISTLE_API LoadShedder {
   LoadShedder(LoadShedder&&) noexcept;
   LoadShedder& operator=(LoadShedder&&) noexcept;
 
-  /// The patch may be reduced to `least_bristles` (at least 1; the default keeps the force within a few per
-  /// cent), before patches of higher priority; patches of equal priority are reduced by the same share. An
-  /// infinite brush keeps `least_bristles` pieces or half of its own, whichever is fewer, and at least 4: at
-  /// 1 or 2 pieces its energy does not balance. So 8 pieces, the default, can become 4, and 4 stay.
-  /// Allocates. Throws bristle::Error.
+  /// Allows the patch to be reduced to `least_bristles` (at least 1; the default keeps the force within a few
+  /// per cent), before patches of higher priority; patches of equal priority are reduced by the same share.
+  /// An infinite brush keeps `least_bristles` pieces or half of its own, whichever is fewer, and at least 4,
+  /// because at 1 or 2 pieces its energy does not balance. So 8 pieces, the default, can become 4, and 4
+  /// stay. Allocates. Throws bristle::Error.
   void add(PatchId patch, int priority = 0, std::uint32_t least_bristles = 64);
   /// Removes a patch from the shedder: its number of representatives stays as it is.
   void remove(PatchId patch) noexcept;
 
   /// Sheds if the motions of the next step would take too long. Returns the number of patches changed.
   int before_step(PatchBatch& batch, Span<const Motion> in) noexcept;
-  /// Updates the estimate from a step, sheds if the step was too long, restores bristles if time allows.
+  /// Updates the estimate from a step, sheds if the step was too long, and restores bristles if time allows.
   /// Returns the number of patches changed. A time that is not a positive number is ignored.
   int after_step(PatchBatch& batch, Span<const Motion> in, double step_time_s,
                  const StepReport& report) noexcept;
 
-  Span<const DetailDecision> decisions() const noexcept;  ///< since clear_decisions, oldest first
+  Span<const DetailDecision> decisions() const noexcept;  ///< decisions since clear_decisions, oldest first
   void clear_decisions() noexcept;
-  std::uint64_t steps() const noexcept;  ///< after_step calls so far
+  std::uint64_t steps() const noexcept;  ///< number of after_step calls so far
   ShedReport report(const PatchBatch& batch) const noexcept;
 
  private:
@@ -103,13 +104,13 @@ class BRISTLE_API LoadShedder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Replay: applies the decisions at the head of `decisions` that belong before step `step`, and returns their
-/// number. Call it before every step with the remaining decisions. Ids must be those of the recorded run: add
-/// patches in the same order.
+/// Replays the decisions at the head of `decisions` that belong before step `step`, and returns their number.
+/// Call it before every step with the remaining decisions. Ids must be those of the recorded run: add patches
+/// in the same order.
 BRISTLE_API std::size_t apply_decisions(PatchBatch& batch, Span<const DetailDecision> decisions,
                                         std::uint64_t step) noexcept;
 
-/// Relative standard deviation of the elastic force of one patch in steady sliding with `active`
+/// Returns the relative standard deviation of the elastic force of one patch in steady sliding with `active`
 /// representatives in contact: c active^-1/2, where c follows from the moments of the snap length
 /// (core/MODEL.md, section 4).
 BRISTLE_API double sliding_noise(const Material& material, double active) noexcept;

@@ -7,8 +7,8 @@
 
 namespace bristle {
 
-/// The largest coefficient of variation of the snap length that representatives can follow by
-/// SnapRule::redraw: with a wider law they forget their past too slowly.
+/// The largest coefficient of variation of the snap length that representatives accept with SnapRule::redraw:
+/// under a wider law they forget their past too slowly.
 constexpr double widest_redraw_cv = 1.25;
 
 /// Largest Material::residual_length, in mean snap lengths, and largest Material::shared_renewal.
@@ -42,7 +42,7 @@ enum class AgeingForm : unsigned char {
 
 struct Ageing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< 0 = none
+  double strength = 0.0;  ///< 0 = no ageing
   double time = 1.0;      ///< s
 
   static Ageing logarithmic(double beta, double cutoff_s) {
@@ -60,7 +60,7 @@ constexpr double longest_ageing_time = 1e9;
 /// diameter in a century, closed forms take this speed.
 constexpr double slowest_sliding = 1e-19;
 
-/// As Coefficients::kinetic_speed: in sliding so fast that nothing ages.
+/// Value of Coefficients::kinetic_speed for sliding so fast that nothing ages.
 constexpr double beyond_ageing = 0.0;
 
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
@@ -74,8 +74,8 @@ constexpr double beyond_ageing = 0.0;
 /// peak, and growth_per_decade lets a bristle hold more the longer it has not slid.
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
-  /// Highest friction over normal load at first loading. Equal to kinetic it asks for no peak: the least
-  /// spread that has none is taken, for redrawn lognormal lengths some 0.4. 0: what follows from `spread`.
+  /// Highest friction over normal load at first loading. Equal to `kinetic` it asks for no peak and takes the
+  /// least spread that has none, some 0.4 for redrawn lognormal lengths. 0: follows from `spread`.
   double peak = 0.46;
   double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
   double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
@@ -85,28 +85,29 @@ struct Coefficients {
   double viscous_friction = 0.0;    ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
-  double residual_share = 0.1;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
-  double shared_renewal = 1.0;  ///< Material::shared_renewal
+  double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
+  double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
   double kinetic_speed = beyond_ageing;  ///< m/s: `kinetic` and `peak` hold at this speed
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
-  /// beyond_ageing that of slow sliding, to first order: ln 10 times beta, of the part beyond the residual.
+  /// beyond_ageing, the slope of slow sliding, to first order: ln 10 times beta, of the part beyond the
+  /// residual.
   double fall_per_decade = 0.0;
-  /// Instead of fall_per_decade: growth of the static friction per decade of rest, over the kinetic friction,
-  /// to first order: about twice the fall. For AgeingForm::logarithmic.
+  /// Growth of the static friction per decade of rest, over the kinetic friction, to first order: about twice
+  /// the fall. Give it instead of fall_per_decade, for AgeingForm::logarithmic.
   double growth_per_decade = 0.0;
   double ageing_time = 1.0;  ///< s, Material::ageing_time
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
-  double strengthening_speed = 1e-6;  ///< m/s
-  /// Standard deviation over mean of the snap length; of a normal law, of the uncut one. Several spreads may
-  /// have one peak. 0: the least that has `peak`. Beside a peak the two must agree.
+  double strengthening_speed = 1e-6;  ///< m/s, Material::strengthening_speed
+  /// Standard deviation over mean of the snap length; for a normal law, of the uncut one. Several spreads may
+  /// have one peak. 0: the least spread that has `peak`. If both are given they must agree.
   double spread = 0.0;
-  /// SnapRule::slide: Material::drop; 0: what follows from `peak`. There `spread` has nothing to do with the
-  /// peak, and 0 is 0.3 (single and exponential have none to choose).
+  /// Material::drop for SnapRule::slide; 0: follows from `peak`. With this rule `spread` does not affect the
+  /// peak, and 0 means 0.3 (single and exponential laws have no free spread).
   double drop = 0.0;
 
-  /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
-  /// its presliding length such a contact hardens.
+  /// Returns the law of Zhang and Phillips: a snap leaves no residual and renews no other bristle. Rubbed to
+  /// and fro by about its presliding length such a contact hardens.
   static Coefficients paper() { return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0); }
 
   Coefficients& with_kinetic(double value) { return detail::set(*this, kinetic, value); }
@@ -167,11 +168,11 @@ struct BRISTLE_API Material {
   double stribeck_velocity = 1e-3;               ///< vs, m/s, >= 0; 0 = no damper at all
   double normal_stiffness = 1111.111111111111;   ///< sigma_perp, N/m, > 0: one bristle, normal
   double asperity_height_deviation = 1e-6;       ///< sigma, m, > 0: exponential heights (eq. 6)
-  SnapLength snap_length;                        ///< law of delta
+  SnapLength snap_length;                        ///< law of the snap length delta
   SnapRule snap_rule = SnapRule::redraw;
   DamperDecay damper_decay = DamperDecay::exponential;
-  /// l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r along the motion.
-  /// 0 = it snaps straight, as in the paper.
+  /// l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r along the motion. 0,
+  /// the paper's value: it snaps straight.
   double residual_length = 0.0;
   /// kappa, >= 0: bristles that a snap renews in the same patch, on average, of those that are bent along the
   /// motion by more than l_r. 0 = none, as in the paper.
@@ -184,8 +185,8 @@ struct BRISTLE_API Material {
   /// friction over normal load per e-fold of speed; 0 = none. v*, m/s, > 0.
   double speed_strengthening = 0.0;
   double strengthening_speed = 1e-6;
-  /// SnapRule::slide, 0 to largest_drop: once it slides, a bristle holds only (1 - drop) of its snap length,
-  /// until it has stuck again: for a step in which it does not slide, or because the motion turned back.
+  /// SnapRule::slide, 0 to largest_drop: a sliding bristle holds only (1 - drop) of its snap length until it
+  /// sticks again, which needs a step in which it does not slide, or a reversal of the motion.
   double drop = 0.0;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
@@ -228,72 +229,77 @@ struct BRISTLE_API Material {
 
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
-  /// As validate(); also refuses what representatives cannot do, a law wider than widest_redraw_cv with
+  /// Checks as validate(), and refuses what representatives cannot do: a law wider than widest_redraw_cv with
   /// SnapRule::redraw. PatchBatch::add throws the same error; a program that reads materials calls this where
   /// it can name the place.
   void validate_for_representatives() const;
 
-  /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
+  /// Returns zeta = N / (sigma_perp sigma), eq. (9). A real number.
   double bristles_in_contact(double normal_load_n) const noexcept {
     return normal_load_n / (normal_stiffness * asperity_height_deviation);
   }
-  /// The inverse: the normal load N, in newtons, at which `in_contact` bristles are in contact.
+  /// Returns the normal load N, in newtons, at which `in_contact` bristles are in contact: the inverse of
+  /// bristles_in_contact().
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
-  /// Friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1 / 2 for
-  /// keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide, at every speed; with shared renewal less, by the
-  /// equations of core/MODEL.md: some 10 us. With ageing this is the limit of fast sliding, in which nothing
-  /// ages: the lowest.
+  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma),
+  /// b = m1 / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal
+  /// lowers it by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of
+  /// fast sliding, in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
-  /// Kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta g(l /
-  /// v), and the law of l replaces that of delta. Bristles alone: no damper, no strengthening with speed.
-  /// Some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws bristle::Error on NaN.
+  /// Returns kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta
+  /// g(l / v), and the law of l replaces that of delta. Counts bristles alone: no damper, no strengthening
+  /// with speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws
+  /// bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
-  /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
-  /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
-  /// renewal: set-up cost. With ageing the limit of fast loading, in which nothing ages: the lowest.
+  /// Returns the highest friction over normal load at first loading from rest with all deflections zero (the
+  /// virgin curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
+  /// renewal: set-up cost. With ageing this is the limit of fast loading, in which nothing ages: the lowest
+  /// value.
   double peak_coefficient() const;
-  /// Peak friction over normal load where every bristle has held for `held_s` seconds and is loaded fast: the
-  /// part beyond the residual is ageing_factor times that of peak_coefficient(). Response::force_limit takes
-  /// the longest time that any bristle of the patch can have held.
+  /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
+  /// fast: the part beyond the residual is ageing_factor times that of peak_coefficient().
+  /// Response::force_limit takes the longest time that any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
-  /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for redraw,
-  /// E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
-  /// shared_renewal times as many. With ageing the limit of fast sliding: the highest.
+  /// Returns nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for
+  /// redraw, E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
+  /// shared_renewal times as many. With ageing this is the limit of fast sliding: the highest value.
   double snap_rate() const;
-  /// g(a) of a bristle that has held for this time, s: 1 without ageing.
+  /// Returns g(a) of a bristle that has held for this time, s: 1 without ageing.
   double ageing_factor(double age_s) const noexcept;
-  /// a asinh(v / (2 v*)): friction over normal load that strengthening with speed adds at this speed.
+  /// Returns a asinh(v / (2 v*)): the friction over normal load that strengthening with speed adds at this
+  /// speed.
   double strengthening_at(double speed_m_per_s) const noexcept;
-  /// strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
+  /// Returns strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
   double strengthening_damping(double speed_m_per_s) const noexcept;
-  /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
+  /// Returns sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
-  /// Steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5) and
-  /// strengthening with speed.
+  /// Returns steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5)
+  /// and strengthening with speed.
   double steady_force(double speed_m_per_s, double normal_load_n) const;
 
-  /// Bristle parameters from coefficients. Without Coefficients::spread it is solved from peak / kinetic; a
-  /// ratio that the family cannot reach throws with the reachable range.
+  /// Calculates bristle parameters from coefficients. Without Coefficients::spread it is solved from peak /
+  /// kinetic; a ratio that the family cannot reach throws with the reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
-  /// The inverse, with peak and spread: from_coefficients gives a material of the same snap lengths and
-  /// forces (of normal_stiffness and asperity_height_deviation their product counts), or says what it cannot:
-  /// no coefficients determine a table. At a speed (Coefficients::kinetic_speed; beyond_ageing with saturating ageing:
-  /// one presliding length in the ageing time). Ageing comes as fall_per_decade.
+  /// Calculates the coefficients, with peak and spread, from which from_coefficients gives a material of the
+  /// same snap lengths and forces (of normal_stiffness and asperity_height_deviation only the product
+  /// counts). Throws where there are none: no coefficients determine a table. They hold at the speed given
+  /// (Coefficients::kinetic_speed; for beyond_ageing with saturating ageing: one presliding length in the
+  /// ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = beyond_ageing) const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }
 };
 
-/// Mean deflection over dbar at displacement x from rest with all deflections zero, both in units of
-/// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
-/// on a grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
+/// Returns the mean deflection over dbar at displacement x from rest with all deflections zero, both in units
+/// of dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved on a
+/// grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
-/// Virgin deflection with residual length and shared renewal. Deflection and displacement are in units of
-/// E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and
-/// shared renewal.
+/// Returns the virgin deflection with residual length and shared renewal. Deflection and displacement are in
+/// units of E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with
+/// keep and shared renewal.
 BRISTLE_API double virgin_deflection(const Material& material, double x_over_mean);
 
 }  // namespace bristle

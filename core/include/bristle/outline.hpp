@@ -7,7 +7,7 @@
 
 namespace bristle {
 
-/// A place within an outline at which a contact patch stands for the surface around it.
+/// A place within an outline, with the share of the load that it stands for.
 struct PatchCell {
   double position[2] = {0.0, 0.0};  ///< m, from the centre of the outline, in its own axes
   double weight = 1.0;              ///< share of the normal load, > 0; those of an outline sum to 1
@@ -15,7 +15,7 @@ struct PatchCell {
 
 /// Distribution of the normal load over an outline.
 enum class Pressure : unsigned char {
-  uniform,  ///< the same everywhere
+  uniform,  ///< equal pressure everywhere
   hertz     ///< (1 - (x/a)^2 - (y/b)^2)^1/2: smooth elastic bodies; on a rectangle (1 - (x/a)^2)^1/2, a
             ///< cylinder that lies along y
 };
@@ -28,19 +28,20 @@ enum class Pressure : unsigned char {
 /// against spin is exact from two on. Friction of a patch that slides and spins is no polynomial: its error
 /// falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
-  std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536; any cells, in any order
+  std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536 cells, in any order
   double full_size_load = 0.0;  ///< N; > 0: the outline has the size given at this load and grows with the
                                 ///< cube root of the load (Hertz's law for spheres). 0: its size is fixed
 
-  /// Half axes in m, 0 to 1e3, along x and y. `rings` (1 to 64) of `around` cells each (3 to 256; 0 = three
-  /// times the rings, 4 for a single ring). Half axes of zero give the one cell of a point. Throws
-  /// bristle::Error.
+  /// Makes an ellipse with half axes in m, 0 to 1e3, along x and y. `rings` (1 to 64) of `around` cells each
+  /// (3 to 256; 0 = three times the rings, 4 for a single ring). Half axes of zero give the one cell of a
+  /// point. Throws bristle::Error.
   BRISTLE_API static Outline ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings = 3,
                                      int around = 0);
   static Outline disc(double radius_m, Pressure pressure, int rings = 3, int around = 0) {
     return ellipse(radius_m, radius_m, pressure, rings, around);
   }
-  /// Half sides in m, 0 to 1e3. `nx` by `ny` cells, 1 to 64 each. Throws bristle::Error.
+  /// Makes a rectangle with half sides in m, 0 to 1e3. `nx` by `ny` cells, 1 to 64 each. Throws
+  /// bristle::Error.
   BRISTLE_API static Outline rectangle(double half_x_m, double half_y_m, Pressure pressure, int nx = 5,
                                        int ny = 5);
 

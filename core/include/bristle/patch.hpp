@@ -11,7 +11,10 @@ namespace bristle {
 /// Names a patch of one batch. Slot and generation: a removed id never names a later patch. 0 = none.
 struct PatchId {
   std::uint64_t value = 0;
-  explicit operator bool() const noexcept { return value != 0; }
+  /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
+  static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
+  /// Whether it can name a patch: false for 0 and for no_capacity().
+  explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(PatchId a, PatchId b) noexcept { return a.value == b.value; }
   friend bool operator!=(PatchId a, PatchId b) noexcept { return a.value != b.value; }
 };
@@ -19,7 +22,7 @@ struct PatchId {
 enum class Precision : unsigned char { single, double_ };
 
 namespace detail {
-/// Modes kept to be compared with, by tests and studies. No part of the interface.
+/// Modes kept for comparison by tests and studies. Not part of the interface.
 struct ComparisonModes {
   bool literal = false;  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot
   bool random_lengths = false;  ///< first snap lengths drawn one by one: error of order n^-1/2
@@ -39,7 +42,7 @@ enum class Population : unsigned char {
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
   mean = 1,    ///< force averaged over the step, exactly
-  energy = 2,  ///< dissipated, contact_loss, damper_work, snaps
+  energy = 2,  ///< the outputs dissipated, contact_loss, damper_work and snaps
   all = 3
 };
 constexpr Outputs operator|(Outputs a, Outputs b) noexcept {
@@ -49,7 +52,7 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// Of `bristles`, `cohorts` and `resolution`: the library chooses.
+/// Value of `bristles`, `cohorts` and `resolution` that lets the library choose.
 constexpr std::uint32_t automatic = 0;
 
 /// Direction of a surface that resists differently along and across it, and to and fro: a machined lay,
@@ -89,23 +92,25 @@ struct Lay {
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
   /// n, representatives at max load; automatic: one per physical bristle, at most 4096. Population::automatic
-  /// takes any other number for a wish for bristles. SnapRule::slide: strata of the law, all in contact under
-  /// every load; automatic: 32.
+  /// reads any other number as a request for representatives. SnapRule::slide: strata of the law, all in
+  /// contact under every load; automatic: 32.
   std::uint32_t bristles = automatic;
   int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
-  std::uint32_t seed = 1;  ///< of lengths and draws: patches that differ in it are independent
+  std::uint32_t seed = 1;  ///< seed of lengths and draws: patches that differ in it are independent
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::automatic;
-  std::uint32_t cohorts = automatic;  ///< Population::infinite: most cohorts of the patch, 8 to 512
+  std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
+                                      ///< 512
   /// Population::infinite: pieces of path per mean snap length, 1 to 128; automatic: 8. Time grows with it.
   /// In sliding the error falls with its square until cohorts merge. Under a load that changes at random the
   /// error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
   double resolution = automatic;
-  std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of so many bristles
-                                  ///< would, keyed by `seed`; 0 = no noise
-  Lay lay;                        ///< in the patch's axes, for ever; of an outline in those of the surface
+  std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of this many
+                                  ///< bristles, keyed by `seed`; 0 = no noise
+  Lay lay;                        ///< direction of the surface, in the patch's axes (for an outline in those
+                                  ///< of the surface); fixed
   detail::ComparisonModes compared;
 
   PatchOptions& with_max_normal_load(double newtons) { return detail::set(*this, max_normal_load, newtons); }
@@ -131,7 +136,8 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; tiny ones add up
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; small ones add up without
+                                        ///< loss
   double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
   std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
@@ -141,16 +147,21 @@ struct Motion {
 enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
-  repeated_id = 2,  ///< named twice in one step: the first motion counted, this one changed nothing
+  repeated_id = 2,  ///< patch named twice in one step: the first motion counted, this one changed nothing
   bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 (or denormal) or motion on an axis the patch
                     ///< lacks: state kept, force zero
-  overload = 8      ///< load above max_normal_load: forces of all bristles scaled
+  overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
+  no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
 };
 constexpr Status operator|(Status a, Status b) noexcept {
   return static_cast<Status>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
 }
 constexpr bool has(Status set, Status wanted) noexcept {
   return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
+}
+/// Whether a response with this status is of a motion that was carried out.
+constexpr bool was_stepped(Status status) noexcept {
+  return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity);
 }
 
 /// Output of one patch for one step: forces in N ON the moving body. Output fields that the patch does not
@@ -166,14 +177,14 @@ struct Response {
                            ///< of the stiffest direction of a lay
   double damping = 0.0;    ///< N s/m, zeta sigma1(v) + sigma2, and where friction strengthens with speed
                            ///< a N asinh(v / (2 v*)) / v: the secant, never negative
-  /// N, highest elastic force at first loading under this load. With ageing that of a contact in which all
-  /// have held as long as any bristle of this one can have held; with a lay that of its strongest direction.
+  /// N, highest elastic force at first loading under this load. With ageing it assumes that all bristles have
+  /// held as long as the oldest can have; with a lay it is that of its strongest direction.
   double force_limit = 0.0;
   double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
   double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< representatives' snaps (Outputs::energy); where they jump an estimate
+  std::uint64_t snaps = 0;    ///< representatives' snaps (Outputs::energy); an estimate where they jump
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.
@@ -183,10 +194,10 @@ struct PatchInfo {
                                    ///< rounded up
   std::uint32_t detail = 0;        ///< representatives in use, at most n: see PatchBatch::set_detail
   double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
-  double active = 0.0;             ///< representatives in contact, with the fraction
-  double normal_load = 0.0;        ///< N, of the last step
+  double active = 0.0;             ///< representatives in contact, a real number
+  double normal_load = 0.0;        ///< N, load of the last step
   double max_normal_load = 0.0;    ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;  ///< state of this patch
+  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
   std::uint32_t bytes_per_bristle = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

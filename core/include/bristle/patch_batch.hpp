@@ -17,9 +17,9 @@ struct BuildSignature;
 namespace detail {
 struct BatchAccess;
 
-/// As ComparisonModes.
+/// Modes kept for comparison by tests, as ComparisonModes.
 struct SteppingModes {
-  bool eager = false;  ///< every bristle is visited in every step: the same bits, slower
+  bool eager = false;  ///< Whether every bristle is visited in every step: slower, the same bits.
 };
 }  // namespace detail
 
@@ -48,7 +48,7 @@ BRISTLE_API Population choose_population(const Material& material, const PatchOp
 
 /// The result of a step as a whole.
 struct StepReport {
-  Status status = Status::ok;          ///< all responses' flags together
+  Status status = Status::ok;          ///< flags of all responses together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
   std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = step refused
   std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
@@ -65,10 +65,10 @@ struct StepReport {
 ///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
 ///   make.
 /// The two may be one thread, or two that work at the same time; on either side one call at a time. An id is
-/// valid at once; the change takes effect at the next call of the stepping side. Each of its calls applies
-/// all changes that wait, those that are const too, so two readers need a lock as two writers do: 100 adds
-/// take some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms, so a loop with a deadline spreads more than some
-/// hundreds over several steps. Any thread may call threads(), unbound_workers() and isa(). Builds with
+/// valid at once; the change takes effect at the next call of the stepping side. Each call of that side,
+/// const or not, applies all waiting changes, so two readers need a lock as two writers do: 100 adds take
+/// some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms, so a loop with a deadline spreads more than some hundreds
+/// over several steps. Any thread may call threads(), unbound_workers() and isa(). Builds with
 /// BRISTLE_ASSERTS stop at two calls at once on one side.
 ///
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
@@ -83,7 +83,7 @@ class BRISTLE_API PatchBatch {
   PatchBatch(PatchBatch&&) noexcept;
   PatchBatch& operator=(PatchBatch&&) noexcept;
 
-  /// A new patch, out of contact (load 0), all deflections zero. Throws bristle::Error.
+  /// Adds a patch, out of contact (load 0), all deflections zero. Throws bristle::Error.
   PatchId add(const Material& material, const PatchOptions& options = {});
   /// Throws bristle::Error if there is no such patch.
   void remove(PatchId id);
@@ -91,8 +91,8 @@ class BRISTLE_API PatchBatch {
   /// beyond their snap length snap at once and are counted. Throws bristle::Error.
   void set_material(PatchId id, const Material& material);
 
-  /// Call on the stepping thread before the loop: it takes all waiting changes and makes all allocations,
-  /// those of the workers included.
+  /// Takes all waiting changes and makes all allocations, those of the workers included. Call it on the
+  /// stepping thread before the loop.
   void warm_up();
 
   /// Moves patches by their displacement over dt_s (s). out[i] is the response to in[i]; out must be as long
@@ -102,10 +102,12 @@ class BRISTLE_API PatchBatch {
 
   /// @name For programs with few patches: set motions one by one, step, read forces.
   ///@{
-  void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< for the next step
+  void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< sets the motion of a
+                                                                                   ///< patch for the next
+                                                                                   ///< step
   StepReport step(double dt_s) noexcept;  ///< uses the motions set by move()
-  /// The response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none, as after
-  /// a reset or restore_state.
+  /// Returns the response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none,
+  /// as after a reset or restore_state.
   Response force(PatchId id) const noexcept;
   ///@}
 
@@ -117,33 +119,34 @@ class BRISTLE_API PatchBatch {
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
-  /// The response that step would give to a trial motion, without changing the state. For implicit solvers.
+  /// Returns the response that step would give to a trial motion, without changing the state. For implicit
+  /// solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
-  /// The part of Response::damping, N s/m, that is strengthening with speed, under a load and at a slip
-  /// speed: friction that is nearly the same at any speed, and stops a body within a step. For implicit
-  /// solvers, which take it at the speed that they find (coupling.hpp does). 0 for a material without.
+  /// Returns the part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip
+  /// speed; 0 for a material without. This friction is nearly the same at any speed and stops a body within a
+  /// step, so implicit solvers take it at the speed that they find (coupling.hpp does).
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
-  /// Whether the contact ages or has a lay: then its force limit may be far above the force that it slides
-  /// with.
+  /// Whether the contact ages or has a lay: then its force limit may be far above the force at which it
+  /// slides.
   bool ages(PatchId id) const noexcept;
 
-  /// From now on the patch uses `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer
-  /// mean less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The
-  /// next `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once,
-  /// 3 to 5 ns for each bristle that is kept (fewer) or restored (more). Does not throw or allocate.
+  /// Makes the patch use `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer mean
+  /// less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The next
+  /// `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once, 3 to
+  /// 5 ns for each bristle that is kept (fewer) or restored (more). Does not throw or allocate.
   /// Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, "Detail".
   Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
-  /// For an unknown id, this function and those below return zeros.
+  /// Returns state and memory use. For an unknown id, this function and those below return zeros.
   PatchInfo info(PatchId id) const noexcept;
-  /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
+  /// Returns the elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
-  /// Hash of deflections, block displacements, snap lengths, draw counters, active count, weight, overload
-  /// factor and material, in bristle order. Equal on every instruction set, worker count and batch
+  /// Returns the hash of deflections, block displacements, snap lengths, draw counters, active count, weight,
+  /// overload factor and material, in bristle order. Equal on every instruction set, worker count and batch
   /// composition.
   std::uint64_t state_hash(PatchId id) const noexcept;
-  std::uint64_t state_hash() const noexcept;  ///< over all patches in slot order
+  std::uint64_t state_hash() const noexcept;  ///< hash over all patches in slot order
 
   /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
   /// equal length, or empty for a column that is not needed; a patch with a lay wants both deflections or
@@ -162,7 +165,8 @@ class BRISTLE_API PatchBatch {
 
   std::size_t patch_count() const noexcept;
   int threads() const noexcept;
-  /// Workers that should stay off the servo core and could not be bound, so far. Any thread may call it.
+  /// Returns the number of workers so far that should stay off the servo core and could not be bound. Any
+  /// thread may call it.
   int unbound_workers() const noexcept;
   const char* isa() const noexcept;  ///< instruction set in use; lives for ever
 

@@ -1,4 +1,4 @@
-// The one line of a setter of options.
+// The helper behind setters of options.
 #pragma once
 
 namespace bristle {

@@ -8,7 +8,7 @@ namespace bristle {
 
 enum class SnapLaw : unsigned char { single, uniform, normal, lognormal, exponential, table };
 
-/// Name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
+/// Returns the name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
 BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 
 /// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==. The
@@ -21,37 +21,38 @@ class BRISTLE_API SnapLength {
   /// Largest number of values that `table` accepts.
   static constexpr int max_table_size = 257;
 
-  /// Law with a single length: every bristle snaps at `length_m`.
+  /// Makes a law with a single length: every bristle snaps at `length_m`.
   static SnapLength single(double length_m);
-  /// Uniform on [min_m, max_m], min_m >= 0.
+  /// Makes a uniform law on [min_m, max_m], min_m >= 0.
   static SnapLength uniform(double min_m, double max_m);
-  /// Normal, cut at 0 (negative lengths are not drawn). `mean_m` and `deviation_m` are those of the
-  /// uncut law; mean() and deviation() give those after the cut. deviation_m <= mean_m.
+  /// Makes a normal law cut at 0 (negative lengths are not drawn). `mean_m` and `deviation_m` are those of
+  /// the uncut law; mean() and deviation() give those after the cut. deviation_m <= mean_m.
   static SnapLength normal(double mean_m, double deviation_m);
-  /// Lognormal with the given mean and coefficient of variation, 0 <= cv <= 3.
+  /// Makes a lognormal law with the given mean and coefficient of variation, 0 <= cv <= 3.
   static SnapLength lognormal(double mean_m, double cv);
-  /// Exponential law with this mean, m.
+  /// Makes an exponential law with this mean, m.
   static SnapLength exponential(double mean_m);
-  /// Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending, linear in between; 2 to 257 of them.
+  /// Makes a law from quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending, linear in between; 2 to
+  /// 257 of them.
   static SnapLength table(Span<const double> quantiles_m);
 
   SnapLaw law() const noexcept { return law_; }
-  /// E[delta], m.
+  /// Returns the mean E[delta], m.
   double mean() const noexcept { return mean_; }
-  /// E[delta^k], m^k, k = 0..6. Closed form except for the cut normal law (recurrence).
+  /// Returns the moment E[delta^k], m^k, k = 0..6. Closed form except for the cut normal law (recurrence).
   double moment(int k) const;
-  /// Standard deviation over mean.
+  /// Returns the coefficient of variation: standard deviation over mean.
   double cv() const noexcept { return cv_; }
-  /// Largest length the library draws, m: the bound of the law, or its quantile at 1 - 2^-24.
+  /// Returns the largest length the library draws, m: the bound of the law, or its quantile at 1 - 2^-24.
   double longest() const noexcept { return longest_; }
-  /// Q(u): the length below which a share u of the bristles lies, m. 0 < u < 1.
+  /// Returns Q(u): the length below which a share u of the bristles lies, m. 0 < u < 1.
   double quantile(double u) const;
-  /// P(delta > x). x in m.
+  /// Returns P(delta > x), the share of longer lengths. x in m.
   double survival(double x_m) const;
-  /// E[delta^k; delta < x], k = 0..2. x in m.
+  /// Returns the partial moment E[delta^k; delta < x], k = 0..2. x in m.
   double partial_moment(int k, double x_m) const;
 
-  /// Parameters as given to the factory (the second is 0 if there is none).
+  /// Returns the first parameter as given to the factory; second_parameter() is 0 if the law has only one.
   double first_parameter() const noexcept { return a_; }
   double second_parameter() const noexcept { return b_; }
   Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }
@@ -59,7 +60,7 @@ class BRISTLE_API SnapLength {
   friend BRISTLE_API bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
   friend bool operator!=(const SnapLength& x, const SnapLength& y) noexcept { return !(x == y); }
 
-  /// Uniform between 5 and 15 um.
+  /// Makes a uniform law between 5 and 15 um.
   SnapLength() noexcept;
 
  private:

@@ -18,8 +18,8 @@ namespace bristle {
 
 /// The contents of a state file.
 struct StateFile {
-  std::vector<std::byte> state;  ///< what PatchBatch::save_state wrote
-  std::vector<std::byte> extra;  ///< bytes of the caller: time, positions of bodies and the like
+  std::vector<std::byte> state;  ///< output of PatchBatch::save_state
+  std::vector<std::byte> extra;  ///< bytes of the caller's own: time, positions of bodies and the like
 };
 
 /// Writes the output of PatchBatch::save_state, and bytes of the caller. The file is written completely or
@@ -36,14 +36,14 @@ BRISTLE_API void write_state_file(const std::string& path, Span<const std::byte>
 BRISTLE_API StateFile read_state_file(const std::string& path,
                                       std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
 
-/// PatchBatch::save_state into a file. Call it on the stepping thread, or while no thread steps. Throws as
-/// write_state_file.
+/// Writes PatchBatch::save_state into a file. Call it on the stepping thread, or while no thread steps.
+/// Throws as write_state_file.
 BRISTLE_API void save_state_file(const std::string& path, const PatchBatch& batch,
                                  Span<const std::byte> extra = {});
 
-/// PatchBatch::restore_state from a file, into a batch with the same patches. Returns the bytes of the
+/// Restores a file by PatchBatch::restore_state, into a batch with the same patches. Returns the bytes of the
 /// caller. Call it on the stepping thread, or while no thread steps. Throws bristle::Error naming the file;
-/// the batch then stays as it was. A file with more than the state of such a batch and `most_extra_bytes` of
+/// the batch then stays as it was. A file that exceeds the state of such a batch and `most_extra_bytes` of
 /// the caller is refused before memory is allocated for it.
 BRISTLE_API std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch,
                                                       std::size_t most_extra_bytes = std::size_t{1} << 20);

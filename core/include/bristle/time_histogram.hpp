@@ -39,14 +39,14 @@ class SharedNumber {
 /// be some records apart: DeadlineMonitor::snapshot gives all numbers of one moment.
 class BRISTLE_API TimeHistogram {
  public:
-  /// s; negative times and NaN count as 0. A bucket counts to at most 2^32 - 1 (five days at 10 kHz, if all
-  /// times are in one bucket); percentiles follow from the buckets.
+  /// Records a time in s; negative times and NaN count as 0. A bucket counts to at most 2^32 - 1 (five days
+  /// at 10 kHz, if all times are in one bucket); percentiles follow from the buckets.
   void record(double time_s) noexcept;
 
   std::uint64_t count() const noexcept { return count_.get(); }
-  /// s: the smallest time that at least this share of the records does not exceed; share in [0, 1].
+  /// Returns the smallest time, s, that at least this share of the records does not exceed; share in [0, 1].
   double percentile(double share) const noexcept;
-  double max() const noexcept { return max_s_.get(); }  ///< s, exact
+  double max() const noexcept { return max_s_.get(); }  ///< longest time, s, exact
   double mean() const noexcept {
     const std::uint64_t n = count();
     return n ? sum_s_.get() / static_cast<double>(n) : 0.0;
@@ -58,7 +58,7 @@ class BRISTLE_API TimeHistogram {
     std::uint32_t count;
   };
   static constexpr int buckets = 64 * 36 + 1;
-  /// index in [0, buckets).
+  /// Returns the bucket with this index, in [0, buckets).
   Bucket bucket(int index) const noexcept;
 
  private:

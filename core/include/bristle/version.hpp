@@ -7,7 +7,7 @@
 #define BRISTLE_VERSION_MINOR 1
 #define BRISTLE_VERSION_PATCH 0
 
-/// As one increasing number: 10000 major + 100 minor + patch.
+/// Version as one increasing number: 10000 major + 100 minor + patch.
 #define BRISTLE_VERSION_NUMBER \
   (BRISTLE_VERSION_MAJOR * 10000 + BRISTLE_VERSION_MINOR * 100 + BRISTLE_VERSION_PATCH)
 

@@ -1,5 +1,5 @@
-// The clock of an infinite brush whose bristles age: births of cohorts count from a base that follows the
-// patch.
+// The clock of an infinite brush whose bristles age. A cohort's birth is stored as a time after a base; the
+// base is moved along with the clock.
 #include <algorithm>
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Farthest that the base of births lies back when something snaps, in ageing times: the ages of the newest
-/// cohorts then keep 32 bits.
+/// Farthest that the base of births may lie in the past when something snaps, in ageing times: the ages of
+/// the newest cohorts then keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }
@@ -19,7 +19,7 @@ CohortTimes times_of(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   if (r.ageing == nullptr) return {};
   const Material& m = r.material->material;
-  // The difference is taken in clock units: no digit is lost however long the patch has been there.
+  // Subtracts in clock units, so that no digit is lost however long the patch has existed.
   const double now = static_cast<double>(patch_time(r) - r.ageing->base) / clock_units_per_second;
   return {r.births(),
           now,

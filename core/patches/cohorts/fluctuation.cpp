@@ -33,8 +33,8 @@ void set_fluctuation(Cohorts& r) noexcept {
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept {
   const double before = squares_at(s, rows, move.to);
-  // Takes one cohort after the other: each bristle not yet assigned joins it with the probability mean mass
-  // of this cohort / mean mass of all cohorts left.
+  // Assigns the n bristles cohort by cohort: each bristle not yet assigned joins with the probability mean
+  // mass of this cohort / mean mass of all cohorts left.
   double left = s.mass;
   double mean_left = s.mass;
   const std::uint64_t pass = s.draws++;
@@ -68,8 +68,8 @@ void draw_cut(Cohorts& r, double* kept) noexcept {
     variance += lost > 0.0 ? kept[i] * (lost / mass) : 0.0;
   }
   if (variance == 0.0) return;
-  // Corrects independent draws so that their sum is the mean: each takes a part of the excess in proportion
-  // to its variance. The part that a cohort cannot take goes to the next.
+  // Corrects independent draws so that their sum is the mean: each takes a share of the excess in proportion
+  // to its variance. If a cohort cannot take its whole share, the rest goes to the next.
   const double share = excess / variance;
   double owed = 0.0;
   for (int turn = 0; turn < 2; ++turn)

@@ -9,29 +9,29 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double bend = 0x1p-10;        // rad by which a step may leave the arc
-constexpr double long_bend = 1.0 / 32;  // the same for a step that outlasts all memory
+constexpr double bend = 0x1p-10;        // rad by which the path may leave the arc within a step
+constexpr double long_bend = 1.0 / 32;  // rad by which a step longer than all memory may leave the arc
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Arc of the path along which the cohorts of a patch were bent.
+/// The arc of the path along which the cohorts of a patch were bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
-/// Finds the arc with the mean deflection of a path of chords. Its tangent is the last chord turned by a
-/// small angle (COHORTS.md, "Glides"). `chord_share`: Glide::chord_share.
+/// Finds the arc that gives the mean deflection of a path of chords. Its tangent is the last chord turned by
+/// a small angle (COHORTS.md, "Glides"). `chord_share`: Glide::chord_share.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
   const double rest = 1.0 - turned * turned;
-  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // a straight path need not wait for the root
+  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // skips the root on a straight path
   return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
           c.curve};
 }
 
-/// Finds the mean deflection of the bristles at a place of the path.
+/// Finds the mean deflection of the bristles at the end of an arc.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -43,7 +43,7 @@ double squares_at(const Glide& g, const Arc& arc) noexcept {
   return change * (change * g.squares[1] - g.squares[0]);
 }
 
-/// Turns and bends a deflection of the rows (relative to Glide::from) to the present arc.
+/// Maps a deflection of the stored rows (relative to Glide::from) to the present arc, by a turn and a bend.
 struct Turned {
   const Glide& g;
   const Arc arc;
@@ -108,7 +108,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // A path of steps of at least `long_step` counts as straight: its curvature is not known.
+  // A path of steps of at least `long_step` counts as straight, since its curvature is not known.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -183,7 +183,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   double twice_mean[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // Along most of a long step the force is that of its end, so the mean is taken there alone.
+    // Along most of a long step the force equals that at its end, so the mean is taken from the end alone.
     const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
     twice_mean[axis] = before + sums.end[axis];
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];
@@ -192,7 +192,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     const double along =
         twice_mean[0] * a.direction[0] + (p.axes == 2 ? twice_mean[1] * a.direction[1] : 0.0);
     const double stored = r.mass * (squares_at(g, arc) - squares_at(g, find_arc(r, r.glide, g.chord_share)));
-    const double length = std::min(a.length, 1e140);  // keeps what it is multiplied by finite
+    const double length = std::min(a.length, 1e140);  // keeps the products finite
     const double lost = length * (along / sum_per_mass_length) - stored;
     sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
     const double snapped =
@@ -205,7 +205,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // A far step gives only a length, so position and places stay.
+    // A far step states only a length, so position and places stay.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;
@@ -227,7 +227,8 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Deflections are convex along the step: a cohort within its reach at the end was within it all along.
+  // Checks the end alone: deflections are convex along the step, so a cohort within its reach at the end
+  // never exceeds it on the way.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
                         to_lengths(difference(t.to[1], r.base[1]))};

@@ -11,7 +11,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
-constexpr double longest_solved = 20.0;  ///< mean lengths: RenewalLaw::forget is solved over twice this path
+constexpr double longest_solved = 20.0;  ///< mean lengths; RenewalLaw::forget is solved over twice this path
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
@@ -50,7 +50,7 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == 0 || detail > r.pieces) return Status::bad_input;
   set_pieces(r, detail);
   if (r.ageing != nullptr)
-    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // known at the old resolution
+    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // their values belonged to the old resolution
   return Status::ok;
 }
 
@@ -118,8 +118,8 @@ void check(const Material& material, const PatchOptions& options) {
     require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
 }
 
-/// Chord length from which on the last chord alone determines the mean deflection: where square / 2 - kinetic
-/// h / 2 + share h^2 is 0, or least.
+/// Finds the chord length from which the last chord alone determines the mean deflection: where square / 2 -
+/// kinetic h / 2 + share h^2 is 0, or least.
 double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
@@ -134,7 +134,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double mean = r.law.mean;
   // A narrow law, or a narrow group of a law, needs finer pieces: a larger share of it snaps in one piece.
   double share = r.material->survival().finest / resolution;
-  // Strong renewal has a length of its own, 1 / (kappa nu), and needs shorter pieces too.
+  // Strong renewal has a length of its own, 1 / (kappa nu), which needs shorter pieces.
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
@@ -142,11 +142,11 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   // Under a wide law many bristles snap twice in a long piece, so pieces may grow less.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
   // In steady sliding a cohort is born with `share` of the mass. Under a wide law it carries force until only
-  // `weak` of it is left, so it must not snap as a whole earlier.
+  // `weak` of that is left, so it must not be dropped as negligible earlier.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
   set_fluctuation(r);
-  // Finer pieces want less to be left of a turn: it falls to a tenth along some 0.3 of the path that is
-  // solved. A law with corners may keep more of a turn than of straight bristles.
+  // Finer pieces tolerate less of an old turn: its rest falls to a tenth along some 0.3 of the solved path.
+  // Excludes laws with corners, which may remember a turn longer than straight bristles.
   if (r.law.renewal > 0.0 && r.material->survival().smooth && !r.ages() && r.noise == nullptr) {
     const double solved = r.material->renewal().forget * mean;
     const double finer = std::max(resolution / default_resolution, 1.0);
@@ -182,19 +182,20 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // A slide the other way first unbends bristles by twice the residual before they snap.
+  // After a reversal, bristles first unbend by twice the residual before they snap.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
-  // Two points for a pair are worth it only between corners (1.33 is what an even slide needs).
+  // Merging cohorts in pairs of Gauss points pays only if S has no corners between them (1.33 is the distance
+  // that a uniform slide needs).
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = material->snap_rate;
-  // With renewal the next slides forget an error that one slide leaves, so `forget` serves where `follow`
-  // would be needed.
+  // With renewal, an error that one slide leaves is forgotten in the next slides, so the shorter `forget`
+  // suffices.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
-  // Means of steady sliding without renewal, which shortens them: good enough to say what is long.
+  // Means of steady sliding without renewal. Renewal lowers them, but they suffice to tell a long path.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;

@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Raises the R of cohort i to `bent` and returns the mass that holds this deflection. `fresh`: the cohort
-/// gets fresh lengths of the law first.
+/// Raises the R of cohort i to `bent` and returns the mass that holds this deflection. With `fresh` the
+/// cohort first gets fresh lengths of the law.
 double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
   const double mass = mass_of(r.rows, i);
   if (fresh)
@@ -24,14 +24,15 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
 }
 
 /// Makes bristles bent beyond their length slip at once, each along its own deflection, to straight or to the
-/// residual of the law. They become one cohort. `fresh`: every cohort gets fresh lengths of the new law.
+/// residual of the law. They form one cohort. With `fresh` every cohort first gets fresh lengths of the new
+/// law.
 void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);
   double snapped = 0.0;
   double squares = r.spread;
   r.spread = 0.0;
-  double bent[2] = {0.0, 0.0};  // sum of mass x deflection of those that slipped
+  double bent[2] = {0.0, 0.0};  // sum of mass x deflection of the bristles that slipped
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double mass = mass_of(r.rows, i);
     const double zx = place(p, r, 0) - entry(r.rows, i, cohort_x);
@@ -64,7 +65,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
   r.snap_rest = snaps - std::floor(snaps);
 }
 
-/// Copies ages. Bristles of a material that did not age start at age 0.
+/// Copies ages. Bristles of a material that did not age begin at age 0.
 void take_over_ages(Patch& to, const Cohorts& old) noexcept {
   const Cohorts& r = cohorts(to);
   if (r.ageing == nullptr) return;
@@ -94,7 +95,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   to.overload = from.overload;
   set_pieces(r, old.detail);
 
-  // Counts places from the present position of the patch, in scaled lengths of the new material.
+  // Sets places relative to the present position of the patch, in scaled lengths of the new material.
   const std::uint32_t capacity = r.capacity;
   static_cast<CohortState&>(r) = old;
   r.capacity = capacity;
@@ -106,7 +107,10 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const bool same_law =
       material.snap_length == before.snap_length && material.residual_length == before.residual_length;
   if (!same_law) {
-    const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // power of two
+    const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the
+                                                                                               // length
+                                                                                               // units, a
+                                                                                               // power of two
     for (std::uint32_t i = 0; i < r.count; ++i)
       for (int axis = 0; axis < 2; ++axis) {
         double& x = entry(r.rows, i, axis == 0 ? cohort_x : cohort_y);
@@ -121,7 +125,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     if (!same_ageing(material, before)) slip_all(to, false);
   }
   find_moment(r, r.rows);
-  // Applies the load again: under the new material it may mean another number of bristles.
+  // Applies the load again, because under the new material it may give another number of bristles.
   to.pending_loss += apply_cohort_load(to, from.normal_load);
 }
 

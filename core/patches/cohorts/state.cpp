@@ -61,7 +61,7 @@ std::size_t saved_ageing_size(const Cohorts& r) noexcept {
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Reads what a column holds of cohort i.
+/// Reads the value of cohort i in a column.
 double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcept {
   rows.skip((i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes) * sizeof(double));
   double value = 0.0;
@@ -82,7 +82,7 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // A stored S below that of the law would give more mass when S is looked up again.
+    // Refuses a stored S below that of the law: looking S up later would give more mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -112,7 +112,7 @@ const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
   CohortAgeing saved;
   ageing_fields(read, saved);
-  constexpr double ever = 1e17;  // s, longer than a clock runs
+  constexpr double ever = 1e17;  // s, longer than any clock runs
   if (saved.base < 0 || saved.base > static_cast<Int128>(ever * clock_units_per_second))
     return "base of time";
   if (!within(saved.per_length, 0.0, 1e300)) return "speed";
@@ -178,7 +178,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Stores the sum of deflections, computed at position `noted` and shifted to the present position.
+/// Stores the sum of deflections, shifted from position `noted`, where it was computed, to the present
+/// position.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -305,7 +306,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
-  // A patch out of contact may have been carried anywhere; its places are counted from where it is set down.
+  // A patch out of contact may have moved anywhere; its places are rebased at the next contact.
   const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {

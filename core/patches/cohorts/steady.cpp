@@ -9,24 +9,25 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double gauss = 0.57735026918962576;  // abscissa of two points on [-1, 1]
+constexpr double gauss = 0.57735026918962576;  // Gauss points of the two-point rule are at -gauss and gauss
+                                               // on [-1, 1]
 
-/// Growth of a piece per length of distance, such that `room` cohorts suffice. Under a wide law pieces grow
-/// with the age of their newborns.
+/// Finds how much pieces must grow per length of distance for `room` cohorts to suffice. Under a wide law
+/// pieces grow with the age of their newborns.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    const double even = 1.0 / growth;  // pieces before they grow
+    const double even = 1.0 / growth;  // number of pieces before they grow
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
   return growth;
 }
 
 struct Node {
-  double age;    ///< path since birth
-  double share;  ///< of the bristles, not yet over their sum
-  double reach;  ///< R: `age` over the ageing factor g of the time that it took
+  double age;    ///< path since the bristles' birth
+  double share;  ///< share of the bristles, before division by the sum of all
+  double reach;  ///< R: `age` over the growth g at that age
   Survival at;   ///< S and M at `reach`
 };
 
@@ -34,8 +35,8 @@ struct Node {
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
-  double per_length;  ///< s; 0 where the material does not age
-  double end;         ///< path after which all have snapped
+  double per_length;  ///< s per scaled length; 0 where the material does not age
+  double end;         ///< path after which all bristles have snapped
 
   double reach_at(double path) const noexcept {
     return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
@@ -54,8 +55,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// Makes one cohort of the bristles born between the paths `begin` and `end` ago, at their mean age: exact
-/// where the law has corners. g counts as linear between the two.
+/// Makes one cohort of the bristles born between the paths `begin` and `end` ago, at their mean age. This is
+/// exact where the law has corners. Takes g as linear between the two.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
   const double last_reach = std::min(law.reach_at(end), law.table.end);
@@ -104,7 +105,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of one cohort until its bristles have snapped once.
+/// Path of the bristles of one cohort until they have snapped once.
 struct Passage {
   double path;         ///< mean path to the first snap
   double half_square;  ///< half the mean of its square
@@ -124,7 +125,7 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// As find_passage(), for a cohort that ages on the way: four fixed-point iterations.
+/// Finds the passage of a cohort that ages as it moves, by four fixed-point iterations of find_passage().
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
   Passage passage{0.0, 0.0};
@@ -134,8 +135,8 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// Constants of the renewal process of steady sliding: mean snap length, force, and the transient of its path
-/// integral.
+/// Constants of the renewal process of steady sliding: mean snap length, mean deflection (`force`), and the
+/// transient of the path integral of the age.
 struct Renewals {
   double mean, force, transient;
 };
@@ -152,10 +153,12 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
     }
   }
   const double force = 0.5 * square / mean;
-  return {mean, force, force * force - cube / (3.0 * mean)};  // of the path integral of the age
+  return {mean, force, force * force - cube / (3.0 * mean)};  // the last is the transient of the path
+                                                              // integral of the age
 }
 
-/// Adds path integral, energy and snaps of the path: the first snap of each cohort, then a renewal process.
+/// Adds path integral, energy and snaps of the path: the first snap of each cohort, followed by a renewal
+/// process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
   const auto [mean, force, transient] = renewals;
@@ -188,7 +191,7 @@ double squares_at(const CohortState& s, const double* rows, const double (&at)[2
   return sum;
 }
 
-/// Writes whole masses; the youngest cohort takes the rounding remainder.
+/// Writes the cohorts with integer masses; the youngest cohort takes the rounding remainder.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
   double all = 0.0;
@@ -214,15 +217,15 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   // Writes the youngest cohort first, because it takes the rounding remainder.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a few units of mass, too few for every cohort, at the mean age of bristles.
+  // Puts a mass of a few units, too small to divide among all cohorts, at the mean age of bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
   for (; i < before; ++i) clear_lane(rows, i);
 }
 
-/// Without shared renewal one over the mean snap length. With it nu from (1 + kappa) nu int T dr = 1, T = S
-/// exp(-kappa nu r).
+/// Finds nu, the snap rate of steady sliding: without shared renewal one over the mean snap length, with it
+/// from (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r).
 double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
@@ -278,7 +281,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // A slide of this length mixes all ranks.
+  // A slide of this length mixes the ranks of all bristles.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

@@ -9,24 +9,26 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double farthest_base = 16.0;  // scaled: from the base, before it follows the patch
+constexpr double farthest_base = 16.0;  // scaled distance of the patch from the base of its places at which
+                                        // the base follows
 constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;   // s: no clock runs farther
-constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
+constexpr double longest_step = 1e16;   // s, beyond which no clock runs
+constexpr double same_speed = 0x1p-8;   // relative change of speed, with ageing, within which a slide goes on
 
 /// Returns the middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step continues the slide at its speed and without a rest: otherwise the ages of steady sliding
-/// change.
+/// Whether a step continues the slide at its speed and without a rest; otherwise the ages differ from those
+/// of steady sliding.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Length of the straight slide that this step continues; 0 = a slide begins. For patches that age.
+/// Returns the length of the straight slide that this step continues; 0 = a slide begins. For patches that
+/// age.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -35,18 +37,18 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
   return goes_on ? r.run : 0.0;
 }
 
-/// A step along which bristles may snap: what it does to cohorts, and where it ends.
+/// A step along which bristles may snap: the move of the cohorts, and the position at its end.
 struct Slide {
-  CohortMove move;  ///< its times are filled where the material ages
+  CohortMove move;  ///< its times are filled if the material ages
   std::int64_t to[2];
-  double run = 0.0;       ///< of the slide that it goes on with
-  Course course;          ///< after it, of a patch that may glide
-  double followed = 0.0;  ///< path that is taken in pieces
-  double forget = 0.0;    ///< a step that follows a longer path depends on its end alone
-  double carried = 0.0;   ///< path along which the patch is carried as it stands
+  double run = 0.0;       ///< length of the slide that it continues
+  Course course;          ///< course of the path after the step, of a patch that may glide
+  double followed = 0.0;  ///< path that is simulated in pieces
+  double forget = 0.0;    ///< a step with a longer followed path does not depend on its start
+  double carried = 0.0;   ///< path along which the cohorts are carried along unchanged
   // For patches that age only:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
-  double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
+  double growth = 1.0;  ///< g of that cohort at the end, by which forgetting takes longer
 };
 
 /// Fills times, oldest birth and growth of a slide, for a patch that ages.
@@ -61,7 +63,7 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
-/// Finds the length of the slide, along a path that may turn, that this step continues. For patches that may
+/// Finds the length of the slide that this step continues, along a path that may turn. For patches that may
 /// glide.
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
@@ -71,15 +73,15 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Whether this step leaves the line of the last, for a patch that may glide.
+/// Whether this step deviates from the line of the last one. False for a patch that may not glide.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
 }
 
-/// Returns the path after which a step along `direction` has forgotten how it began, under shared renewal and
-/// without ageing. Bristles bent the other way unbend first, half as far again as their mean, and bristles
-/// bent aside snap sooner than straight ones.
+/// Returns the path after which a step along `direction` has forgotten its start, under shared renewal and
+/// without ageing. Bristles bent the other way must unbend first, which takes half again their mean
+/// deflection; bristles bent aside snap sooner than straight ones.
 double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
                             const double (&direction)[2]) noexcept {
   const double at = place(p, s, 0) * direction[0] + place(p, s, 1) * direction[1];
@@ -94,14 +96,14 @@ double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState&
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
                  const double* rows) noexcept {
   Slide slide;
-  // A patch that fluctuates has no run: it always takes its pieces.
+  // A patch that fluctuates keeps run = 0, so it always follows its pieces.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // A glide that begins here is determined by its last chord. Where the path turns, the whole length that
+  // A glide that begins here is determined by its last chord. Where the path turns, the whole path that
   // bristles remember is followed.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
@@ -116,14 +118,14 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step says only how far
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step states only its length
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
 }
 
-/// Rebases the places to near the patch. `to` is where it is.
+/// Moves the base of the places near the patch. `to`: the patch's place.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -136,7 +138,7 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
-/// Sum of deflections as a rounded double; deflections_at gives it in 128 bits.
+/// Returns the sum of deflections as a rounded double; deflections_at() gives it in 128 bits.
 double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
@@ -162,14 +164,14 @@ int kind_of(const Cohorts& r) noexcept {
   return r.rubs() ? 2 : 0;
 }
 
-/// Goes on in short moves along the carried part of a slide until the force is that of steady sliding, or for
+/// Simulates the carried part of a slide in short moves until the force is that of steady sliding, or for
 /// some three mean lengths. The force rises with the path until a cohort snaps, so a move ends where it would
-/// have made up for what is lacking. Moves of one length would meet the snaps at the same few phases for
-/// ever.
+/// have made up for the lack. The limit on the length keeps moves from meeting the snaps at the same few
+/// phases for ever.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
   constexpr double share =
-      0.38;  // of a piece: cohorts lie a piece apart, and their snaps must not be met in step
+      0.38;  // share of a piece; cohorts lie a piece apart, and moves must not meet their snaps in step
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
@@ -191,9 +193,9 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds path integral, energy lost and snaps of the carried part, at the present force.
+/// Adds path integral, dissipated energy and snaps of the carried part, at the present force.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
-  const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
+  const double far = std::min(slide.carried, 1e140);  // keeps the products finite
   for (int axis = 0; axis < 2; ++axis) {
     const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
                                                   : s.mass * carried_deflection(r, slide.move, axis));
@@ -203,11 +205,10 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// Stores pace and time of a committed step of a patch that ages.
+/// Stores speed and time of a committed step of a patch that ages.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Time passes while the patch is carried, but its bristles stay as old as they were, so all births move
-  // later.
+  // Time passes while the cohorts are carried unchanged, but their ages must stay, so all births move later.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -228,7 +229,7 @@ void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const 
   }
 }
 
-/// Returns the snaps to report, in whole bristles; the rest waits in the record.
+/// Returns the whole number of snaps to report and leaves the fraction in `rest`.
 std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   const double all = std::min(snapped + rest, 9e18);
   const double whole = std::floor(all);
@@ -258,7 +259,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, though the bound could not exclude
+                                                       // it
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -292,7 +294,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Advances a copy for a trial: only the rows in use, and one more for a newborn.
+/// Advances a copy of the cohorts for a trial: only the rows in use, and one more for a newborn.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
@@ -300,7 +302,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // A trial may make more newborns than the row of copied cohorts has lanes for.
+  // A trial may make more newborns than the copied rows have free lanes.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
@@ -316,7 +318,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
-  if (r.count == 0)  // out of contact: nothing slides, as within a bound that has no end
+  if (r.count == 0)  // out of contact: answers as within a bound without end
     hold(p, step.advance, sums);
   else if (try_glide(p, step.advance, sums))
     return;

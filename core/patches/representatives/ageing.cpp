@@ -11,7 +11,7 @@ namespace bristle::detail {
 namespace {
 
 /// Path, in mean paths from snap to snap, after which the exponential law is steady within 1e-3, by the
-/// renewal equation. It needs a memory only with ageing.
+/// renewal equation. Without ageing that law has no memory.
 constexpr double memory_of_aged_exponential = 7.0;
 
 /// Returns the ageing of a bristle as a function of its path, in scaled lengths, at one speed.
@@ -19,9 +19,9 @@ WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
-/// Path, in mean paths from snap to snap, from which a redrawn population is steady within 1e-3. Ageing
-/// spreads these paths more than lengths: narrow laws then lose their phases sooner, wide ones get longer
-/// tails (core/patches/AGEING.md).
+/// Returns the path, in mean paths from snap to snap, after which a redrawn population is steady within 1e-3.
+/// Ageing spreads these paths more than the lengths: narrow laws then lose their phases sooner, wide ones get
+/// longer tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
@@ -44,7 +44,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
     double power = spread_weight(k);
     for (int n = 1; n < 6; ++n) moment[n] += power *= l;
   }
-  aged.law.skewness = aged.law.kurtosis = 0.0;  // nothing is left of another speed
+  aged.law.skewness = aged.law.kurtosis = 0.0;  // clears the values of another speed
   fill_jump_sums(moment, aged.law);
   const double cv = aged.law.deviation * aged.law.inverse_mean;
   if (cv < 0.2) {
@@ -55,7 +55,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
-/// Returns the path beyond which a step of redraw needs the constants of jumps.
+/// Returns the path from which a step of SnapRule::redraw needs the constants of jumps.
 double jumps_from(const CompiledMaterial& m) noexcept {
   return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }
@@ -112,7 +112,7 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Takes double precision also where an old bristle may be too strong to snap in the step.
+  // Also takes double precision if an old bristle may be too strong to snap in the step.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
@@ -123,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // Steps below jumps_from() never jump, whatever the moments at their speed: ageing lengthens and spreads
-  // the paths from snap to snap.
+  // Skips the moments for steps below jumps_from(), which never jump: ageing lengthens and spreads the paths
+  // from snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

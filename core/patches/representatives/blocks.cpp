@@ -27,7 +27,7 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Straight bristles hold until the patch has moved by the shortest snap length.
+  // Straight bristles do not snap until the patch has moved by the shortest snap length.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];
@@ -78,7 +78,7 @@ double joules_per_square(const Patch& p) noexcept {
 
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
-  if (!r.redraws()) return;  // the length never changed
+  if (!r.redraws()) return;  // with SnapRule::keep, lengths never change
   for (std::uint32_t i = from; i < to; ++i) r.delta[i] = r.first[i];
 }
 

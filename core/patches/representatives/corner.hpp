@@ -1,9 +1,9 @@
-// How representatives of a steady slide are carried round a corner of its path (core/patches/RUBBING.md).
+// Carries representatives of a steady slide round a corner of its path (core/patches/RUBBING.md).
 //
 // Along a gently bent path the law of |z| is that of a straight slide, to first order in the angle, and a
 // bristle bent by |z| took hold |z| - residual ago along the path. So every |z| stays, and each deflection
-// becomes the chord of the path back to where the bristle took hold.
-// Plain arithmetic in rows of 16 lanes, compiled once for all instruction sets.
+// becomes the chord of the path back to where the bristle took hold. Plain arithmetic in rows of 16 lanes,
+// compiled once for all instruction sets.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@
 namespace bristle::detail {
 
 struct Corner {
-  std::int64_t at[2];   ///< patch position, fixed point: the same before and after
-  double direction[2];  ///< unit vector: of the motion from here on
-  double before[2];     ///< unit vector: of the motion up to here
-  double length;        ///< along which the patch is carried, scaled, > 0
-  double residual;      ///< as Advance::residual
-  double unit;          ///< as Advance::energy_unit, of RenewalTotals::twice_integral
+  std::int64_t at[2];   ///< patch position, fixed point, unchanged by the corner
+  double direction[2];  ///< unit vector of the motion after the corner
+  double before[2];     ///< unit vector of the motion before the corner
+  double length;        ///< path along which the patch is carried, scaled, > 0
+  double residual;      ///< deflection after a snap, as Advance::residual
+  double unit;          ///< value of Advance::energy_unit, unit of RenewalTotals::twice_integral
 };
 
 /// Sums over a block, by lane.
@@ -30,8 +30,8 @@ struct CornerLanes {
   T lag[2][lane_count] = {};  ///< integral along the path of weight x (deflection - |z| along the motion)
 };
 
-/// Turns the deflections of a row of bristles round the corner and adds them to `lanes`; with `sums_lag` also
-/// CornerLanes::lag. Bristles of weight 0 become straight.
+/// Turns the deflections of a row of bristles round the corner and adds them to `lanes`, including
+/// CornerLanes::lag if `sums_lag`. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
 void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
                CornerLanes<T>& lanes) noexcept {
@@ -40,7 +40,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Local copies cannot alias other pointers, so the loop becomes vectors.
+  // Local copies cannot alias other pointers, which lets the compiler vectorise the loop.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const T x = zx[k] + shift_x;
@@ -48,8 +48,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = std::sqrt(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // The bristle took hold `path` ago. In the end `low` of its deflection dates from before the corner, if
-    // any does, and has its share of what the path bent.
+    // The bristle took hold `path` ago. At the end, `low` of its deflection dates from before the corner (if
+    // any does) and keeps its share of the bend.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
     const T low = bent - (path < length ? path : length);
@@ -61,9 +61,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // While the patch is carried, the old part t of the deflection falls from `bent` to `low`. Integrals of
-      // t, and of t times its share; then the addition along the motion from keeping |z|, of second order in
-      // the angle.
+      // While the patch is carried, the old part t of the deflection falls from `bent` to `low`. Computes the
+      // integrals of t and of t times its share, then the addition along the motion from keeping |z|, of
+      // second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);
@@ -91,9 +91,9 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last), none of which is all zero, and writes them down where the patch is. Two
-/// axes. Adds to `stored` the change of the sum over full blocks of Block::stored and 256 displacements and,
-/// where asked for, to `twice_integral` twice the integral that CornerLanes::lag sums.
+/// Carries the blocks [first, last), none of which is all zero, and rewrites them at the patch's position.
+/// Two axes. Adds to `stored` the change of the sum over full blocks of Block::stored and 256 displacements
+/// and, where asked for, to `twice_integral` twice the integral that CornerLanes::lag sums.
 template <class T>
 void carry_blocks(const Representatives<T>& r, const Corner& corner, bool sums_lag, std::uint32_t first,
                   std::uint32_t last, RenewalTotals& totals) noexcept {

@@ -1,6 +1,6 @@
-// Detail: a population shrinks to any prefix of itself, since every prefix is well spread, and grows by
-// copies of the bristles that stayed. The sum of deflections then errs slightly, and a common shift of some
-// bristles corrects it (core/MODEL.md, "Detail").
+// Detail: a population shrinks to a prefix of itself, since every prefix is well spread, and grows by copies
+// of the bristles that stayed. The sum of deflections then has a small error, which a common shift of some
+// bristles corrects (core/MODEL.md, "Detail").
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 /// Part of a shift that bristles at their snap length could not take.
 struct Clipped {
-  double lack[2] = {0.0, 0.0};  ///< weighted
+  double lack[2] = {0.0, 0.0};  ///< sum of weight x deflection not taken
   double weight = 0.0;
 };
 
@@ -31,7 +31,8 @@ class Shifter {
         fraction(static_cast<T>(r.fraction)) {}
 
   /// Shifts all bristles from `first` on together until the weighted sum of their deflections has grown by
-  /// `lack`, none beyond its snap length. False: they cannot take it all; the rest is in `lack`.
+  /// `lack`, none beyond its snap length. Returns false if they cannot take it all, and leaves the rest in
+  /// `lack`.
   bool run(double (&lack)[2]) {
     if (first >= end) return false;
     const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
@@ -52,7 +53,7 @@ class Shifter {
 
  private:
   static constexpr int most_passes = 24;
-  /// Share of the snap length that a shifted bristle may reach: less than 1 by the rounding of a sum of
+  /// Share of the snap length that a shifted bristle may reach, less than 1 by the rounding of a sum of
   /// squares.
   static constexpr T inside = T(1) - T(8) * std::numeric_limits<T>::epsilon();
 
@@ -120,7 +121,7 @@ bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&l
                              : Shifter<T, 2, false>(r, first).run(lack);
 }
 
-/// Rewrites every block in contact and gives the sums over them.
+/// Rewrites every block in contact and returns the sums over them.
 template <class T>
 void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -143,7 +144,7 @@ void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   rewrite_all<T>(p, sums);
 }
 
-/// Removes the last bristles; the others take over their share.
+/// Removes the last bristles, whose share of the load the others take over.
 template <class T>
 void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -157,7 +158,8 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Keep, with a residual: puts a copy at the same fraction of its path from the residual to its snap.
+/// Puts a copy at the same fraction of its path from the residual to its snap, for SnapRule::keep with a
+/// residual.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
   const double left = static_cast<double>(static_cast<T>(r.material->residual));
@@ -185,7 +187,7 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     const auto moved = static_cast<T>(moved_since(p, block, axis));
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
-      // A bristle with a length of its own is put at the same fraction of it.
+      // A copy with another snap length is bent by the same fraction of it.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }
@@ -198,9 +200,9 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
   if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
 }
 
-/// Returns the first bristle to copy. Bristle i and its copy i + `count` may have stratified lengths close to
-/// each other in share: two lengths that are nearly equal would snap in step for long. Starting one bristle
-/// later changes the difference. With the plain seed it is frac(count / golden ratio); with any other the
+/// Returns the first bristle to copy, 0 or 1. Bristle i and its copy i + `count` may have nearly equal
+/// stratified lengths, and would snap in step for long; starting one bristle later changes the difference of
+/// their shares. With the plain seed that difference is frac(count / golden ratio); with any other seed the
 /// shares have as many bits in common as `count` ends in zeros.
 template <class T>
 std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {
@@ -210,7 +212,7 @@ std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noe
   return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
 }
 
-/// Makes the bristles [first, in_contact) copies of those before them, in turn.
+/// Fills the bristles [first, in_contact) with copies of those before `first`, in turn.
 template <class T>
 void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -224,7 +226,7 @@ void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   }
 }
 
-/// Adds up the weighted deflections of the bristles [from, in_contact).
+/// Adds the weighted deflections of the bristles [from, in_contact) to `sums`.
 template <class T>
 void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums)[2]) noexcept {
   const T* const columns[2] = {r.zx, r.zy};
@@ -248,7 +250,7 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   const std::uint32_t old_full = r.full_blocks();
   const std::uint32_t old_contact = r.in_contact();
   const std::uint32_t old_whole = r.whole;
-  if (old_contact == 0) {  // a load so small that not even a fraction of one was in contact
+  if (old_contact == 0) {  // the load was so small that no fraction of a bristle was in contact
     r.whole = now.whole;
     r.fraction = now.fraction;
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) enter_block<T>(p, b);
@@ -256,7 +258,7 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   }
   if (r.has_tail()) rewrite_block<T>(p, old_full);
   note_tail<T>(p);
-  double stay[2] = {0.0, 0.0};  // of those that counted whole and still do
+  double stay[2] = {0.0, 0.0};  // sum over the bristles that counted whole before and after
   double edge[2] = {0.0, 0.0};
   add_bristles(r, old_whole, edge);
   for (int axis = 0; axis < 2; ++axis) stay[axis] = deflection_sum(p, axis) - edge[axis];
@@ -265,7 +267,7 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   r.fraction = now.fraction;
   for (std::uint32_t b = old_blocks; b < r.active_blocks(); ++b) {
     enter_block<T>(p, b);
-    r.blocks[b].zero = 0;  // written at once, below
+    r.blocks[b].zero = 0;  // copy_bristles() writes them below
   }
   forget_bristles(r, r.in_contact(), std::min(r.active_blocks() * block_size, r.padded()));
   copy_bristles<T>(p, old_contact);
@@ -291,7 +293,7 @@ Status set_detail(Patch& p, std::uint32_t bristles) noexcept {
   if (r.shared != nullptr) r.shared->end_slide();
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? find_stored_energy<T>(p) : 0.0;
-  const double old_count = r.weight * p.overload;  // physical bristles per representative before
+  const double old_count = r.weight * p.overload;  // physical bristles per representative before the change
   const double sums[2] = {deflection_sum(p, 0), deflection_sum(p, 1)};
   r.detail = bristles;
   r.weight =

@@ -1,4 +1,5 @@
-// Bristles enter and leave contact with the load: the last in is the first out (core/MODEL.md, section 5).
+// Bristles enter and leave contact with the load; the last to enter is the first to leave (core/MODEL.md,
+// section 5).
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +15,7 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Removes bristles from contact: the last ones leave with their energy, the new last one counts by its
+/// Removes bristles from contact: the last ones leave with their energy, and the new last one counts by its
 /// fraction.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
@@ -42,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds bristles: the deflection of the last one shrinks as its weight grows, so that no force changes; new
-/// ones start straight.
+/// Adds bristles, which start straight. The deflection of the old last one shrinks as its weight grows, so
+/// that no force changes.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -67,7 +68,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales every deflection (load above the maximum rising further).
+/// Scales every deflection, for a load that rises further above the maximum.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -89,12 +90,12 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
   double active = zeta / weight;
   const double all = detail;
   double overload = 1.0;
-  // Rounding of zeta / w must not make the maximum load itself an overload.
+  // Keeps the rounding of zeta / w from making the maximum load itself an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
   active = std::min(active, all);
   const double whole = std::floor(active);
   double fraction = active - whole;
-  if (fraction < 1e-30) fraction = 0.0;  // below what a float weight can be
+  if (fraction < 1e-30) fraction = 0.0;  // below the smallest float weight
   return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
 }
 

@@ -45,7 +45,8 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Shared renewal needs the number of snaps, which only the kernels with energy count.
+/// Returns the index of the kernel variant. Shared renewal needs the number of snaps, which only the kernels
+/// with energy count.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws);
   if (options.compared.literal) return literal_variant_index(options.axes, redraws);
@@ -53,7 +54,7 @@ int find_variant(const PatchOptions& options, bool redraws, bool residual, bool 
                        renews || has(options.outputs, Outputs::energy), residual);
 }
 
-/// Takes the patch out of contact: every bristle straight, none of them counted.
+/// Takes the patch out of contact: every bristle is straight, none counts.
 template <class T>
 void leave_contact(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -227,7 +228,7 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
     refuse_if(m.residual_length, "residual_length");
     refuse_if(m.shared_renewal, "shared_renewal");
   }
-  // The scalar reference alone has the paper's loop.
+  // Only the scalar reference has the paper's literal loop.
   const KernelTable& table = options.compared.literal ? scalar_kernels() : kernels;
   if (options.fluctuation != 0)
     refuse("PatchOptions", "fluctuation", options.fluctuation,

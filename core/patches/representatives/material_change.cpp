@@ -9,11 +9,13 @@
 namespace bristle::detail {
 namespace {
 
-/// Copies the state of the bristles in contact: lengths in units of the new material; snap lengths where the
-/// law stays; draw states as they are.
+/// Copies the state of the bristles in contact: lengths in units of the new material, snap lengths if the law
+/// stays, draw states unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
-  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // power of two
+  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the
+                                                                                           // length units, a
+                                                                                           // power of two
   const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
   const bool same_residual = to.material->residual == from.material->residual;
   const bool both_draw = to.redraws() && from.redraws();
@@ -28,7 +30,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
-      // A bristle keeps its age in seconds; where ageing is new it begins now.
+      // A bristle keeps its age in seconds; if the old material did not age, its age begins now.
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
@@ -45,7 +47,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
     if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
-  // Pairs the columns of the two records: both list them in the same order.
+  // Pairs the columns of the two records, which both list them in one order.
   const void* columns_of_from[16];
   int count = 0;
   Representatives<T>::columns(
@@ -70,7 +72,7 @@ void snap_beyond(Patch& p) noexcept {
     if (x * x + y * y > limit * limit) {
       const double w = i < r.whole ? 1.0 : r.fraction;
       const double share = left / std::sqrt(x * x + y * y);
-      r.zx[i] = static_cast<T>(x * share + 0.0);  // no negative zero
+      r.zx[i] = static_cast<T>(x * share + 0.0);  // + 0.0 avoids a negative zero
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
       if (r.age != nullptr) r.age[i] = T(0);
       p.pending_dissipated += joules * w * (x * x + r.lay.energy * y * y - left * left);
@@ -85,7 +87,7 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // After a reset the bristles are those of the seed and key of the reset.
+  // Takes seed and key of the last reset, from which the bristles were made.
   r.options.key = old.options.key;
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);
@@ -109,7 +111,7 @@ void take_over(Patch& to, Patch& from) noexcept {
     rewrite_block<T>(to, b);
     if (b < r.full_blocks()) book_block<T>(to, b, +1);
   }
-  // Applies the load again: under the new material it may mean another number of bristles.
+  // Applies the load again, because under the new material it may give another number of bristles.
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 

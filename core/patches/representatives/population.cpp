@@ -34,9 +34,9 @@ void fill(const CompiledMaterial& material, bool random, std::uint32_t seed, Spa
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // 2^64 / golden ratio; wrapping is the fractional part.
+  // multiples of 2^64 / golden ratio, whose wrapping gives the fractional part
   if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
-  // The bits of i in reverse, 0.b0 b1 b2 ..., each four of them changed by four random bits that depend on
+  // The bits of i in reverse, 0.b0 b1 b2 ..., each group of four changed by four random bits that depend on
   // the seed and on the bits before them.
   std::uint64_t share = 0;
   std::uint64_t random = mix64(mix64(seed) + 0x5DEECE66Du);
@@ -48,7 +48,7 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
 }
 
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // SplitMix64; the seed picks the stream. (Its step is the golden ratio too, but here it is mixed.)
+  // SplitMix64, with the stream chosen by the seed. (Its step is the golden ratio too, but here it is mixed.)
   return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
 }
 

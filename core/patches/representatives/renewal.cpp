@@ -1,5 +1,5 @@
-// Shared renewal (core/patches/RUBBING.md): a step goes piece by piece. In each piece the snaps are foreseen,
-// the renewals that they cause are made, and the kernel advances all bristles.
+// Shared renewal (core/patches/RUBBING.md): a step is cut into pieces. For each piece the kernels foresee the
+// snaps, make the renewals that these cause, and advance all bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -13,28 +13,31 @@ namespace bristle::detail {
 namespace {
 
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
-// Sine of the angle by which a slide may turn within a mean snap length or one step and go on.
+// Sine of the angle by which a slide may turn, within a mean snap length or one step, and still count as one
+// slide.
 constexpr double gentle = 0.4;
-constexpr double most_young = 0.25;   // share of the bristles: more are followed with all others
-constexpr double least_apart = 0.05;  // of a piece: less is not followed apart
-/// Bristles at which the error of the longest pieces is that of the noise: more of them take shorter pieces.
+constexpr double most_young = 0.25;   // share of the bristles; if more are young, all are followed together
+constexpr double least_apart = 0.05;  // share of a piece; a shorter path is not followed apart
+/// Number of bristles at which the longest pieces have an error as large as the noise; patches with more
+/// bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
+constexpr double snaps_followed = 8;  // number of snaps; a step of a steady slide without one then has a
+                                      // probability of 1 in 3000
 
-/// Draws per bristle in a piece in which `snaps` of a bristle would reach their snap without renewals. Some
-/// of these are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of the bristles that restart,
-/// by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
+/// Finds the draws per bristle in a piece along which `snaps` of a bristle would occur without renewals.
+/// Renewals prevent some: at y draws, s (1 - exp(-y)) / y of them occur. Of the bristles that restart, by
+/// snap or renewal, a share `again` snaps within the piece as well. All snaps together cause y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
-  for (int i = 0; i < 4; ++i) {  // y^2 = x (1 - exp(-y)): convex, from the right
+  for (int i = 0; i < 4; ++i) {  // solves y^2 = x (1 - exp(-y)), which is convex, from the right
     const double stay = exp(-y);
     y -= (y * y - x * (1.0 - stay)) / (2.0 * y - x * stay);
   }
   return y;
 }
 
-/// RenewalLaw::again for a piece of this length, in mean snap lengths.
+/// Returns RenewalLaw::again for a piece of this length, in mean snap lengths.
 double share_again(const RenewalLaw& law, double length) noexcept {
   const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
   const int k = std::min(static_cast<int>(at), law.again_knots - 1);
@@ -49,7 +52,7 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// Counts the bristles that the piece would carry beyond their length.
+/// Counts the bristles that the piece ahead would carry beyond their length.
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -62,11 +65,11 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
                                   });
 }
 
-/// Unit of the sums over draws. `energy_unit` holds path x longest length below 2^51, and a draw adds at most
-/// twice that, which kernels/renew.hpp takes in coarse units of 2^40 of these.
+/// Returns the unit of the sums over draws. `energy_unit` holds path x longest length below 2^51, and a draw
+/// adds at most twice that, which kernels/renew.hpp takes in coarse units of 2^40 of these.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Makes `draws` draws in the piece ahead.
+/// Makes `draws` draws at once, for the piece ahead.
 template <class T>
 void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (!(draws > 0.0)) return;
@@ -111,8 +114,8 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
 }
 
 /// Makes the renewals of the piece ahead: those that its foreseen snaps will cause, and those still owed.
-/// Without a foreseen snap it renews nothing. Returns the number of bristles that the piece would carry
-/// beyond their length.
+/// Makes none if no snap is foreseen. Returns the number of bristles that the piece would carry beyond their
+/// length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -129,8 +132,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Shortens the straight slide of bristles that age, at another speed or after a rest: its deflections differ
-/// from steady sliding by the change that either makes in friction.
+/// Returns the run of a slide of ageing bristles, shortened for a change of speed or a rest: deflections then
+/// differ from steady sliding by the relative change of friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -145,9 +148,9 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
-/// Finds how far the slide has come that a step goes on with, and whether the step turns off its line; a run
-/// of 0 begins a slide. Where the patch went since without a snap does not matter, if it is on the line
-/// again; a turn begins where the slide ended. Bristles that age begin a slide with every turn.
+/// Finds the length of the slide that a step continues (0 = a slide begins), and whether the step turns off
+/// its line. A step on the line of the slide continues it wherever the patch went meanwhile without a snap; a
+/// turn must begin where the slide ended. With ageing every turn begins a slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -168,7 +171,7 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// Notes the slide after a step in which something snapped.
+/// Stores the slide after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -195,9 +198,9 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end) along `length` in the direction of the step, before its last piece; up to
-/// here the patch moved in the direction `before`. Sums by how much the carried path differs from steady
-/// sliding along the motion.
+/// Carries the blocks [begin, end) round a corner: along `length` in the direction of the step, before its
+/// last piece, after a motion in the direction `before`. Sums by how much the deflections on this path differ
+/// from steady sliding along the motion.
 template <class T>
 void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
                  std::uint32_t begin, std::uint32_t end) noexcept {
@@ -253,7 +256,7 @@ std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
 }
 
-/// Runs the kernels of a piece, on all threads that the step has.
+/// Runs the kernels of a piece, on all threads that the step may use.
 template <class T>
 Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   return share_out<Totals>(step.crew, &Crew::pieces, representatives<T>(p).active_blocks(), blocks_per_range,
@@ -262,7 +265,7 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// Makes a patch of the blocks of `p` from `begin` on. Its record is `record`.
+/// Makes a patch of the blocks of `p` from `begin` on. `record` receives its record.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -283,9 +286,9 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
   return part;
 }
 
-/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece, and takes
-/// them back to where the patch is: there they meet the others, which are carried that far. Renewals come at
-/// the rate of steady sliding, because most snaps are those of the others; draws owed stay.
+/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece, and then
+/// shifts them back to the patch, where they meet the other blocks, which are carried that far. Renewals come
+/// at the rate of steady sliding, because most snaps are those of the other blocks; the draws owed stay.
 template <class T>
 void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
   Representatives<T> record;
@@ -300,8 +303,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   find_direction(a);
   a.skips_blocks = 0;
   prepare_kernel<T>(young, apart);
-  // The unit of integrals over draws must grow with the length of the piece, whose square may exceed that of
-  // every snap length.
+  // The unit of integrals over draws must grow with the length of the piece, because the square of that
+  // length may exceed the square of every snap length.
   int lengths = 0;
   std::frexp(a.length * record.shared->inverse_mean, &lengths);
   a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
@@ -326,8 +329,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Takes the part of a step along which a steady slide is not followed, before its last piece, which ends at
-/// `way`: round a corner if it turns, and with young bristles followed as far as they need it.
+/// Takes the part of a step along which a steady slide is carried, before its last piece, which ends at
+/// `way`: round a corner if the path turns, and with young bristles followed as far as they need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -345,14 +348,15 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
 }
 
 /// Returns the part of a step that is followed bristle by bristle: the path that its slide lacks to steady
-/// sliding, and at least the path after which the end does not depend on the start. Few bristles are followed
-/// until some have snapped.
+/// sliding, and at least the path that makes the end independent of the start. A patch of few bristles is
+/// followed until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Carrying the patch round a corner costs as much as following `goes_on`: it pays only for a longer path.
+  // Carrying the patch round a corner costs as much as following it for `goes_on`, so it pays only for a
+  // longer path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -371,7 +375,7 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
 }
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // log of 1000
+  constexpr double per_forget = 6.907755278982137;  // log of 1000, the decay of a disturbance over `forget`
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
@@ -436,7 +440,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
   // The error of a piece falls with its square, the noise of a patch with the root of its bristles. Carrying
-  // round a bend wants the long piece behind it.
+  // round a bend needs the long piece after it.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));
@@ -467,7 +471,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
-    // A patch in which nothing has snapped does not slide, so it is not carried but bent further.
+    // A patch in which nothing has snapped does not slide yet, so its bristles are bent further instead of
+    // carried.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
@@ -479,9 +484,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// Rewrites blocks that renewals have left behind. A renewal does not move its block; where every bristle is
-/// renewed before it snaps, as with one bristle in contact, the block would stay behind without end. Ages are
-/// not rewritten.
+/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move its block; if
+/// every bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind for
+/// ever. Ages are not rewritten.
 template <class T>
 void bring_along(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -508,7 +513,7 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Returns twice the mean over a step in which nothing changed, with the bits of hold().
+/// Returns twice the mean over a step in which nothing changed, to the bits of hold().
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
@@ -520,7 +525,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the snaps along the path on which the patch is carried: a whole number, unbiased over many steps.
+/// Returns the number of snaps along the path on which the patch is carried: whole, and unbiased over many
+/// steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -540,11 +546,11 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Bristles that are carried unchanged do not age.
+    // Carried bristles must not age, so the time passes for their blocks.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // The part along which the patch is carried unchanged adds the mean of steady sliding.
+  // The path along which the patch is carried adds the mean of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
@@ -556,7 +562,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Bristles whose deflection lags behind a turn are bent less along the motion, and snap less often.
+  // Bristles whose deflection lags behind a turn are bent less along the motion, so they dissipate less and
+  // snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

@@ -1,5 +1,5 @@
 // The contact model of the paper: n representative bristles, each with a deflection and a snap length
-// (core/MODEL.md, sections 3 to 12). One record per number type; the bristles' own motion is in kernels/.
+// (core/MODEL.md, sections 3 to 12). One record per number type; kernels/ moves the bristles.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace bristle::detail {
 /// Number of representatives of a patch in contact.
 struct ContactCount {
   double active = 0.0;    ///< zeta / w, at most `detail`
-  double overload = 1.0;  ///< zeta / (detail w) where that is above 1
-  double fraction = 0.0;  ///< of the last one
+  double overload = 1.0;  ///< zeta / (detail w) if above 1
+  double fraction = 0.0;  ///< share by which the last one counts
   std::uint32_t whole = 0;
 };
 ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
@@ -24,20 +24,20 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
-  double weight = 0.0;       ///< w, physical bristles per representative: zeta_max / detail
+  double weight = 0.0;       ///< w = zeta_max / detail, physical bristles per representative
   std::uint32_t detail = 0;  ///< representatives that stand for the patch, at most its n
   std::uint32_t whole = 0;
 };
 
 /// State of shared renewal. Saved and hashed where the material has it.
 struct RenewalState {
-  double due = 0.0;         ///< draws owed: kappa for each snap so far, less those made
-  std::uint64_t draws = 0;  ///< made so far: numbers the next
-  // The slide, straight or gently bent, that the last step with a snap belongs to; steps in which nothing
-  // snaps change nothing.
-  double run = 0.0;  ///< its length, at most `forget`; 0 = none
-  // Bristles that came into contact during the slide, where they are few: those from `young_from` on have
-  // slid for `young_run`, as far as the force of the patch shows it.
+  double due = 0.0;         ///< draws owed: kappa for each snap so far, less the draws made
+  std::uint64_t draws = 0;  ///< draws made so far, the number of the next draw
+  // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
+  // not change it.
+  double run = 0.0;  ///< length of the slide, at most `forget`; 0 = none
+  // Young bristles came into contact during the slide, if they are few: those from `young_from` on have slid
+  // for `young_run`, as far as the force of the patch shows it.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
@@ -51,50 +51,54 @@ struct RenewalState {
     forget_young();
   }
   // For bristles that age, numbers at the end of the slide:
-  double run_ageing = 0.0;           ///< AgedSliding::per_length
-  double run_until = 0.0;            ///< the patch's time, s
-  double direction[2] = {0.0, 0.0};  ///< since its last bend
-  std::int64_t slid_to[2] = {0, 0};  ///< patch position at its end
+  double run_ageing = 0.0;           ///< value of AgedSliding::per_length in the slide
+  double run_until = 0.0;            ///< the patch's time at the end of the slide, s
+  double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend
+  std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the slide
 };
 
-/// Sliding at one speed of bristles that age, for long steps (ageing.cpp). A cache: what it holds follows
-/// from the material and `per_length`.
+/// Sliding of ageing bristles at one speed, for long steps (ageing.cpp). A cache of what follows from the
+/// material and `per_length`.
 struct AgedSliding {
-  KernelLaw law{};              ///< that of the fresh length, with the jumps of the way from snap to snap
-  double per_length = -1.0;     ///< age gained per length, in units of the ageing time; < 0: none yet
-  double largest_growth = 1.0;  ///< aged over fresh, of the longest snap length
-  double steady_at = -1.0;      ///< `per_length` of the two below
-  double steady_bend = 0.0;     ///< under shared renewal: mean deflection
-  double steady_snaps = 0.0;    ///< of a bristle, per length
+  KernelLaw law{};              ///< law of the fresh length, with the jumps of the path from snap to snap
+  double per_length = -1.0;     ///< age gained per length, in units of the ageing time; < 0: not computed
+  double largest_growth = 1.0;  ///< aged over fresh length, for the longest snap length
+  double steady_at = -1.0;      ///< `per_length` to which the next two belong
+  double steady_bend = 0.0;     ///< mean deflection under shared renewal
+  double steady_snaps = 0.0;    ///< snaps of a bristle per length
 };
 
 /// Sums over the pieces of a step under shared renewal.
 struct PieceSums {
-  double length = 0.0;                 ///< of the whole step, scaled
-  double until = 0.0, duration = 0.0;  ///< its end and its duration, s
-  double forget = 0.0;                 ///< way after which a straight slide is steady at its speed
-  double per_length = 0.0;             ///< with ageing: AgedSliding::per_length
-  double carried = 0.0;                ///< of it: the way along which the patch is carried as it stands
-  double run = 0.0;                    ///< length of the slide that the step goes on with
-  double young_run = 0.0;              ///< of its young bristles
-  double apart = 0.0;  ///< of `carried`: what young bristles were followed apart, times their share
-  double lag = 0.0;    ///< of `squares`: what carrying round a corner takes from steady sliding
-  double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
-  double squares = 0.0;                   ///< of what slipped, scaled
+  double length = 0.0;                 ///< length of the whole step, scaled
+  double until = 0.0, duration = 0.0;  ///< end and duration of the step, s
+  double forget = 0.0;                 ///< path after which a straight slide is steady at its speed
+  double per_length = 0.0;             ///< with ageing: value of AgedSliding::per_length
+  double carried = 0.0;                ///< part of `length` along which the patch is carried
+  double run = 0.0;                    ///< length of the slide that the step continues
+  double young_run = 0.0;              ///< length of the slide of its young bristles
+  double apart = 0.0;  ///< path that young bristles were followed apart, times their share; a part of
+                       ///< `carried`
+  double lag = 0.0;    ///< energy that carrying round a corner lacks to steady sliding, in the unit of
+                       ///< `squares`
+  double twice_integral[2] = {0.0, 0.0};  ///< path integral of twice the sum of deflections, in units of
+                                          ///< StepSums x scaled length
+  double squares = 0.0;                   ///< energy that slips dissipated, as a scaled sum of squares
   std::uint64_t snaps = 0, visited = 0;
   std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
-  bool changed = false;           ///< a bristle snapped, was renewed or carried round a corner
-  bool turns = false;             ///< the step goes on with a slide in another direction
+  bool changed = false;           ///< whether a bristle snapped, was renewed or carried round a corner
+  bool turns = false;             ///< whether the step continues a slide in another direction
 };
 
-/// Shared renewal of a patch: state, the material's plan (scaled), and the step under way.
+/// Shared renewal of a patch: its state, constants of the material (scaled), and the sums of the step under
+/// way.
 struct SharedRenewal : RenewalState {
-  double piece = 0.0;         ///< longest piece
-  double inverse_mean = 0.0;  ///< of the snap length
-  double forget = 0.0;        ///< way after which a straight slide is steady
-  double goes_on = 0.0;       ///< way along which a step of a steady slide is followed, at least
-  double steady_bend = 0.0;   ///< mean deflection there
-  double steady_snaps = 0.0;  ///< of a bristle, per length
+  double piece = 0.0;         ///< longest piece of path that is taken at once
+  double inverse_mean = 0.0;  ///< one over the mean snap length
+  double forget = 0.0;        ///< path after which a straight slide is steady
+  double goes_on = 0.0;       ///< least path along which a step of a steady slide is followed
+  double steady_bend = 0.0;   ///< mean deflection in steady sliding
+  double steady_snaps = 0.0;  ///< snaps of a bristle per length
   PieceSums walked;
 };
 
@@ -106,25 +110,25 @@ template <class T>
 struct Representatives : PatchRecord, RepresentativeCount {
   using Number = T;
 
-  std::uint32_t bristles = 0;  ///< n
+  std::uint32_t bristles = 0;  ///< n, number of representatives
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
-  int variant = 0;  ///< of the step kernel
+  int variant = 0;  ///< variant of the step kernel
   const KernelSet<T>* kernels = nullptr;
 
   Block* blocks = nullptr;
   Reach* groups = nullptr;
   T* zx = nullptr;
-  T* zy = nullptr;  ///< null with one axis
+  T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
   // Deflections at which bristles snap, residual + snap length:
-  T* first = nullptr;               ///< with the length sampled first
-  T* delta = nullptr;               ///< with the present length; == first with keep
-  std::uint32_t* draw = nullptr;    ///< null with keep
-  SharedRenewal* shared = nullptr;  ///< one, or null without
+  T* first = nullptr;               ///< for the length sampled first
+  T* delta = nullptr;               ///< for the present length; equals `first` with SnapRule::keep
+  std::uint32_t* draw = nullptr;    ///< draw states; null with SnapRule::keep
+  SharedRenewal* shared = nullptr;  ///< a single entry, or null without shared renewal
   // Column of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
-  AgedSliding* aged = nullptr;  ///< one
+  AgedSliding* aged = nullptr;  ///< constants of ageing, a single entry
 
   /// Visits every column in the order in which columns are laid out, saved and hashed.
   template <class Self, class Visit>
@@ -187,41 +191,41 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 /// Rewrites block b with its deflections at the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
-/// Initialises block b, which is out of contact or of which all bristles are straight.
+/// Initialises block b, which is out of contact or has only straight bristles.
 template <class T>
 void enter_block(const Patch& p, std::uint32_t b) noexcept;
 /// Adds block b to the sum over full blocks (+1), or subtracts it (-1).
 template <class T>
 void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
-/// Sum of weight |z|^2 over the bristles in contact of block b, scaled.
+/// Returns the sum of weight |z|^2 over the bristles in contact of block b, scaled.
 template <class T>
 double block_squares(const Patch& p, std::uint32_t b) noexcept;
 template <class T>
 double all_squares(const Patch& p) noexcept;
-/// Energy of a unit of |z|^2, scaled, J.
+/// Returns the energy of a unit of |z|^2, scaled, J.
 template <class T>
 double joules_per_square(const Patch& p) noexcept;
 /// Resets the bristles [from, to) of one block, which are out of contact, to their first snap lengths.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Renews the bounds of groups and patch after a block changed outside a step.
+/// Recomputes the bounds of groups and patch after a block changed outside a step.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
-/// Displacement of a block since its last rewrite, scaled.
+/// Returns the displacement of a block since its last rewrite, scaled.
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Renews the shared part after the count of contacts, the weight or the tail block changed: sums over the
+/// Updates the shared part after the number in contact, the weight or the tail block changed: sums over the
 /// tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Renews the sums over the tail block after it was rewritten.
+/// Updates the sums over the tail block after it was rewritten.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
-constexpr double oldest_bristle = 1e30;  ///< in units of the ageing time: no bristle becomes older
+constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the ageing time
 /// Returns the largest growth g of a snap length.
 double largest_ageing_factor(const Material& material) noexcept;
 /// Returns the longest deflection that a bristle can have.
@@ -230,13 +234,13 @@ double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// Age gained by the bristles of block b since its last rewrite.
+/// Returns the age that the bristles of block b have gained since its last rewrite.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Rewrites the ages of block b. Bristles out of contact have none.
+/// Rewrites the ages of block b. Bristles out of contact have age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Deflection at which bristle i snaps, its age being written.
+/// Returns the deflection at which bristle i snaps, for ages that are up to date.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
 /// Initialises AgedSliding for a patch that has not slid yet.
@@ -245,9 +249,9 @@ void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing for the kernels of a step.
 template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
-/// Age gained per length in a step, in units of the ageing time.
+/// Returns the age gained per length in a step, in units of the ageing time.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Mean path from snap to snap in steady sliding without renewal, over that without ageing.
+/// Returns the mean path from snap to snap in steady sliding without renewal, over that without ageing.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
 /// Finds steady sliding under shared renewal at one speed (AgedSliding).
@@ -279,14 +283,14 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// As finish(), without renewals, bounds and the response of a step in pieces: state and sums after the
-/// kernels.
+/// Updates state and sums after the kernels, as finish() does, without renewals, bounds and the response of a
+/// step in pieces.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
 /// Fills the kernels' constants for a step or a piece of it.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// Finds, after a step that visited blocks, how far the patch may go before one must be visited again.
+/// Finds, after a step that visited blocks, how far the patch may move before a block must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
 /// Whether the stored sum over full blocks equals the sum of its blocks.
@@ -300,14 +304,14 @@ void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// Returns the length that a straight slide counts for after the share `share` of its deflections was
-/// disturbed. The others are within 1e-3 of steady sliding after `forget`; the disturbance decays
-/// exponentially with the path.
+/// Returns the run of a straight slide after the share `share` of its deflections was disturbed. Undisturbed
+/// deflections are within 1e-3 of steady sliding after `forget`; the disturbance decays exponentially with
+/// the path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Notes the bristles that came into contact or left it; before, there were `active`, `whole` of them in
-/// full.
+/// Updates the young bristles after some came into contact or left it. Before the change `active` were in
+/// contact, `whole` of them fully.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>
@@ -342,10 +346,11 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Throws bristle::Error.
+/// Makes a patch of representatives. Throws bristle::Error.
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight);
-/// Names of the kernel variants are made by the first batch, so that asking for one allocates nothing.
+/// Makes the names of the kernel variants. The first batch calls it, so that asking for a name allocates
+/// nothing.
 void name_kernels();
 
 }  // namespace bristle::detail

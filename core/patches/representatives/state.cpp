@@ -20,7 +20,7 @@ void count_fields(Io& io, Count& c) noexcept {
 }
 constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
-/// Lists the fields saved where the material has shared renewal.
+/// Lists the fields saved if the material has shared renewal.
 template <class Io, class State>
 void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.due);
@@ -50,7 +50,7 @@ std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
 }
 
-/// Bristles of block b, and the number of them whose columns are written; the others read as their filler.
+/// Number of bristles of block b, and the number whose columns are saved; the others read as their filler.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -63,8 +63,8 @@ Part part_of(const Representatives<T>& r, std::uint32_t b) noexcept {
   return {first, size, r.blocks[b].zero ? 0 : touching};
 }
 
-/// Reads a column: bristle i out of contact, or in a block that entered together and was not visited since,
-/// reads as the column's filler.
+/// Reads the value of bristle i in a column: the column's filler if the bristle is out of contact, or in a
+/// block that entered together and was not visited since.
 template <class T>
 struct Reading {
   const Representatives<T>& r;
@@ -87,8 +87,8 @@ constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Checks a block. A renewed bristle is written at its own place while its block stays: `longest` is the
-/// longest deflection, `farthest` the largest distance at which it is written.
+/// Checks a block. A renewed bristle is written relative to its own place while its block stays, so two
+/// bounds are needed: `longest`, of deflections, and `farthest`, of the distances at which they are written.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -99,7 +99,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses a contact that the load does not explain: it would give forces without load, or infinite ones.
+/// Refuses a number in contact that does not follow from the load: it would give forces without load, or
+/// infinite ones.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -114,8 +115,8 @@ const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
   return nullptr;
 }
 
-/// Rebuilds the sums over blocks after a patch out of contact got another count, position and columns. Blocks
-/// in contact are taken as written, the others as straight.
+/// Rebuilds the sums over blocks after a patch out of contact was given another count, position and columns.
+/// Blocks in contact are taken as saved, the others as straight.
 template <class T>
 void find_block_sums(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -270,10 +271,10 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(e, -1.0, 1.0)) return "direction";
   }
 
-  // With an exponential law, the bristle met at the end of a long slide may have two draws: one before the
-  // place and one after it.
+  // With an exponential law, the bristle that is reached at the end of a long slide may combine two draws,
+  // the lengths before and after that place, so twice the longest length is possible.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
-  // Rounding may leave a deflection a little beyond its length.
+  // Allows for rounding, which may leave a deflection a little beyond its length.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
@@ -336,7 +337,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
     read.column(column, r.bristles);
-    // Bristles out of contact read as their filler, whatever the bytes said.
+    // Bristles out of contact get their filler, whatever the bytes say.
     if constexpr (std::is_same_v<Entry, T>)
       for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
         column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);

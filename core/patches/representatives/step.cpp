@@ -9,7 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
+/// Returns a power of two as the unit in which the sum of delta^2 over a block's snaps fits 62 bits with room
+/// to spare.
 double energy_unit(double length, double longest, bool literal) noexcept {
   // The literal rule squares a bristle's deflection before its reset. Other rules sum at most path x
   // longest.
@@ -20,8 +21,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Includes the state, so that equal steps draw different phases, and so do equal patches in different
-/// states.
+/// Returns the key of random phases. It includes the state, so that equal steps, and equal patches in
+/// different states, draw different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -53,8 +54,8 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Bounds cost a square root per bristle. They save nearly all visits where a fortieth of the blocks is
-  // rewritten, and cost more than they save where a quarter is.
+  // Bounds cost a square root per bristle. They save nearly all visits when a fortieth of the blocks is
+  // rewritten, and cost more than they save at a quarter.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
@@ -113,8 +114,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. An axis at a
-  // time, so that its 128-bit sums stay in registers.
+  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. Takes one axis
+  // at a time, so that its 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];

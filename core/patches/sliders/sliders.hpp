@@ -1,5 +1,5 @@
 // The contact model of bristles that slide at their limit: weighted strata of the law (core/MODEL.md, section
-// 30). The bristles' own motion is in kernels/slide.hpp.
+// 30). kernels/slide.hpp moves the bristles.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@ constexpr std::uint32_t default_sliders = 32;
 template <class T>
 struct Sliders : PatchRecord {
   std::uint32_t bristles = 0;  ///< n, strata of the patch
-  std::uint32_t detail = 0;    ///< strata in use: each is one or several of the n
+  std::uint32_t detail = 0;    ///< strata in use; each combines one or several of the n
   std::uint32_t block_count = 0;
-  /// Bristles in contact at the load that their stiffness belongs to: the highest since they were last
-  /// straight, less what sliding has removed since the load fell. At least Patch::zeta.
+  /// Bristles in contact at the load to which the present stiffness belongs: the highest load since they were
+  /// last straight, less the part that sliding has removed since the load fell. At least Patch::zeta.
   double stiff_zeta = 0.0;
   const KernelSet<T>* kernels = nullptr;
 
   SlideBlock* blocks = nullptr;
   T* zx = nullptr;
-  T* zy = nullptr;          ///< null with one axis
-  double* since = nullptr;  ///< SlideView::since
+  T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
+  double* since = nullptr;  ///< times of the last slide, see SlideView::since
   // Columns of the strata in use, then of all n:
   T* limit = nullptr;
-  T* per_limit = nullptr;  ///< SlideView::per_limit
+  T* per_limit = nullptr;  ///< one over the limits, see SlideView::per_limit
   T* weight = nullptr;
   T* first_limit = nullptr;
   T* first_weight = nullptr;
@@ -64,20 +64,20 @@ template <class T>
 Sliders<T>& sliders(const Patch& p) noexcept {
   return static_cast<Sliders<T>&>(*p.record);
 }
-/// Returns the share of the limits that the present load leaves.
+/// Returns the factor of the limits under the present load.
 template <class T>
 double limit_share(const Patch& p) noexcept {
   const double stiff = sliders<T>(p).stiff_zeta;
   return stiff > p.zeta ? p.zeta / stiff : 1.0;
 }
-/// Energy over that of a unit of weight x deflection squared (scaled), times two: k z dz in joules.
+/// Returns the joules of a unit of weight x deflection squared (scaled), times two: k z dz in joules.
 template <class T>
 double joules_per_square(const Sliders<T>& r) noexcept {
   const CompiledMaterial& m = *r.material;
   return m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * m.metres_per_length;
 }
 
-/// Deflection of bristle i now, scaled.
+/// Returns the present deflection of bristle i, scaled.
 template <class T>
 double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -86,14 +86,15 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   return static_cast<double>(z[i]) +
          to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
 }
-/// Centre of the limits of bristle i: its place before its root, along a lay that leans; scaled.
+/// Returns the centre of the limits of bristle i, scaled: its place lies before the root, along a lay that
+/// leans.
 template <class T>
 double centre_of(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
 }
-/// Calls `change(i, z)` for every bristle in use, with its deflection, which it may change; then counts all
-/// from the patch's place.
+/// Calls `change(i, z)` for every bristle in use, with its deflection, which it may change; then stores
+/// deflections relative to the patch's present position.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
 /// Updates sums, unit of force and contact of the shared part after columns, load or material changed outside
@@ -131,16 +132,16 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
 template <class T>
 void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Fills the strata in use from all n strata of the material.
+/// Fills the strata in use from the n strata of the material.
 template <class T>
 void fill_strata(Sliders<T>& r) noexcept;
-/// Straightens every bristle, for a patch out of contact.
+/// Straightens every bristle of a patch out of contact.
 template <class T>
 void straighten(Patch& p) noexcept;
 
-/// Names of the variants are made by the first batch, so that asking for one allocates nothing.
+/// Makes the names of the variants. The first batch calls it, so that asking for a name allocates nothing.
 void name_sliders();
-/// Throws bristle::Error.
+/// Makes a patch of sliding bristles. Throws bristle::Error.
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight);
 

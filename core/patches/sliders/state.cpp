@@ -89,7 +89,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
   SavedSums sums;
   sum_fields(read, sums);
   if (sums.detail < 1 || sums.detail > r.bristles) return "detail";
-  // Bounds the stiffness by that of the highest load: no load gives more.
+  // Bounds the stiffness by that at the highest load.
   const double most = m.bristles_in_contact(highest_load);
   if (!(sums.stiff_zeta >= contact.zeta && sums.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
   if (contact.zeta == 0.0 && sums.stiff_zeta != 0.0) return "stiffness";

@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns a time at which a bristle that holds from now on counts as having last slid: so early that a step
-/// which begins now does not take it for one that slid in the step before.
+/// Returns a last-slid time for a bristle that holds from now on: so early that a step which begins now does
+/// not take it for one that slid in the step before.
 double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
 
 template <class T>
@@ -28,7 +28,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// Returns the limit of bristle i, grown by the time since it last slid.
+/// Returns the limit of bristle i, grown by ageing since it last slid.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -39,7 +39,7 @@ double limit_now(const Patch& p, std::uint32_t i) noexcept {
   return limit * p.material().material.ageing_factor(now - r.since[i]);
 }
 
-/// Reduces deflections to limits that have fallen: such a bristle slides where it is.
+/// Reduces deflections to limits that have fallen; the bristles concerned slide without motion of the patch.
 template <class T>
 void take_back(Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -65,7 +65,7 @@ void change_stiffness(Patch& p, double zeta) noexcept {
   r.stiff_zeta = zeta;
 }
 
-/// Moves the centre of the limits of a lay that leans, as a load that changes by `gain` bristles does.
+/// Moves the centre of the limits of a lay that leans after the load changed by `gain` bristles.
 template <class T>
 void move_centre(Patch& p, double gain) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -75,8 +75,7 @@ void move_centre(Patch& p, double gain) noexcept {
 }
 
 /// Softens bristles that are stiffer than their load, as after its fall: energy that sliding frees stretches
-/// them at unchanged forces, until they are as soft as the load makes them. Returns the energy that this
-/// took, J.
+/// them at unchanged forces, until their stiffness is that of the load. Returns the energy that this took, J.
 template <class T>
 double soften(Patch& p, double dissipated) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -84,7 +83,7 @@ double soften(Patch& p, double dissipated) noexcept {
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
   const double wanted = stored / (stored + r.lay.least_loss() * dissipated);
-  // A stiffness within rounding of the load's own becomes it, which ends the softening.
+  // Snaps a stiffness within rounding of the load's own to it, which ends the softening.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
   note_sliders<T>(p);
@@ -139,7 +138,7 @@ void note_sliders(Patch& p) noexcept {
   p.newtons_per_unit = m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * length_per_fixed;
   note_contact(p);
   p.stiffness = r.stiff_zeta * m.material.bristle_stiffness * r.lay.stiffest;
-  p.renews = r.stiff_zeta > p.zeta;  // a step makes it softer, and so does a trial
+  p.renews = r.stiff_zeta > p.zeta;  // any step, and so any trial, makes it softer
 }
 
 template <class T>
@@ -202,7 +201,7 @@ template <class T>
 void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  const bool softens = r.stiff_zeta > p.zeta;  // which takes from what is dissipated
+  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy from what is dissipated
   const int wanted =
       (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
   const auto kernel =
@@ -241,7 +240,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
   if (r.stiff_zeta > p.zeta) {
     const double unit = p.newtons_per_unit;
     sums.dissipated -= soften<T>(p, sums.dissipated);
-    // Converts the sums to the new unit of force, with the end that the next step at rest finds.
+    // Converts the sums to the new unit of force, with the end force that the next step at rest returns.
     for (int axis = 0; axis < p.axes; ++axis) {
       sums.end[axis] = static_cast<double>(p.part_sum[axis]);
       sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);
@@ -263,7 +262,8 @@ Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // Works from the last stratum on, in place: each stratum takes from its group the share that its limit has.
+  // Works from the last stratum on, in place: each stratum takes the share of its group's deflection that its
+  // limit has.
   const std::uint32_t n = r.bristles, old = r.detail;
   rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
   for (std::uint32_t j = old; j-- > 0;) {
@@ -319,7 +319,9 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.pending_loss = from.pending_loss;
   r.detail = old.detail;
   fill_strata<T>(r);
-  const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // power of two
+  const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the
+                                                                                             // length units,
+                                                                                             // a power of two
   const double now = time_of(to);
   for (std::uint32_t i = 0; i < r.rows(); ++i) {
     // The centre is a share of the limit, which differs between the two materials.
@@ -331,8 +333,8 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   }
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
     for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = to.position[axis];
-  // Applies the load again: under the new material it may mean another number of bristles. Bristles beyond
-  // the new limits slide.
+  // Applies the load again, because under the new material it may give another number of bristles. Bristles
+  // beyond the new limits slide.
   const Material& m = to.material().material;
   to.normal_load = from.normal_load;
   to.zeta = m.bristles_in_contact(from.normal_load);

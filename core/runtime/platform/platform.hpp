@@ -1,5 +1,5 @@
-// All that core asks of the operating system besides threads: clocks, counters of a thread, and files. One
-// source for each family of systems: posix.cpp, windows.cpp. Paths are UTF-8 everywhere.
+// All services of the operating system that core needs besides threads: clocks, counters of a thread, and
+// files. One source for each family of systems: posix.cpp, windows.cpp. Paths are UTF-8 everywhere.
 #pragma once
 
 #include <cstddef>
@@ -11,22 +11,22 @@
 
 namespace bristle::detail {
 
-/// Seconds of a clock that never goes back.
+/// Returns the seconds of a clock that never goes back.
 double monotonic_seconds() noexcept;
 
-/// Seconds for which the calling thread has had a core.
+/// Returns the seconds for which the calling thread has had a core.
 double thread_seconds() noexcept;
 
-/// Counters of the calling thread so far; zeros where the system does not count it.
+/// Returns the counters of the calling thread so far; zeros for those that the system does not have.
 ThreadEvents thread_events() noexcept;
 
 /// Returns a number that no other living process has.
 unsigned process_number() noexcept;
 
-/// An open file, closed whatever happens. After a failure `errno` says why.
+/// An open file, closed by the destructor. After a failure `errno` says why.
 class File {
  public:
-  /// Opens a new file to write. Fails with EEXIST where a file of that name exists.
+  /// Opens a new file to write. Fails with EEXIST if a file of that name exists.
   static File create(const std::string& path) noexcept;
   /// Opens a file to read. Does not wait for the other end of a pipe.
   static File open_to_read(const std::string& path) noexcept;
@@ -38,8 +38,8 @@ class File {
   bool is_open() const noexcept { return number_ >= 0; }
   bool close() noexcept;
   bool write(Span<const std::byte> bytes) noexcept;
-  /// Reads `size` bytes. Returns false on an error; at an early end `to` is filled in part, and `got` says
-  /// how far.
+  /// Reads `size` bytes. Returns false on an error; at an early end `to` is filled in part, and `got` is the
+  /// number of bytes.
   bool read(std::byte* to, std::size_t size, std::size_t& got) noexcept;
   /// Flushes the file to the disk.
   bool flush() noexcept;
@@ -55,13 +55,14 @@ class File {
   int number_;
 };
 
-/// Whether `path` names something that is no regular file: a device, a pipe, a folder.
+/// Whether `path` names something other than a regular file: a device, a pipe, a folder.
 bool is_occupied(const std::string& path) noexcept;
 
-/// Puts `from` in the place of `to`: at every moment `to` is the old file or the new one, whole.
+/// Replaces `to` by `from`: at every moment `to` is wholly the old file or the new one.
 bool replace_file(const std::string& from, const std::string& to) noexcept;
 
-/// Makes a replacement in the folder of `path` survive a power cut. True where the system has no such call.
+/// Makes a replacement in the folder of `path` survive a power cut. Returns true if the system has no such
+/// call.
 bool flush_folder_of(const std::string& path) noexcept;
 
 void remove_file(const std::string& path) noexcept;

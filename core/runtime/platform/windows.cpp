@@ -1,9 +1,8 @@
-// The system's services on Windows. The C runtime's files serve, opened by wide names so that paths are
-// UTF-8.
+// The system's services on Windows, by the C runtime's files, opened by wide names so that paths are UTF-8.
 #define WIN32_LEAN_AND_MEAN
 #define NOMINMAX
 #include <windows.h>
-// After windows.h.
+// Must come after windows.h.
 #include <fcntl.h>
 #include <io.h>
 #include <share.h>
@@ -27,7 +26,7 @@ std::wstring wide(const std::string& text) {
   return name;
 }
 
-/// The C runtime takes counts as `int`, so larger blocks go in pieces.
+/// Limits a size to an int, because the C runtime takes counts as `int`; larger blocks go in pieces.
 unsigned piece(std::size_t size) noexcept {
   return static_cast<unsigned>(std::min<std::size_t>(size, 1u << 30));
 }
@@ -41,7 +40,8 @@ double monotonic_seconds() noexcept {
   return static_cast<double>(count.QuadPart) / static_cast<double>(rate.QuadPart);
 }
 
-/// The processor's counter, by which Windows counts a thread's time, against the clock since the first call.
+/// Returns the processor's cycle counter, by which Windows counts a thread's time, converted to seconds by
+/// the clock since the first call.
 double thread_seconds() noexcept {
   struct Start {
     double time = monotonic_seconds();
@@ -51,7 +51,7 @@ double thread_seconds() noexcept {
   ULONG64 cycles = 0;
   const double elapsed = monotonic_seconds() - start.time;
   if (QueryThreadCycleTime(GetCurrentThread(), &cycles) == 0 || cycles == 0 || elapsed <= 0.0)
-    return monotonic_seconds();  // no thread clock: every late tick counts as ours
+    return monotonic_seconds();  // without a thread clock every late tick counts as caused by this program
   return static_cast<double>(cycles) * elapsed / static_cast<double>(__rdtsc() - start.count);
 }
 
@@ -115,7 +115,10 @@ bool replace_file(const std::string& from, const std::string& to) noexcept {
   return false;
 }
 
-bool flush_folder_of(const std::string&) noexcept { return true; }  // MOVEFILE_WRITE_THROUGH did
+bool flush_folder_of(const std::string&) noexcept {
+  return true;
+}  // replace_file() has flushed it by
+   // MOVEFILE_WRITE_THROUGH
 
 void remove_file(const std::string& path) noexcept { _wunlink(wide(path).c_str()); }
 

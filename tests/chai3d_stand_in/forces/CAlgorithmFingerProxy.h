@@ -90,7 +90,7 @@ class cAlgorithmFingerProxy {
   unsigned int m_numCollisionEvents = 0;
 
  private:
-  /// Out of one object after the other, along their normals.
+  /// Moves the proxy out of one object after the other, along their normals.
   void find_proxy() {
     Eigen::Vector3d goal = eigen(m_deviceGlobalPos);
     m_numCollisionEvents = 0;

@@ -1,4 +1,4 @@
-// Time of a step of the page's block with 10,000 bristles, pulled at 10 mm/s, and with the infinite brush.
+// Times a step of the page's block with 10,000 bristles, pulled at 10 mm/s, and with the infinite brush.
 #include <chrono>
 #include <cstdio>
 

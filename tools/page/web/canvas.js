@@ -1,4 +1,4 @@
-// Canvases that fit their place on the screen, and the colours of the style sheet.
+// Sizes canvases to their place on the screen, and reads the colours of the style sheet.
 'use strict';
 
 function openCanvas(id) {

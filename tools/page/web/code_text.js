@@ -1,4 +1,4 @@
-// The C++ program that makes the contact of the page.
+// Text of the C++ program that makes the page's contact.
 'use strict';
 
 function codeText(s) {

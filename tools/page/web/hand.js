@@ -1,13 +1,13 @@
-// Who moves the hand: a pointer, the arrow keys, or a motion of its own.
+// Moves the hand by a pointer, by arrow keys, or in a motion of its own.
 'use strict';
 
 function makeHand(library, scene) {
   const pullSpeed = 0.004;  // m/s
-  const keyWay = 0.001;     // m a key press
-  let owner = null;         // null, 'pointer', 'keys', 'pull', 'rub'
+  const keyWay = 0.001;     // m per key press
+  let owner = null;         // source of the hand's motion: null, 'pointer', 'keys', 'pull', 'rub'
   let wanted = 0;
   let offset = 0;
-  let began = 0;            // s of simulated time
+  let began = 0;            // s, simulated time at which the motion began
   let listener = () => {};
 
   function take(by, time) {

@@ -1,4 +1,4 @@
-// The library as plain functions. Lengths in metres, forces in newtons.
+// Wraps the library in plain functions. Lengths in metres, forces in newtons.
 'use strict';
 
 async function openLibrary() {

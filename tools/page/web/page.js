@@ -1,4 +1,4 @@
-// Puts the page together: controls, and a picture after another.
+// Assembles the page: controls, and the loop that draws pictures.
 'use strict';
 
 function press(buttons, pressed) {
@@ -101,9 +101,9 @@ async function main() {
   choose('population', (value) => settings.setInfinite(value === 'cohorts'));
 
   let last = performance.now();
-  let owed = 0;  // steps of 1 ms
+  let owed = 0;  // steps of 1 ms that are due
   function picture(now) {
-    // A machine that is too slow for real time runs slower instead of falling behind for ever.
+    // Limits the steps due, so that a machine too slow for real time runs slower instead of falling behind for ever.
     owed = Math.min(owed + (now - last) * speed, 50);
     last = now;
     const steps = Math.floor(owed);
@@ -121,7 +121,7 @@ async function main() {
   }
   requestAnimationFrame(picture);
 
-  // For tools/check_page.
+  // Interface for tools/check_page.
   window.bristlePage = {hashes, meter, settings, state: () => library.state(),
     blockOnScreen: () => scene.blockOnScreen(library.state())};
 }

@@ -1,4 +1,4 @@
-// Friction over displacement and over time, from the ring of samples.
+// Draws friction over displacement and over time, from the ring of samples.
 'use strict';
 
 /** A step of 1, 2 or 5 times a power of ten that divides `range` into about `count`. */
@@ -97,7 +97,7 @@ function makeCurve() {
       axes.draw(micro ? 'displacement, µm' : 'displacement, mm', micro ? 1e6 : 1e3);
       axes.limits(state);
       axes.inside(() => {
-        // Older parts fade. Strides count from sample 0, so that a drawn curve does not tremble.
+        // Fades older parts. Strides count from sample 0, so that a drawn curve does not tremble.
         const pieces = 6;
         for (let p = 0; p < pieces; ++p) {
           const from = first + Math.floor((last - first) * p / pieces);

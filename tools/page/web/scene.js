@@ -1,19 +1,19 @@
-// The block on the floor, the spring, the hand, and the forces as arrows.
+// Draws the block on the floor, the spring, the hand, and the forces as arrows.
 'use strict';
 
-const worldWidth = 0.09;   // m, of the picture
+const worldWidth = 0.09;   // m, width of the picture
 const blockWidth = 0.018;  // m
-const keepWithin = 0.026;  // m: the picture follows a block that goes farther from its middle
+const keepWithin = 0.026;  // m, distance from the middle at which the picture follows the block
 
 function makeScene() {
   const view = openCanvas('scene');
-  let middle = 0;  // m, what is in the middle of the picture
+  let middle = 0;  // m, place in the middle of the picture
 
   const pixelsPerMetre = () => view.width / worldWidth;
   const toScreen = (x) => view.width / 2 + (x - middle) * pixelsPerMetre();
   const floorLevel = () => view.height - 46;
 
-  // Height of the floor's tooth number i, 0 to 1.
+  // Returns the height of the floor's tooth number i, 0 to 1.
   function tooth(i) {
     const x = Math.sin(i * 127.1 + 11.7) * 43758.5453;
     return x - Math.floor(x);

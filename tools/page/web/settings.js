@@ -1,4 +1,4 @@
-// Sliders: their ranges, what they show, and the settings that they stand for.
+// Sliders: their ranges, their labels, and the settings that they set.
 'use strict';
 
 function shortNumber(value, digits = 3) {
@@ -9,7 +9,7 @@ function lengthText(metres) {
 }
 const percentText = (share) => `${shortNumber(100 * share, 2)} %`;
 
-// `scale: 'log'`: equal ways on the slider are equal ratios.
+// Table of sliders. `scale: 'log'`: equal distances on the slider are equal ratios.
 const sliderTable = [
   {name: 'bristles', label: 'Bristles', low: 30, high: 30000, first: 1000, scale: 'log', whole: true,
    text: (v) => v.toLocaleString('en'), help: 'Representatives in contact. Fewer fluctuate more.'},
@@ -81,8 +81,8 @@ function makeSettings(parent, changed) {
   };
 }
 
-// Tangential damping over load, s/m: 0.15 of what is critical for the block on its bent bristles, so that a
-// block at rest stops to ring. Bristles alone have none.
+// Damping over load, s/m: 0.15 of critical for the block on its bent bristles, so that a block at rest stops swinging.
+// Bristles alone do not damp.
 const blockMass = 0.1;  // kg
 function dampingPerNewton(s) {
   const stiffness = s.kinetic * s.normalLoad / s.length;

@@ -25,13 +25,14 @@ from . import _bristle
 from ._bristle import *
 from ._bristle import __version__
 from ._arrays import Response, Responses, motions, responses
+from . import _words as _words
 
 if hasattr(_bristle, "_SweepStudy"):
     from ._sweep import SweepTable, sweep
 
 
 def __getattr__(name):
-    """Says of a name that this build leaves out why it does."""
+    """Explains why this build lacks a name that others have."""
     why = getattr(_bristle, "__getattr__", None)
     if why is not None:
         return why(name)

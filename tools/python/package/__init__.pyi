@@ -1,4 +1,4 @@
-# Types of the module, for editors and checkers. Units and meaning: docstrings, help(bristle).
+# Type stubs of the module, for editors and checkers. Units and meaning are in the docstrings: help(bristle).
 import enum
 import os
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,7 @@ class Status(enum.IntFlag):
     repeated_id: int
     bad_input: int
     overload: int
+    no_capacity: int
 
 class SnapLength:
     @staticmethod
@@ -70,6 +71,8 @@ class Coefficients:
     drop: float = ...
     @staticmethod
     def paper() -> Coefficients: ...
+    @staticmethod
+    def typical(name: str) -> Coefficients: ...
 
 @dataclass(kw_only=True)
 class Material:
@@ -90,6 +93,8 @@ class Material:
     speed_strengthening: float = ...
     strengthening_speed: float = ...
     drop: float = ...
+    @staticmethod
+    def typical(name: str) -> Material: ...
     @overload
     @staticmethod
     def from_coefficients(coefficients: Coefficients) -> Material: ...
@@ -134,6 +139,7 @@ class Material:
     def damping_at(self, speed: float) -> float: ...
     def steady_force(self, speed: float, normal_load: float) -> float: ...
 
+def typical_materials() -> dict[str, str]: ...
 def virgin_deflection(law: SnapLength, rule: str, x_over_mean: ArrayLike) -> NDArray[np.float64]: ...
 
 @dataclass(kw_only=True)
@@ -405,7 +411,7 @@ class DeadlineMonitor:
 
 def instruction_sets() -> dict[str, bool]: ...
 
-# What follows is there where the build has the tools (BRISTLE_BUILD_TOOLS).
+# Names below exist only in builds with the tools (BRISTLE_BUILD_TOOLS).
 
 class FitEstimate:
     value: Final[float]
@@ -427,6 +433,7 @@ class FitResult:
     curve: Final[NDArray[np.float64]]
     report: Final[dict[str, Any]]
     understood: Final[list[str]]
+    def to_pandas(self) -> Any: ...
 
 @overload
 def fit(
@@ -475,6 +482,8 @@ class SceneRun:
     state_hash: Final[int]
     steps: Final[int]
     report: Final[dict[str, Any]]
+    def to_pandas(self) -> Any: ...
+    def to_xarray(self) -> Any: ...
 
 class Scene:
     def __init__(self, path: Union[str, os.PathLike[str]]) -> None: ...

@@ -6,7 +6,7 @@ from ._bristle import Error, Status, motion_dtype, response_dtype
 
 
 def motions(ids, normal_load=0.0):
-    """An array of motions for these patches, at rest under `normal_load` (N, one or one per patch).
+    """Returns an array of motions for these patches, at rest under `normal_load` (N, one or one per patch).
 
     Columns are views: motions.displacement[:, 0] = dx, or motions["displacement"]. displacement: m over the step;
     velocity (m/s) is used where has_velocity is set, else displacement / dt.
@@ -19,8 +19,9 @@ def motions(ids, normal_load=0.0):
 
 
 def _computed(of, name, outputs):
-    """The column, or the value of one record; bristle.Error where a step has not written it."""
-    # Of what a patch was not asked for a step writes nothing. There is no NaN among the whole numbers of snaps.
+    """Returns the column, or the value of one record; raises bristle.Error where a step has not written it."""
+    # A step writes nothing into outputs that its patch lacks, which leaves NaN. Snaps are whole numbers without NaN, so
+    # another output is tested.
     missing = numpy.isnan(of["mean" if outputs == "mean" else "dissipated"])
     if missing.any():
         row = f" of row {int(numpy.argwhere(missing)[0][0])}" if isinstance(of, numpy.ndarray) else ""
@@ -34,7 +35,7 @@ def _output(name, outputs, doc):
 
 
 class _Outputs:
-    """What a patch computes only where it is asked to."""
+    """Outputs that a patch computes only if asked."""
 
     mean = _output("mean", "mean", "N, force on the moving body averaged over the step.")
     dissipated = _output("dissipated", "energy", "J, lost in snaps in this step.")
@@ -63,7 +64,7 @@ class Responses(_Outputs, numpy.recarray):
                         f"{rows[0]}: {status!r}")
         return self
 
-    # As numpy.recarray does, but rows stay bristle.Response in whatever is made of the array.
+    # Keeps the rows of derived arrays bristle.Response, where numpy.recarray would lose the type.
     def __array_finalize__(self, other):
         pass
 
@@ -74,7 +75,7 @@ class Responses(_Outputs, numpy.recarray):
 
 
 def responses(size):
-    """An array for the responses to `size` motions: bristle.Responses."""
+    """Returns an array for the responses to `size` motions: bristle.Responses."""
     array = numpy.zeros(size, numpy.dtype((Response, response_dtype))).view(Responses)
     for name in ("mean", "dissipated", "contact_loss", "damper_work"):
         array[name] = numpy.nan

@@ -1,4 +1,4 @@
-"""bristle.sweep: a scene over a grid or sample of parameters, on threads here or on a Dask cluster."""
+"""bristle.sweep: runs a scene over a grid or sample of parameters, on threads here or on a Dask cluster."""
 
 import atexit
 import collections
@@ -36,7 +36,7 @@ class SweepTable:
 
     @property
     def units(self):
-        """Units of the columns by name; "" of pure numbers and texts."""
+        """Units of the columns by name; "" for pure numbers and texts."""
         return self._units
 
     @property
@@ -46,7 +46,7 @@ class SweepTable:
 
     @property
     def hash(self):
-        """Of all rows, measured times left out: the table hash of `bristle sweep`."""
+        """Hash of all rows without measured times: the table hash of `bristle sweep`."""
         return self._rows.table_hash()
 
     def __getitem__(self, name):
@@ -58,11 +58,11 @@ class SweepTable:
         return len(self._columns["index"])
 
     def write(self, path):
-        """As CSV. For NetCDF: to_xarray().to_netcdf(path)."""
+        """Writes the table as CSV. For NetCDF: to_xarray().to_netcdf(path)."""
         self._rows.write(os.fspath(path))
 
     def to_pandas(self):
-        """As a pandas.DataFrame; units are in its attrs["units"]."""
+        """Returns a pandas.DataFrame; units are in its attrs["units"]."""
         import pandas
 
         frame = pandas.DataFrame(self._columns)
@@ -70,7 +70,7 @@ class SweepTable:
         return frame
 
     def to_xarray(self):
-        """As an xarray.Dataset over `row`, with units in the variables' attrs."""
+        """Returns an xarray.Dataset over `row`, with units in the variables' attrs."""
         import xarray
 
         return xarray.Dataset({name: ("row", values, {"units": self._units[name]})
@@ -91,7 +91,8 @@ class SweepTable:
 
 
 def _column(cells, kind):
-    """None, where a row has no such result, is NaN; 0 in whole numbers and hashes of rows that were refused."""
+    """Makes an array of cells. A missing result (None) becomes NaN; in whole numbers and hashes, of rows that were
+    refused, 0."""
     if kind == "hash":
         cells = [int(cell, 16) if cell is not None else 0 for cell in cells]
     elif kind == "whole":
@@ -112,7 +113,7 @@ def _text(value):
 
 
 def _ranges(vary):
-    """"a:b:n" as it is; a list of values with commas."""
+    """Returns a range "a:b:n" unchanged, and a list of values as a text with commas."""
     if not isinstance(vary, dict):
         return [os.fspath(v) for v in vary]
     return [f"{key}={r if isinstance(r, str) else ','.join(_text(v) for v in r)}" for key, r in vary.items()]
@@ -164,12 +165,13 @@ _lock = threading.Lock()
 
 
 def _study_here(recipe):
-    """The study in this process: its files lie in a folder that goes with the process."""
+    """Returns this process's study of the recipe. Its files lie in a temporary folder that is deleted with the process.
+    """
     with _lock:
         if recipe not in _studies:
             folder = tempfile.mkdtemp(prefix="bristle_sweep_")
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
-            _studies.clear()  # one at a time: a worker lives longer than a study
+            _studies.clear()  # only one is kept: a worker outlives its studies
             _studies[recipe] = _SweepStudy.from_recipe(recipe, folder)
         return _studies[recipe]
 
@@ -186,19 +188,19 @@ def _run_task(recipe, indices, isa):
 
 # ------------------------------------------------------------------------------------------------------- by a scheduler
 
-_TASK_SECONDS = 0.5  # of work: the scheduler takes a few milliseconds a task
-_MOST_TRIES = 5  # of rows whose workers died under them, each after four workers
+_TASK_SECONDS = 0.5  # work in a task; the scheduler takes a few milliseconds for each
+_MOST_TRIES = 5  # limit on rows whose workers died, each tried on four workers
 
 
 class _Sizes:
-    """How many rows a task takes, from the time of those before."""
+    """Chooses how many rows a task gets, from the time of earlier rows."""
 
     def __init__(self, client, rows):
         self._client, self._left, self._per_row = client, rows, None
         self._threads, self._looked = 1, -10.0
 
     def threads(self):
-        if time.monotonic() - self._looked > 1.0:  # workers come and go
+        if time.monotonic() - self._looked > 1.0:  # the number of workers may change
             self._threads = max(1, sum(self._client.nthreads().values()))
             self._looked = time.monotonic()
         return self._threads
@@ -216,12 +218,12 @@ class _Sizes:
 
 
 def _rows_by_dask(client, recipe, indices, isa):
-    """Rows as they are done. Of a worker that is lost the rows run again elsewhere."""
+    """Yields rows as they are done. Rows of a lost worker run again on another."""
     from distributed import as_completed
 
     if not client.nthreads():
         print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
-    # Submitted, not scattered: what is scattered to a worker goes with it.
+    # Submits the recipe instead of scattering it: scattered data are lost with their worker.
     shared = client.submit(_same, recipe, pure=False)
     waiting, parts, futures = collections.deque(indices), {}, {}
     tries, sizes, flying = collections.Counter(), _Sizes(client, len(indices)), as_completed()
@@ -254,7 +256,7 @@ def _rows_by_dask(client, recipe, indices, isa):
 
 
 def _result(future, part, tries):
-    """Rows and their time; None where their workers were lost."""
+    """Returns the rows of a task and their time; None if their worker was lost."""
     from distributed.scheduler import KilledWorker
 
     try:

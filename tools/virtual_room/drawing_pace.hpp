@@ -1,0 +1,59 @@
+// How much of a picture is drawn, so that pictures keep coming where OpenGL is slow and the loop gets its
+// time.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace room {
+
+struct Drawing {
+  bool shadows = true;
+  bool half_resolution = false;  ///< of the room, not of panels
+  double period_s = 1.0 / 60;    ///< shortest time from picture to picture
+  const char* says = "";         ///< to the person
+};
+
+/// Chooses what is drawn from what pictures take. What turned out too dear is tried again ever more rarely.
+class DrawingPace {
+ public:
+  static constexpr std::array<Drawing, 4> levels = {
+      {{true, false, 1.0 / 60, ""},
+       {false, false, 1.0 / 60, "no shadows"},
+       {false, true, 1.0 / 60, "no shadows, half resolution"},
+       {false, true, 1.0 / 15, "no shadows, half resolution, 15 pictures a second"}}};
+  static constexpr double too_slow_s = 0.04, fast_s = 0.02;  ///< of one picture
+
+  const Drawing& now() const noexcept { return levels[level_]; }
+
+  /// Takes what a picture took, s, and the share of real time at which the simulation ran meanwhile (1 where
+  /// that is not known). Call it for every picture, at time `t`, s.
+  void take(double t, double picture_s, double share) noexcept {
+    mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.2 * (picture_s - mean_s_);
+    mean_share_ = count_ == 0 ? share : mean_share_ + 0.2 * (share - mean_share_);
+    if (count_++ == 0) since_ = t;
+    const double lasted = t - since_;
+    if (count_ >= 8 && lasted >= 1.0 && level_ + 1 < levels.size() &&
+        (mean_s_ > too_slow_s || mean_share_ < 0.85)) {
+      if (tried_ && lasted < 10.0) wait_s_ = std::min(2.0 * wait_s_, 600.0);
+      change(level_ + 1, false);
+    } else if (level_ > 0 && lasted >= wait_s_ && mean_s_ < fast_s && mean_share_ > 0.97) {
+      change(level_ - 1, true);
+    }
+  }
+
+ private:
+  void change(std::size_t level, bool tried) noexcept {
+    level_ = level;
+    tried_ = tried;
+    count_ = 0;
+  }
+
+  std::size_t level_ = 0;
+  long count_ = 0;      ///< pictures at this level
+  bool tried_ = false;  ///< whether this level was tried from a plainer one
+  double mean_s_ = 0.0, mean_share_ = 1.0, since_ = 0.0, wait_s_ = 5.0;
+};
+
+}  // namespace room
