@@ -82,7 +82,7 @@ std::vector<WheelRow> wheel_rows() {
   std::vector<WheelRow> rows;
   for (const double slip_stiffness : {1e4, 1e6, 1e8})
     for (const double inertia : {0.05, 20.0})
-      for (const double dt : {1e-3, 1e-2}) rows.push_back({slip_stiffness, inertia, dt});
+      for (const double dt : {1e-3, 1e-2}) rows.push_back({slip_stiffness, inertia, dt, 0.0, {}, {}});
   return rows;
 }
 
