@@ -500,6 +500,7 @@ TEST_CASE("The page of experiments says what the program finds: beds", "[experim
   check_page("creep-curve");
   check_page("rolling-ball");
   check_page("oblique-impact");
+  check_page("soft-finger");
 }
 TEST_CASE("The page of experiments says what the program finds: ratchet", "[experiment][lay]") {
   check_page("ratchet");

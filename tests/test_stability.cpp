@@ -169,6 +169,20 @@ TEST_CASE("A rigid block on a slope stays where it settled", "[stability]") {
   }
 }
 
+TEST_CASE("A wheel under a car rolls up a slope and back, however stiff, where a held force is without bound",
+          "[stability][beds]") {
+  for (cli::WheelRow row : cli::wheel_rows()) {
+    if (row.dt_s < 5e-3) continue;
+    cli::run_wheel(row);
+    CAPTURE(row.slip_stiffness, row.inertia, row.dt_s, row.k);
+    CHECK(std::abs(row.midpoint.speed_error) < 2e-3);
+    CHECK(row.midpoint.gained_j < 1e-7);
+    // While it stands, a stiffness with k > 4 rings under a held force.
+    if (row.k > 4.0) CHECK(row.held.gained_j > 1.0);
+    if (row.k < 1.0) CHECK(row.held.gained_j < 1e-6);
+  }
+}
+
 TEST_CASE("The stability report holds every cell, limit and reason", "[stability]") {
   cli::StabilityResult result;
   result.ks = {0.1};
