@@ -132,11 +132,13 @@ class BristleFriction {
                  int dim);
   void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
-  void set_rows(const mjModel& model, const mjData& data, Contact& contact);
+  void set_rows(const mjModel& model, const mjData& data, const Contact* old, Contact& contact);
   Rows rows_of(const Contact& contact);
   void begin_new_contacts(const mjModel& model, mjData& data);
   void number_dofs(const mjModel& model);
   void solve(const mjModel& model, const mjData& data);
+  template <int size>
+  void add_contact(const Contact& contact, const Eigen::Matrix4d& gain, const Eigen::Vector4d& pull);
   bool clip(double dt_s);
   void sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(double dt_s);
@@ -161,10 +163,10 @@ class BristleFriction {
   std::vector<bristle::Motion> motions_;  // of all cells
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
-  std::vector<int> dofs_;            // of each contact, ascending
-  std::vector<double> rows_;         // of each contact, four for each of its dofs_
-  std::vector<int> tree_start_;      // by root body, the first of its degrees of freedom
-  std::vector<int> trees_, column_;  // touched, in an order that keeps neighbours close; by dof, or -1
+  std::vector<int> dofs_, dofs_before_;  // of each contact, ascending
+  std::vector<double> rows_;             // of each contact, four for each of its dofs_
+  std::vector<int> tree_start_;          // by root body, the first of its degrees of freedom
+  std::vector<int> trees_, column_;      // touched, in an order that keeps neighbours close; by dof, or -1
   std::vector<std::pair<int, int>> touching_;  // trees, both ways
   bristle_example::Skyline system_;
   Eigen::VectorXd change_;  // of velocity, by column
