@@ -28,6 +28,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -91,6 +92,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     int row = -1;  // of its normal impulse in Bullet's pool
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();     // m/s, slip
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();   // N s
     Answer answer;
   };
@@ -116,6 +118,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
 
  private:
   void match();
+  const Contact* find_before(std::uint64_t key);
   Contact* contact_at(const btManifoldPoint& point);
   void begin(Contact& contact, int row, double dt_s);
   void set_sides(Contact& contact, const btManifoldPoint& point);
@@ -135,15 +138,13 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
-  std::vector<Contact> known_, before_;  // by key, those of sleeping bodies too
+  std::vector<Contact> known_, before_;  // those of sleeping bodies too
+  std::size_t next_before_ = 0;          // of before_: the one that is likely to come next
+  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;  // places in before_, once somebody asked
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
-  struct Place {
-    const btManifoldPoint* point;
-    std::uint64_t key;
-  };
-  std::vector<Place> places_;       // by address
+  std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;  // in known_, by address
   std::size_t first_of_group_ = 0;  // contacts of the islands that are being solved begin here
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;
