@@ -343,7 +343,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   run.until(0.2);
   const double tilt = turn_about(run.now(), 1);
   REQUIRE(tilt > 0.1);
-  REQUIRE(tilt < 0.8);  // not past the balance point
+  REQUIRE(tilt < 0.8);  // the block has not tipped past its balance point
   while (turn_about(run.now(), 1) > 1e-4 && run.now().time < 2.0) run.tick();
   const double landed = run.now().time;
   double rebound = 0.0;
@@ -694,7 +694,7 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     const double factor = material.ageing_factor(100.0);
     const double growth =
         10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) / wanted.kinetic * factor;
-    // Bristles that snap on the way to the peak draw other lengths, which takes 7 %.
+    // Bristles that snap on the way to the peak draw other lengths, which lowers the growth by 7 %.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
 }

@@ -164,7 +164,7 @@ TEST_CASE("A rigid block on a slope stays where it settled", "[stability]") {
     const cli::RestRow row = cli::rest_on_slope(scheme, test_size(20000) * 1e-3);
     CAPTURE(to_string(scheme), row.first_second_m, row.creep_m);
     CHECK(row.first_second_m > 1e-6);
-    CHECK(row.first_second_m < 15e-6);  // no further than the longest bristle
+    CHECK(row.first_second_m < 15e-6);  // the body moves no further than the longest snap length
     CHECK(std::abs(row.creep_m) < 1e-12);
   }
 }

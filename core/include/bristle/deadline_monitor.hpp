@@ -111,7 +111,8 @@ class BRISTLE_API DeadlineMonitor {
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
-  /// |time from start to start - period|, s. Periods over skipped ticks are included, pauses are not.
+  /// Returns the jitter, |time from start to start - period|, s. Periods over skipped ticks are included,
+  /// pauses are not.
   const TimeHistogram& period_jitter() const noexcept { return numbers_.jitter; }
 
   /// The tick that ended the longest after it was due.
