@@ -407,7 +407,8 @@ struct Renderer::Impl {
       from.z() = to.z() = 0.0006f;
       add(shadowless, rod, between(from, to, radius), paint, glowing, 0);
     };
-    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f), Vector3f(0.70f, 0.72f, 0.75f)};
+    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f),
+                               Vector3f(0.70f, 0.72f, 0.75f)};
     for (std::size_t i = 0; i < Trails::blocks; ++i) {
       const auto& way = trails.way(i);
       if (way.empty()) continue;
