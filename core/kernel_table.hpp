@@ -136,7 +136,7 @@ struct Advance : Travel {
 /// Sums over the changed blocks of a range. Integers, so that order does not matter. The last, partly filled
 /// block (the tail) has real weights and is reported apart.
 struct Totals {
-  Int128 stored[2];      ///< change of the sum of Block::stored over full blocks
+  Int128 stored[2];      ///< change of the sum of deflections (Block::stored) over full blocks
   Int128 offset[2];      ///< change of the sum of (to - position) over full blocks, caused by rewriting
   Int128 twice_mean[2];  ///< over full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2
                          ///< position))
@@ -168,7 +168,7 @@ struct Renewal {
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< change of the sum of Block::stored over full blocks
+  Int128 stored[2];          ///< change of the sum of deflections (Block::stored) over full blocks
   Int128 twice_integral[2];  ///< part of twice the integral of weight x deflection that the kernels leave
                              ///< out, in 1 / unit
   Int128 squares;       ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them, in

@@ -264,7 +264,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           const T age = patch.age[i] + static_cast<T>(since.before);
           tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
         }
-        const T path = least(tau, length);  // path of the first pass
+        const T path = least(tau, length);  // path of the first pass, up to the first snap
         BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;

@@ -58,7 +58,7 @@ class Stepper {
   }
 
  private:
-  static_assert(!ages || (mean && energy && residual));  // one instance serves all outputs
+  static_assert(!ages || (mean && energy && residual));  // a single kernel with ageing serves all outputs
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
@@ -397,7 +397,7 @@ class Stepper {
       const bool again = advance.length >= shortest;
       AgedWays<T> ways;
       begin(ways.path);
-      for (T& way : ways.way) way = T(1);  // for vectors in which none snaps
+      for (T& way : ways.way) way = T(1);  // a valid path for vectors in which no bristle snaps
       find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;

@@ -134,7 +134,8 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
                                                         : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
     for (std::size_t k = 0; k <= steps; ++k) {  // a bristle that was straight k steps ago
       const double angle = step * static_cast<double>(k);
-      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // its largest deflection so far
+      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of that
+                                                                              // bristle so far
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }

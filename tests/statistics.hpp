@@ -18,10 +18,8 @@ struct Sample {
   double mean = 0.0;
   double variance = 0.0;  ///< unbiased estimate of the variance
   std::size_t size = 0;
-  double error() const {
-    return std::sqrt(variance / static_cast<double>(size));
-  }  ///< standard error of the
-     ///< mean
+  /// Returns the standard error of the mean.
+  double error() const { return std::sqrt(variance / static_cast<double>(size)); }
 };
 
 inline Sample describe(const std::vector<double>& values) {

@@ -39,7 +39,7 @@ struct SyntheticFriction {
   double noise = 0.0;                                                // N, noise of the force
   double encoder = 0.0;                                              // m, resolution of the encoder
   std::function<double(double)> drift = [](double) { return 0.0; };  // N, drift of the force at time s
-  int every = 1;                                                     // every how-many-th sample is recorded
+  int every = 1;                                                     // records one of this many samples
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;

@@ -1,4 +1,5 @@
-// What a user sees first: answers in words, lines of at most 80 columns, help, completion and the manual.
+// Texts that a user sees first: answers in words, lines of at most 80 columns, help, completion and the
+// manual.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -24,7 +24,7 @@ TEST_CASE("A removed id never names a later patch", "[batch]") {
     REQUIRE(id.value != 0);
     REQUIRE(seen.insert(id.value).second);
     live.push_back(id);
-    if (k % 3 != 0) {  // slots are reused many times
+    if (k % 3 != 0) {  // removes two of three patches, so that slots are reused many times
       const std::size_t at = static_cast<std::size_t>(k * 7) % live.size();
       batch.remove(live[at]);
       dead.push_back(live[at]);
@@ -107,7 +107,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   PatchBatch simple, bulk;
   const std::vector<PatchId> a = add_patches(simple, 3, material, options);
   const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step has been taken
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // force() has no response before the first step
   for (int k = 0; k < 15; ++k) {
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < 3; ++i) {

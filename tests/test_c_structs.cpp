@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,126 @@ TEST_CASE("Structs of another header are refused by the size that is right", "[c
     CHECK(response.id == 0);
     CHECK(bristle_patch_count(patch.batch) == 1);
   }
+}
+
+TEST_CASE("A step's report is refused by its size before the step, and serves for the next step", "[c]") {
+  CPatch patch(100);
+  bristle_extended* pads = nullptr;
+  bristle_beds* beds = nullptr;
+  bristle_joints* joints = nullptr;
+  REQUIRE(bristle_extended_create(patch.batch, &pads) == BRISTLE_OK);
+  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
+  const bristle_cell cell = {{0.0, 0.0}, 1.0};
+  bristle_patch_options options;
+  bristle_init_patch_options(&options, sizeof options);
+  options.axes = 1;
+  bristle_extended_motion pad{};
+  REQUIRE(bristle_extended_add(pads, &patch.material, &options, &cell, 1, 0.0, &pad.id) == BRISTLE_OK);
+  bristle_bed given;
+  bristle_init_bed(&given, sizeof given);
+  const bristle_bed_cell spring = {{0.0, 0.0}, 1.0, 1.0};
+  given.static_friction = given.kinetic_friction = 0.5;
+  given.presliding = 1e-4;
+  given.kind = BRISTLE_BED_LIST;
+  given.list = &spring;
+  given.list_count = 1;
+  bristle_bed_motion bed{};
+  REQUIRE(bristle_beds_add(beds, &given, &bed.id) == BRISTLE_OK);
+  pad.normal_load = bed.normal_load = 0.5;
+  bristle_joint_material joint{};
+  joint.stiffness = joint.base = 1.0;
+  REQUIRE(bristle_joints_create(1, &joint, 1, nullptr, nullptr, &joints) == BRISTLE_OK);
+  double angle = 0.0;
+  bristle_joint_step turn;
+  bristle_init_joint_step(&turn, sizeof turn);
+  turn.angle = &angle;
+  struct Stepper {
+    const char* name;
+    std::function<bristle_result(bristle_step_report*)> step;
+    std::function<std::uint64_t()> hash;
+  };
+  const Stepper steppers[] = {{"patches",
+                               [&](bristle_step_report* report) {
+                                 bristle_response out;
+                                 return bristle_step(patch.batch, 1e-3, &patch.motion, sizeof patch.motion,
+                                                     &out, sizeof out, 1, report);
+                               },
+                               [&] { return bristle_state_hash(patch.batch, 0); }},
+                              {"outlines",
+                               [&](bristle_step_report* report) {
+                                 bristle_extended_response out;
+                                 pad.displacement[0] = 0.3 * dbar;
+                                 return bristle_extended_step(pads, 1e-3, &pad, &out, 1, report);
+                               },
+                               [&] { return bristle_extended_state_hash(pads, 0); }},
+                              {"beds",
+                               [&](bristle_step_report* report) {
+                                 bristle_bed_response out;
+                                 bed.displacement[0] = 1e-5;
+                                 return bristle_beds_step(beds, &bed, &out, 1, report);
+                               },
+                               [&] { return bristle_beds_state_hash(beds, 0); }},
+                              {"joints",
+                               [&](bristle_step_report* report) {
+                                 angle += 0.01;
+                                 return bristle_joints_step(joints, &turn, report);
+                               },
+                               [&] { return bristle_joints_state_hash(joints); }}};
+  for (const Stepper& s : steppers) {
+    INFO(s.name);
+    REQUIRE(s.step(nullptr) == BRISTLE_OK);
+    const std::uint64_t before = s.hash();
+    bristle_step_report report{};  // never initialised
+    CHECK(s.step(&report) == BRISTLE_BAD_ARGUMENT);
+    CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is "));
+    CHECK(s.hash() == before);
+    bristle_init_step_report(&report, sizeof report);
+    for (int i = 0; i < 2; ++i) {
+      REQUIRE(s.step(&report) == BRISTLE_OK);
+      CHECK(report.struct_size == sizeof report);
+      CHECK(report.patches_stepped == 1);
+    }
+    CHECK(s.hash() != before);
+  }
+  bristle_joints_destroy(joints);
+  bristle_beds_destroy(beds);
+  bristle_extended_destroy(pads);
+}
+
+TEST_CASE("The greatest value of a choice in C is taken, and the next one refused", "[c]") {
+  bristle_material material;
+  bristle_init_material(&material, sizeof material);
+  material.ageing_form = BRISTLE_AGEING_SATURATING;
+  CHECK(bristle_material_check(&material) == BRISTLE_OK);
+  ++material.ageing_form;
+  CHECK(bristle_material_check(&material) == BRISTLE_REFUSED);
+  CHECK(std::string(bristle_last_error()).find("ageing_form") != std::string::npos);
+  bristle_init_material(&material, sizeof material);
+  material.damper_decay = BRISTLE_DECAY_GAUSSIAN;
+  CHECK(bristle_material_check(&material) == BRISTLE_OK);
+  ++material.damper_decay;
+  CHECK(bristle_material_check(&material) == BRISTLE_REFUSED);
+  CHECK(std::string(bristle_last_error()).find("damper_decay") != std::string::npos);
+}
+
+TEST_CASE("An outline in C grows with the cube root of the load to its full size", "[c][extended]") {
+  CPatch patch(100);
+  bristle_extended* pads = nullptr;
+  REQUIRE(bristle_extended_create(patch.batch, &pads) == BRISTLE_OK);
+  bristle_patch_options options;
+  bristle_init_patch_options(&options, sizeof options);
+  const bristle_cell cells[2] = {{{-1e-3, 0.0}, 0.5}, {{1e-3, 0.0}, 0.5}};
+  for (int grows = 0; grows < 2; ++grows) {
+    bristle_extended_motion motion{};
+    motion.normal_load = 0.125;
+    REQUIRE(bristle_extended_add(pads, &patch.material, &options, cells, 2, grows, &motion.id) == BRISTLE_OK);
+    bristle_extended_response out;
+    REQUIRE(bristle_extended_step(pads, 1e-3, &motion, &out, 1, nullptr) == BRISTLE_OK);
+    CHECK(out.torque_limit ==
+          Approx(grows ? 0.5e-3 * out.force_limit : 1e-3 * out.force_limit).epsilon(1e-12));
+    CHECK(out.torque_limit > 0.0);
+  }
+  bristle_extended_destroy(pads);
 }
 
 TEST_CASE("Any has_velocity but 0 says that the velocity is given", "[c]") {
@@ -222,7 +343,7 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
   bristle_monitor* monitor = nullptr;
   REQUIRE(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
   for (int i = 0; i < 1000; ++i) {
-    const double due = 1e-3 * i, start = due + 1e-7 * i, end = start + 1e-4 + 1e-6 * (i % 37);
+    const double due = 1e-3 * i, start = due + 1e-7 * (i * i % 97), end = start + 1e-4 + 1e-6 * (i % 37);
     expected.record_tick({due, start, end, 1e-4});
     bristle_monitor_record_tick(monitor, due, start, end, 1e-4);
   }

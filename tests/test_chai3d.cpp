@@ -357,7 +357,7 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
     for (int i = 1; i <= 500; ++i) turn_frame(1e-3 * i);
     if (restarted) {
       CHECK(tool.friction().norm() < 1e-9);
-    } else {  // against the motion of the tool, which is across its arm
+    } else {  // friction acts against the motion of the tool, across its arm
       CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.05));
       CHECK(tool.friction().normalized().dot(turned_by(0.5) * Vector3d(0, -1, 0)) > 0.99);
     }

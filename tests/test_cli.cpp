@@ -140,7 +140,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   const std::string rows = read_file(csv);
   CHECK(rows.rfind("t,bed,fx,fy,torque,load,", 0) == 0);
   CHECK(rows.substr(0, rows.find('\n')).find(",x,y") !=
-        std::string::npos);  // columns that tools/plots/forces.gp draws
+        std::string::npos);  // names of the columns that tools/plots/forces.gp draws
   CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
   CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
   check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});

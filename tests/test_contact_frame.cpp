@@ -256,7 +256,8 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       p.step(frame, dt * slip);
     }
     CHECK(std::hypot(p.response.end[0], p.response.end[1]) == 0.0);
-    CHECK((frame.along() - start).norm() < 1e-12);  // its contact point moved by 1.2 m; the axes did not turn
+    CHECK((frame.along() - start).norm() < 1e-12);  // the contact point moved by 1.2 m, but the axes did not
+                                                    // turn
   }
   SECTION("over another ball, with positions") {
     // The centres move on an arc; the ball turns as in rolling: (1 + R/r) times the angle of the arc.

@@ -1,5 +1,6 @@
-// What a program may do beside stepping: fork, unload the library that holds the batch, ask for more threads
-// than there are cores, add and remove for ever. And what it must not: step one batch from two threads.
+// Things that a program may do beside stepping: fork, unload the library that holds the batch, ask for more
+// threads than there are cores, add and remove for ever. And what it must not: step one batch from two
+// threads.
 #include <catch2/catch.hpp>
 
 #include <dlfcn.h>

@@ -158,7 +158,7 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
   tick(5.005, 0e-6);   // two ticks skipped: period 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
-  tick(9.001, 70e-6);  // no period, after a pause
+  tick(9.001, 70e-6);  // the first tick after a pause has no period
   const TimeHistogram& jitter = monitor.period_jitter();
   REQUIRE(jitter.count() == 4);
   CHECK(jitter.max() == Approx(2e-3 - 20e-6).epsilon(1e-9));

@@ -308,7 +308,7 @@ TEST_CASE("The infinite brush is pulled along the virgin curve of the table, wha
       const auto found = at(rows, x * 2e-5, 1e-12);
       if (!found) continue;
       INFO(dist << ", x = " << x);
-      // Error in mean snap lengths at the default resolution of 8: a piece's share 1/8 squared, over 8.
+      // Error in mean snap lengths at the default resolution: (1/8)^2 / 8, for pieces of 1/8.
       expect_near(found->values[1] * kinetic_deflection(dist, "redraw"), number(row, "f_reference"), 2e-3,
                   "mean deflection");
       ++points;
@@ -500,6 +500,7 @@ TEST_CASE("The page of experiments says what the program finds: beds", "[experim
   check_page("creep-curve");
   check_page("rolling-ball");
   check_page("oblique-impact");
+  check_page("soft-finger");
 }
 TEST_CASE("The page of experiments says what the program finds: ratchet", "[experiment][lay]") {
   check_page("ratchet");

@@ -338,8 +338,8 @@ TEST_CASE("The error on the limit surface falls with the area of a cell", "[exte
   };
   const double few = worst(2), more = worst(4), many = worst(8);
   CHECK(few < 0.15);
-  CHECK(more < 0.25 * few);  // with four times the cells
-  CHECK(many < 0.07 * few);  // with sixteen times the cells
+  CHECK(more < 0.25 * few);  // error with four times the cells
+  CHECK(many < 0.07 * few);  // error with sixteen times the cells
 }
 
 TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
@@ -395,7 +395,7 @@ TEST_CASE("The static peak of the force goes where the patch spins", "[extended]
   const double still = peak(0.0), slow = peak(0.3), fast = peak(2.0);
   CHECK(still > 1.15);  // the virgin curve has a peak of 1.154
   CHECK(slow < still);
-  CHECK(fast < 0.9);  // below kinetic friction of a patch that only slides
+  CHECK(fast < 0.9);  // the force is below that of a patch that only slides
 }
 
 TEST_CASE("Energy of an extended patch balances at every step of a random walk", "[extended]") {
@@ -996,7 +996,7 @@ TEST_CASE("An outline that grows with its load has no size after a reset", "[ext
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
   stick(pads, pad, 8.0 * load_n);
-  CHECK(pads.info(pad).scale == Approx(2.0));  // grows with the cube root
+  CHECK(pads.info(pad).scale == Approx(2.0));  // the scale grows with the cube root of the load
   REQUIRE(pads.reset(pad));
   CHECK(pads.info(pad).scale == 0.0);
   CHECK(pads.info(pad).along[0] == 1.0);

@@ -200,7 +200,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   Motion motions[3] = {
       {PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}, {left_out, {dbar, 0.0}, 5.0}};
   Response responses[3];
-  const StepReport report = batch.step(tick, motions, responses);
+  const bristle::StepReport report = batch.step(tick, motions, responses);
   CHECK(responses[0].status == Status::unknown_id);
   CHECK(responses[0].end[0] == 0.0);
   CHECK(responses[1].end[0] < 0.0);

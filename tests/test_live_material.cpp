@@ -183,7 +183,7 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   // The loss is reported at rest at once, or after steps without a snap from the saved state.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(r.snaps > n / 5);  // two in five are shorter than 0.45
+    CHECK(r.snaps > n / 5);  // two of five snap lengths are shorter than 0.45
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));
     CHECK(before - after > 0.1 * before);

@@ -242,7 +242,7 @@ TEST_CASE("The force is continuous in the load", "[load]") {
     bend(patch, n);
     double load = n;
     double force = patch.step(0.0, 0.0, load).elastic[0];
-    // Tiny steps down, past whole numbers of bristles and past block boundaries.
+    // Lowers the load in tiny steps, past whole numbers of bristles and past block boundaries.
     for (int k = 0; k < 20000; ++k) {
       const double lower = load - 0.021;
       const double now = patch.step(0.0, 0.0, lower).elastic[0];

@@ -18,8 +18,8 @@ using namespace bristle_test;
 namespace {
 
 struct Group {
-  double share, low, high;  ///< share of the bristles; lengths uniform between low and high, mean snap
-                            ///< lengths
+  double share, low, high;  ///< share of the bristles, with lengths uniform between low and high (mean snap
+                            ///< lengths)
 };
 
 /// Returns a table of 257 quantiles.

@@ -1,4 +1,4 @@
-// What a tick of the virtual room must not do on the haptic thread.
+// Things that a tick of the virtual room must not do on the haptic thread.
 #include <catch2/catch.hpp>
 
 #include <arpa/inet.h>

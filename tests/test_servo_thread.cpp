@@ -1,4 +1,4 @@
-// What a step must not do on the servo thread, and checks that the watch would detect it.
+// Things that a step must not do on the servo thread, and checks that the watch would detect it.
 #include <catch2/catch.hpp>
 
 #include <sys/syscall.h>

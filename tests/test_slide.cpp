@@ -603,6 +603,24 @@ TEST_CASE("another material finds a contact that is stiffer than its load as it 
   CHECK(out.stiffness == Approx(20.0));
 }
 
+TEST_CASE("what another law of bristles that slide stores is booked by the next step",
+          "[slide][load][energy]") {
+  for (const Material& other :
+       {sliding(SnapLength::lognormal(dbar, 0.42)), sliding(SnapLength::lognormal(0.95 * dbar, 0.4)),
+        sliding(SnapLength::lognormal(0.3 * dbar, 0.4))}) {
+    OnePatch patch(sliding(SnapLength::lognormal(dbar, 0.4)),
+                   plain_options(32).with_outputs(Outputs::energy));
+    patch.step(0.7 * dbar, 0.2 * dbar, 20.0);
+    patch.step(0.0, -0.5 * dbar, 20.0);
+    const double before = patch.energy();
+    patch.batch.set_material(patch.id, other);
+    const double after = patch.energy();
+    CHECK(std::abs(before - after) > 1e-4 * before);
+    const Response r = patch.step(0.0, 0.0, 20.0);
+    CHECK(r.dissipated + r.contact_loss == Approx(before - after).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]") {
   const Material material = sliding(SnapLength::lognormal(dbar, 0.3));
   CHECK(bristle::sliding_noise(material, 30.0) == 0.0);

@@ -164,8 +164,22 @@ TEST_CASE("A rigid block on a slope stays where it settled", "[stability]") {
     const cli::RestRow row = cli::rest_on_slope(scheme, test_size(20000) * 1e-3);
     CAPTURE(to_string(scheme), row.first_second_m, row.creep_m);
     CHECK(row.first_second_m > 1e-6);
-    CHECK(row.first_second_m < 15e-6);  // no further than the longest bristle
+    CHECK(row.first_second_m < 15e-6);  // the body moves no further than the longest snap length
     CHECK(std::abs(row.creep_m) < 1e-12);
+  }
+}
+
+TEST_CASE("A wheel under a car rolls up a slope and back, however stiff, where a held force is without bound",
+          "[stability][beds]") {
+  for (cli::WheelRow row : cli::wheel_rows()) {
+    if (row.dt_s < 5e-3) continue;
+    cli::run_wheel(row);
+    CAPTURE(row.slip_stiffness, row.inertia, row.dt_s, row.k);
+    CHECK(std::abs(row.midpoint.speed_error) < 2e-3);
+    CHECK(row.midpoint.gained_j < 1e-7);
+    // While it stands, a stiffness with k > 4 rings under a held force.
+    if (row.k > 4.0) CHECK(row.held.gained_j > 1.0);
+    if (row.k < 1.0) CHECK(row.held.gained_j < 1e-6);
   }
 }
 

@@ -257,7 +257,8 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // does not wait for a writer of the pipe
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for its
+                                                                // writer
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -394,7 +395,8 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   const std::uint32_t none = 0, two = 2;
   CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
   CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
-  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // two representatives, but the weight of three
+  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // refuses two representatives with the weight
+                                                              // of three
   CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {
     // A state under load without a bristle in contact.

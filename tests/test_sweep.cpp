@@ -545,7 +545,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK_THAT(resumed.err, Contains("of 40 rows are in"));
   CHECK(read_file(folder.at("killed.csv")) == table);
   const std::string text = read_file(journal);
-  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // every row once, and the header
+  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the file has every row once, and the header
 }
 
 // ---------------------------------------------------------------------------------------------------------------

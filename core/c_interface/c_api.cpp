@@ -1065,7 +1065,7 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     need(step, "step");
     check_size(*step, "step");
     need(step->angle, "step.angle");
-    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
+    if (report != nullptr) check_size(*report, "report");  // checked before the step, which cannot be undone
     const std::size_t n = joints->it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);

@@ -71,7 +71,7 @@ inline void find_direction(Travel& t) noexcept {
 /// Finds the sums as hold(), for outputs with or without the mean.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {  // so that the loop is unrolled
+  for (int axis = 0; axis < 2; ++axis) {  // a fixed bound, so that the loop is unrolled
     if (axis == p.axes) break;
     const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
     Int128 end = whole;

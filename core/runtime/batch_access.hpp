@@ -45,6 +45,9 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
+  // Whether a patch is an infinite brush in a steady slide, which visits no cohort while it goes on.
+  static bool glides(const PatchBatch& batch, PatchId id) noexcept;
+
   // Implementations of the functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
   static BatchRecipe recipe(const PatchBatch& batch);

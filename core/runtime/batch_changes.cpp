@@ -191,6 +191,12 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
   impl_.send(std::move(command));
 }
 
+bool BatchAccess::glides(const PatchBatch& batch, PatchId id) noexcept {
+  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  const Patch* p = impl->pool.find(id);
+  return p != nullptr && p->bound.reach == glide_reach;
+}
+
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
   const PatchBatch::Impl::Turn impl(*batch.impl_);
   const Patch* p = impl->pool.find(id);

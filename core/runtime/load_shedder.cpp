@@ -8,6 +8,7 @@
 #include "bristle/error.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
+#include "core/runtime/batch_access.hpp"
 #include "core/runtime/sharing.hpp"
 
 namespace bristle {
@@ -55,6 +56,7 @@ struct LoadShedder::Impl {
     std::uint64_t survey = 0;
     double active = 0.0;  ///< bristles or cohorts that a step of the patch may visit; 0 if it does not move
     bool infinite = false;
+    bool glides = false;  ///< visits no cohort while it goes on so
     std::uint32_t detail = 0, bristles = 0, wanted = 0;
   };
 
@@ -113,12 +115,14 @@ struct LoadShedder::Impl {
       const double share = std::min(motion.normal_load / info.max_normal_load, 1.0);
       const double visited = is_infinite(info) ? cohorts_per_piece * info.detail : share * info.detail;
       const double active = moves && share > 0.0 ? visited : 0.0;
-      (is_infinite(info) ? of_cohorts : of_bristles) += active;
+      const bool glides = is_infinite(info) && BatchAccess::glides(batch, motion.id);
+      if (!glides) (is_infinite(info) ? of_cohorts : of_bristles) += active;
       Entry* entry = find(motion.id);
       if (entry == nullptr) continue;
       entry->survey = surveys;
       entry->active = active;
       entry->infinite = is_infinite(info);
+      entry->glides = glides;
       entry->detail = entry->wanted = info.detail;
       entry->bristles = info.bristles;
       entry->least = find_floor(info, entry->least_bristles);
@@ -180,7 +184,7 @@ struct LoadShedder::Impl {
         const double keep = std::max(1.0 - excess / can, 0.0);
         for (std::size_t i = first; i < last; ++i) {
           Entry& entry = entries[i];
-          if (!is_here(entry) || entry.wanted <= entry.least) continue;
+          if (!is_here(entry) || entry.glides || entry.wanted <= entry.least) continue;
           const double before = contact(entry);
           const double wanted = std::floor(keep * entry.wanted);
           entry.wanted = std::max(entry.least, static_cast<std::uint32_t>(wanted));
@@ -210,6 +214,7 @@ struct LoadShedder::Impl {
 
   /// Returns the number of bristles or cohorts that a patch visits at its wanted detail.
   double contact(const Entry& entry) const noexcept {
+    if (entry.glides) return 0.0;
     return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
   }
 

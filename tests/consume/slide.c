@@ -1,4 +1,4 @@
-/* The same in C99. */
+/* A user's program in C99: pulls a pressed patch over 200 um and prints the force. */
 #include <bristle/bristle.h>
 #include <stdio.h>
 #include <string.h>
@@ -22,7 +22,8 @@ int main(void) {
   coefficients.kinetic = 0.40;
   coefficients.peak = 0.46;
   coefficients.snap_rule = BRISTLE_RULE_KEEP;
-  coefficients.residual_share = coefficients.shared_renewal = 0.0; /* the law that a minimal library has too */
+  coefficients.residual_share = coefficients.shared_renewal =
+      0.0; /* the law that a minimal library has too */
   options.max_normal_load = 4.0;
   options.axes = 1;
   if (bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS) != BRISTLE_OK ||

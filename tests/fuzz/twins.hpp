@@ -153,7 +153,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       work -= r.mean[axis] * motion.displacement[axis];
       way += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // beyond this, sums lose the stored energy beside the lost one
+    if (way > 1e3 * scale) continue;  // over longer paths rounding of the sums exceeds the stored energy
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +

@@ -24,9 +24,6 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
-btVector3 linear_velocity(const btSolverBody& body) {
-  return body.m_linearVelocity + body.m_externalForceImpulse + body.getDeltaLinearVelocity();
-}
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
 /// Returns a key of the pair from Bullet's ids, which stay as long as both bodies are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
@@ -34,10 +31,6 @@ std::uint64_t pair_of(const btPersistentManifold& manifold) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(body->getBroadphaseHandle()->getUid()));
   };
   return number(manifold.getBody0()) << 32 | number(manifold.getBody1());
-}
-bool by_key(const BristleSolver::Contact& a, const BristleSolver::Contact& b) { return a.key < b.key; }
-btVector3 angular_velocity(const btSolverBody& body) {
-  return body.m_angularVelocity + body.m_externalTorqueImpulse + body.getDeltaAngularVelocity();
 }
 
 }  // namespace
@@ -252,38 +245,44 @@ void BristleSolver::match() {
   matcher_.match(points_, keys_);
 
   before_.swap(known_);
+  next_before_ = 0;
+  by_key_.clear();
   known_.clear();
   places_.clear();
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (keys_[i] == bristle::no_contact_key) continue;
-    Contact contact;
+    const bristle::PatchId patch = patches_.find_or_add(keys_[i]);
+    if (!patch) continue;
+    const Contact* const old = find_before(keys_[i]);
+    Contact& contact = old ? known_.emplace_back(*old) : known_.emplace_back();
+    if (!old) contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
     contact.key = keys_[i];
-    const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
-    if (old != before_.end() && old->key == keys_[i]) {
-      contact = *old;
-    } else {
-      contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
-    }
-    contact.patch = patches_.find_or_add(contact.key);
-    if (!contact.patch) continue;
+    contact.patch = patch;
     contact.scale = static_cast<double>(found_[i]->m_combinedFriction) / kinetic_;
-    known_.push_back(contact);
-    places_.push_back({found_[i], contact.key});
+    places_.emplace_back(found_[i], known_.size() - 1);
   }
   patches_.end_step();
-  std::sort(known_.begin(), known_.end(), by_key);
-  std::sort(places_.begin(), places_.end(),
-            [](const Place& a, const Place& b) { return std::less<>{}(a.point, b.point); });
+  std::sort(places_.begin(), places_.end(), std::less<>{});
+}
+
+/// Finds a contact of the step before by its key, or null. Mostly they come in the same order.
+const BristleSolver::Contact* BristleSolver::find_before(std::uint64_t key) {
+  if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
+  if (by_key_.empty()) {
+    for (std::size_t i = 0; i < before_.size(); ++i) by_key_.emplace_back(before_[i].key, i);
+    std::sort(by_key_.begin(), by_key_.end());
+  }
+  const auto found = std::lower_bound(by_key_.begin(), by_key_.end(), std::make_pair(key, std::size_t{0}));
+  if (found == by_key_.end() || found->first != key) return nullptr;
+  next_before_ = found->second + 1;
+  return &before_[found->second];
 }
 
 BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) {
   const auto place =
-      std::lower_bound(places_.begin(), places_.end(), &point,
-                       [](const Place& a, const btManifoldPoint* b) { return std::less<>{}(a.point, b); });
-  if (place == places_.end() || place->point != &point) return nullptr;
-  const auto contact = std::lower_bound(known_.begin(), known_.end(), place->key,
-                                        [](const Contact& a, std::uint64_t key) { return a.key < key; });
-  return &*contact;
+      std::lower_bound(places_.begin(), places_.end(),
+                       std::pair<const btManifoldPoint*, std::size_t>(&point, 0), std::less<>{});
+  return place == places_.end() || place->first != &point ? nullptr : &known_[place->second];
 }
 
 /// Sets the friction coefficient to 0 while Bullet makes its rows, so that friction does not act twice.
@@ -335,6 +334,7 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
   const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
   contact.point = from(place);
+  contact.start.setZero();
   const btVector3 axes[2] = {to(contact.frame.along()), to(contact.frame.aside())};
   for (int k = 0; k < 2; ++k) {
     Contact::Side& side = contact.sides[k];
@@ -350,6 +350,9 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
       if (!rigid) continue;
       side.moment[a] = (place - rigid->getCenterOfMassPosition()).cross(side.axis[a]);
       side.linear[a] = side.axis[a] * body.internalGetInvMass();
+      contact.start[a] +=
+          static_cast<double>(side.axis[a].dot(body.m_linearVelocity + body.m_externalForceImpulse) +
+                              side.moment[a].dot(body.m_angularVelocity + body.m_externalTorqueImpulse));
       side.angular[a] = rigid->getInvInertiaTensorWorld() * (side.moment[a] * rigid->getAngularFactor()) *
                         rigid->getAngularFactor();
     }
@@ -367,10 +370,14 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
 /// limit. A new contact has no load yet, so its patch is evaluated at the highest load and scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   Contact::Answer& answer = contact.answer;
-  answer.at_load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
-  const Vector2d slip = slip_of(contact);  // the damper's coefficient depends on the slip speed
-  const Response now =
-      batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, answer.at_load, true, {slip[0], slip[1]}});
+  answer.at_load = contact.normal_load;
+  if (!(contact.normal_load > 0.0)) {
+    answer.at_load = highest_load_;
+    const Vector2d slip = slip_of(contact);  // the damper's coefficient depends on the slip speed
+    contact.response =
+        batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, highest_load_, true, {slip[0], slip[1]}});
+  }
+  const Response& now = contact.response;
   answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
   answer.damping = contact.scale * now.damping;
   answer.slope = contact.scale * dt_s * now.stiffness + answer.damping;
@@ -384,7 +391,9 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   if (!(load > 0.0)) return;
   const Vector2d slip = slip_of(contact), d = dt_s * slip;
   const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
-  const Response rest = batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, load});
+  const Response rest = load == contact.normal_load
+                            ? contact.response
+                            : batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, load});
   const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
   const double way = d.squaredNorm();
   const double stiffness =
@@ -422,21 +431,22 @@ double BristleSolver::rub(Contact& contact, double dt_s) {
 
 void BristleSolver::push(Contact& contact, const Vector2d& impulse) {
   const Vector2d change = impulse - contact.impulse;
+  const auto a = static_cast<btScalar>(change[0]), b = static_cast<btScalar>(change[1]);
   for (const Contact::Side& side : contact.sides) {
     btSolverBody& body = m_tmpSolverBodyPool[side.body];
-    if (!body.m_originalBody) continue;
-    for (int a = 0; a < 2; ++a)
-      body.internalApplyImpulse(side.linear[a], side.angular[a], static_cast<btScalar>(change[a]));
+    if (body.m_originalBody)
+      body.internalApplyImpulse(a * side.linear[0] + b * side.linear[1],
+                                a * side.angular[0] + b * side.angular[1], 1);
   }
   contact.impulse = impulse;
 }
 
 Vector2d BristleSolver::slip_of(const Contact& contact) const {
-  Vector2d slip(0.0, 0.0);
+  Vector2d slip = contact.start;
   for (const Contact::Side& side : contact.sides) {
     const btSolverBody& body = m_tmpSolverBodyPool[side.body];
     if (!body.m_originalBody) continue;
-    const btVector3 v = linear_velocity(body), w = angular_velocity(body);
+    const btVector3 &v = body.getDeltaLinearVelocity(), &w = body.getDeltaAngularVelocity();
     for (int a = 0; a < 2; ++a) slip[a] += static_cast<double>(side.axis[a].dot(v) + side.moment[a].dot(w));
   }
   return slip;

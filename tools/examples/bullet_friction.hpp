@@ -28,6 +28,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -96,6 +97,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     int row = -1;  // index of its normal impulse in Bullet's pool
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();     // m/s, slip
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();   // N s
     Answer answer;
   };
@@ -121,6 +123,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
 
  private:
   void match();
+  const Contact* find_before(std::uint64_t key);
   Contact* contact_at(const btManifoldPoint& point);
   void begin(Contact& contact, int row, double dt_s);
   void set_sides(Contact& contact, const btManifoldPoint& point);
@@ -140,15 +143,14 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
-  std::vector<Contact> known_, before_;  // sorted by key, with contacts of sleeping bodies
+  std::vector<Contact> known_, before_;  // with contacts of sleeping bodies
+  std::size_t next_before_ = 0;          // index in before_ of the contact that is likely to come next
+  // Keys with indices in before_, sorted; empty until a contact comes out of order.
+  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
-  struct Place {
-    const btManifoldPoint* point;
-    std::uint64_t key;
-  };
-  std::vector<Place> places_;       // sorted by address
+  std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;  // index in known_, sorted by address
   std::size_t first_of_group_ = 0;  // index of the first contact of the islands being solved
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;

@@ -137,11 +137,13 @@ class BristleFriction {
                  int dim);
   void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
-  void set_rows(const mjModel& model, const mjData& data, Contact& contact);
+  void set_rows(const mjModel& model, const mjData& data, const Contact* old, Contact& contact);
   Rows rows_of(const Contact& contact);
   void begin_new_contacts(const mjModel& model, mjData& data);
   void number_dofs(const mjModel& model);
   void solve(const mjModel& model, const mjData& data);
+  template <int size>
+  void add_contact(const Contact& contact, const Eigen::Matrix4d& gain, const Eigen::Vector4d& pull);
   bool clip(double dt_s);
   void sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(double dt_s);
@@ -167,9 +169,9 @@ class BristleFriction {
   std::vector<bristle::Motion> motions_;  // motions of all cells
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
-  std::vector<int> dofs_;            // degrees of freedom of each contact, ascending
-  std::vector<double> rows_;         // Jacobian rows of each contact, four values for each of its dofs_
-  std::vector<int> tree_start_;      // first degree of freedom of each root body
+  std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
+  std::vector<double> rows_;             // Jacobian rows of each contact, four values for each of its dofs_
+  std::vector<int> tree_start_;          // first degree of freedom of each root body
   std::vector<int> trees_, column_;  // trees in contact, neighbours close together; column of each dof, or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;

@@ -109,6 +109,7 @@ Experiment held_corner_experiment();
 Experiment creep_curve_experiment();
 Experiment rolling_ball_experiment();
 Experiment oblique_impact_experiment();
+Experiment soft_finger_experiment();
 Experiment joint_experiment();
 Experiment ratchet_experiment();
 

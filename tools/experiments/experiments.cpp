@@ -32,6 +32,7 @@ const std::vector<Experiment>& experiments() {
                                               creep_curve_experiment(),
                                               rolling_ball_experiment(),
                                               oblique_impact_experiment(),
+                                              soft_finger_experiment(),
                                               joint_experiment(),
                                               ratchet_experiment()};
   return all;

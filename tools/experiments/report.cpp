@@ -109,7 +109,9 @@ std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon
   for (Group& group : groups) {
     const bool all = group.models.size() == models.size();
     if (group.shown == most && !all)
-      std::erase_if(group.models, [](const std::string& m) { return !m.starts_with("brush") && m != "bed"; });
+      std::erase_if(group.models, [](const std::string& m) {
+        return model_title(m).find("brush") == std::string::npos && m != "bed";
+      });
     if (group.models.empty()) continue;
     text += fmt::format("  - *{}*, {}: {}.\n", all ? "all" : titles_of(group.models),
                         group.shown ? "yes" : "no", group.reason);

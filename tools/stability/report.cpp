@@ -48,6 +48,33 @@ std::string pulled_table(const StabilityResult& result) {
   return table.text();
 }
 
+std::string wheels_table(const StabilityResult& result) {
+  Table table({"slip stiffness N", "inertia kg m^2", "T ms", "k", "midpoint mm/s", "gains J", "held mm/s",
+               "gains J"});
+  const auto number = [](double x) { return std::fabs(x) < 1e6 ? fmt::format("{:.2g}", x) : "no bound"; };
+  for (const WheelRow& row : result.wheels)
+    table.add({fmt::format("{:g}", row.slip_stiffness), fmt::format("{:g}", row.inertia),
+               fmt::format("{:g}", 1e3 * row.dt_s), fmt::format("{:.3g}", row.k),
+               number(1e3 * row.midpoint.speed_error), number(row.midpoint.gained_j),
+               number(1e3 * row.held.speed_error), number(row.held.gained_j)});
+  return table.text();
+}
+
+Json wheels_json(const StabilityResult& result) {
+  Json rows = Json::array();
+  const auto of = [](const WheelResult& r) {
+    return Json{{"speed_error_m_per_s", r.speed_error}, {"gained_j", r.gained_j}};
+  };
+  for (const WheelRow& row : result.wheels)
+    rows.push_back({{"slip_stiffness_n", row.slip_stiffness},
+                    {"inertia_kg_m2", row.inertia},
+                    {"dt_s", row.dt_s},
+                    {"k", row.k},
+                    {"midpoint", of(row.midpoint)},
+                    {"held", of(row.held)}});
+  return rows;
+}
+
 Json pulled_json(const StabilityResult& result) {
   Json rows = Json::array();
   for (const PullRow& row : result.pulled) {
@@ -187,6 +214,7 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
     report["late_force"].push_back({{"force", row.force}, {"device_damping_over_kt", row.damping_over_kt}});
   }
   report["pulled"] = pulled_json(result);
+  report["wheels"] = wheels_json(result);
   report["seconds"] = result.seconds_taken;
   return report;
 }
@@ -238,6 +266,13 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
       "bisection, and what happens on k_c/4. Creep: inertia is nothing, strengthening\n"
       "with speed damps. Inertial: a lubricant damps.\n\n";
   text += pulled_table(result);
+  text +=
+      "\nA car (400 kg on one wheel of 0.3 m, a bed) rolls up a slope of 5 %, stops and rolls back in 8 s: "
+      "speed "
+      "off\nthat of rolling without slip, and the most energy gained in a step. k = K T^2 (1/m + r^2/I). "
+      "Midpoint: solved\nfor the mean force. Held: the force of the last step; linear theory bounds k by "
+      "4.\n\n";
+  text += wheels_table(result);
   text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
   return text;
 }

@@ -148,6 +148,8 @@ StabilityResult measure(const StabilityOptions& options) {
     }
   }
   for (PullRow& row : result.pulled) jobs.push_back([&row] { row = pull_row(row.pull, row.scheme); });
+  result.wheels = wheel_rows();
+  for (WheelRow& row : result.wheels) jobs.push_back([&row] { run_wheel(row); });
   jobs.push_back([&result] {
     result.late = {{"end", late_force_damping(false)}, {"mean", late_force_damping(true)}};
   });

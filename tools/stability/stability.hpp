@@ -89,6 +89,20 @@ struct LateRow {
   double damping_over_kt = 0.0;
 };
 
+/// How far a wheel's car is off the speed of rolling without slip at the end, m/s, and the largest energy
+/// gained in a step, J.
+struct WheelResult {
+  double speed_error = 0.0, gained_j = 0.0;
+};
+/// A car's mass and its wheel's inertia on a bed, up a slope and back down.
+struct WheelRow {
+  double slip_stiffness = 0.0;  ///< N
+  double inertia = 0.0;         ///< kg m^2
+  double dt_s = 0.0;
+  double k = 0.0;              ///< K T^2 (1/m + r^2/I), K of the bed where it sticks
+  WheelResult midpoint, held;  ///< solved for the mean force; the last step's end force held over the step
+};
+
 struct StabilityResult {
   std::vector<double> ks, seconds;
   std::vector<SchemeMap> maps;
@@ -98,6 +112,7 @@ struct StabilityResult {
   std::vector<CaseRow> cases;
   std::vector<LateRow> late;
   std::vector<PullRow> pulled;
+  std::vector<WheelRow> wheels;
   double seconds_taken = 0.0;
 };
 
@@ -110,6 +125,9 @@ std::vector<StopRow> stopping_distances();
 double late_force_damping(bool mean);
 RestRow rest_on_slope(Scheme scheme, double seconds,
                       bristle::Population population = bristle::Population::representatives);
+/// Returns the set-ups of a wheel; run_wheel fills in the results. In wheels.cpp.
+std::vector<WheelRow> wheel_rows();
+void run_wheel(WheelRow& row);
 /// Returns the report as text. In report.cpp.
 std::string stability_table(const StabilityOptions& options, const StabilityResult& result);
 std::string stability_json(const StabilityOptions& options, const StabilityResult& result);

@@ -222,6 +222,11 @@ class RoomWindow {
     touring_ = tour_begins_ = touched_ = true;
   }
 
+  // Takes the hand of the tour away; the scene that follows it goes on.
+  void end_tour() {
+    if (std::exchange(touring_, false) && view_->gui.settings.compare == Comparison::none) act(Act::reset);
+  }
+
   // Says what the tour shows. After its hand comes the scene of the models.
   void follow_tour() {
     view_->title.clear();
@@ -266,7 +271,11 @@ class RoomWindow {
     }
     const double begin = glfwGetTime();
     ImGui_ImplGlfw_NewFrame();
+    // The panels see a key that was pressed and released between two slow pictures, too.
+    for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = true;
     const Wishes wishes = view_->draw(shown(), width, height, static_cast<float>(elapsed), 0);
+    for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = is_down(key);
+    pressed_.clear();
     ++pictures_;
     obey(wishes);
     if (screenshot_) take_screenshot(width, height);
@@ -442,7 +451,7 @@ class RoomWindow {
   void send_hand() {
     if (!mouse_.hand_changed()) return;
     touched_ = true;
-    if (touring_) act(Act::reset);  // who touches has the hand
+    end_tour();  // who touches has the hand
     exchange_.mouse.write(mouse_.hand());
   }
 
@@ -455,6 +464,7 @@ class RoomWindow {
   }
 
   void press(int key, int mods) {
+    if (key >= 0 && key <= GLFW_KEY_LAST && pressed_.size() < 64) pressed_.push_back(key);
     if (key == GLFW_KEY_TAB) return give_keys_to_panels(true);
     if (key == GLFW_KEY_ESCAPE) give_keys_to_panels(false);
     if (ImGui::GetIO().WantTextInput || (keys_are_of_panels() && key == GLFW_KEY_SPACE)) return;
@@ -496,7 +506,7 @@ class RoomWindow {
         return act(Act::faster);
       case GLFW_KEY_ESCAPE:
         view_->help_shown = false;
-        if (touring_) act(Act::reset);
+        end_tour();
         return mouse_.let_go();
       case GLFW_KEY_F1:
         view_->help_shown = !view_->help_shown;
@@ -549,6 +559,7 @@ class RoomWindow {
          simulated_ = 0;  // s, when the rates were counted last, and how far the room was then
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;
+  std::vector<int> pressed_;  // keys, since the last picture
   std::deque<Snapshot> past_;
   Snapshot shown_;
 };

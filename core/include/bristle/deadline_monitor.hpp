@@ -97,16 +97,12 @@ class BRISTLE_API DeadlineMonitor {
   double max() const noexcept { return numbers_.steps.max(); }  ///< longest step, s, exact
   double mean() const noexcept { return numbers_.steps.mean(); }
 
-  std::uint64_t misses() const noexcept {
-    return numbers_.misses.get();
-  }  ///< ticks that missed
-     ///< the deadline
-  std::uint64_t misses_ours() const noexcept {
-    return numbers_.misses_ours.get();
-  }                                               ///< misses caused by
-                                                  ///< this program
-  std::uint64_t misses_machine() const noexcept;  ///< misses caused by the
-                                                  ///< machine
+  /// Returns the number of ticks that missed the deadline.
+  std::uint64_t misses() const noexcept { return numbers_.misses.get(); }
+  /// Returns the number of misses caused by this program.
+  std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }
+  /// Returns the number of misses caused by the machine.
+  std::uint64_t misses_machine() const noexcept;
   std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
   /// Returns the most ticks in a row that were late or skipped.
   std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
@@ -115,7 +111,8 @@ class BRISTLE_API DeadlineMonitor {
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
-  /// |time from start to start - period|, s. Periods over skipped ticks are included, pauses are not.
+  /// Returns the jitter, |time from start to start - period|, s. Periods over skipped ticks are included,
+  /// pauses are not.
   const TimeHistogram& period_jitter() const noexcept { return numbers_.jitter; }
 
   /// The tick that ended the longest after it was due.

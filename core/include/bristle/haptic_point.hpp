@@ -179,10 +179,8 @@ class HapticPoint {
 
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
   double wall_force() const noexcept { return wall_; }                    ///< N, the last load, after the cap
-  bool limited() const noexcept {
-    return limited_;
-  }  ///< whether the last force was at
-     ///< the limit
+  /// Whether the last force was at the limit.
+  bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
   /// device holds it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the

@@ -50,7 +50,8 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == 0 || detail > r.pieces) return Status::bad_input;
   set_pieces(r, detail);
   if (r.ageing != nullptr)
-    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // their values belonged to the old resolution
+    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // cleared, because they belong to the old
+                                                            // resolution
   return Status::ok;
 }
 

@@ -121,8 +121,9 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
   // Deflections at which bristles snap, residual + snap length:
-  T* first = nullptr;               ///< for the length sampled first
-  T* delta = nullptr;               ///< for the present length; equals `first` with SnapRule::keep
+  T* first = nullptr;               ///< deflections at which bristles snap with their first snap length
+  T* delta = nullptr;               ///< deflections at which they snap with the present length; equals
+                                    ///< `first` with SnapRule::keep
   std::uint32_t* draw = nullptr;    ///< draw states; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< a single entry, or null without shared renewal
   // Column of ages (PatchView), null without ageing.

@@ -340,9 +340,12 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
+  // Strata of another law have other weights at the same deflections.
+  if (has(to.outputs, Outputs::energy))
+    to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);
   to.pending_dissipated += 0.5 * joules_per_square<T>(r) * std::max(before - sum_of_squares<T>(to), 0.0);
-  apply_slider_load<T>(to, from.normal_load);
+  to.pending_loss += apply_slider_load<T>(to, from.normal_load);
 }
 
 BRISTLE_INSTANTIATE(note_sliders, sum_of_squares, straighten, apply_slider_load, prepare_sliders, run_sliders,

@@ -115,10 +115,8 @@ bool replace_file(const std::string& from, const std::string& to) noexcept {
   return false;
 }
 
-bool flush_folder_of(const std::string&) noexcept {
-  return true;
-}  // replace_file() has flushed it by
-   // MOVEFILE_WRITE_THROUGH
+// replace_file() has flushed the folder by MOVEFILE_WRITE_THROUGH.
+bool flush_folder_of(const std::string&) noexcept { return true; }
 
 void remove_file(const std::string& path) noexcept { _wunlink(wide(path).c_str()); }
 

@@ -1,4 +1,4 @@
-// Stands in for CHAI3D in tests: a proxy that finds the surface at once.
+// A stand-in for CHAI3D in tests: a finger proxy that finds the surface at once.
 #pragma once
 
 #include <cstddef>
@@ -62,7 +62,7 @@ class cAlgorithmFingerProxy {
  protected:
   virtual void testFrictionAndMoveProxy(const cVector3d& goal, const cVector3d& proxy, cVector3d&,
                                         cGenericObject*) {
-    m_nextBestProxyGlobalPos = proxy;  // here friction without limit: who wants another overrides it
+    m_nextBestProxyGlobalPos = proxy;  // friction without limit; a subclass overrides it
     (void)goal;
   }
   virtual void updateForce() {

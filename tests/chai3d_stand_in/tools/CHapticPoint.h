@@ -1,4 +1,4 @@
-// Stands in for CHAI3D in tests: a point that owns its algorithm.
+// A stand-in for CHAI3D in tests: a haptic point that owns its force algorithm.
 #pragma once
 
 #include "forces/CAlgorithmFingerProxy.h"

@@ -1,5 +1,5 @@
-// Stands in for CHAI3D in tests: what tools/examples/chai3d_finger_proxy.hpp uses of it, by the same names,
-// over shapes that are given by their distance function. Nothing of it is CHAI3D's.
+// A stand-in for CHAI3D in tests: the classes that tools/examples/chai3d_finger_proxy.hpp uses, under their
+// names, over shapes given by a distance function. It contains no code of CHAI3D.
 #pragma once
 
 #include <cmath>

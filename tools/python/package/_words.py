@@ -11,6 +11,7 @@ def _micrometres(metres):
 
 def _material_facts(material):
     """Name and value of what a person asks of a material; raises bristle.Error for one that is out of range."""
+    material.validate()
     law = material.snap_length
     facts = [("friction over load, sliding slowly", f"{material.kinetic_coefficient():.4g}"),
              ("highest at first loading", f"{material.peak_coefficient():.4g}"),
@@ -54,8 +55,12 @@ def _batch_repr(self):
 
 
 def _fit_repr(self):
-    found = [f"{name} {e.value:.4g} ({e.low:.4g} to {e.high:.4g})" for name, e in self.parameters.items()
-             if e.determined and name in ("kinetic", "peak", "presliding_length")]
+    def interval(name, text):
+        e = self.parameters.get(name)
+        return [f"{name} {text(e.value)} ({text(e.low)} to {text(e.high)})"] if e is not None and e.determined else []
+
+    found = [*interval("kinetic", "{:.4g}".format), *interval("peak", "{:.4g}".format),
+             *interval("presliding_length", _micrometres)]
     return (f"<bristle.FitResult: {', '.join(found) or 'nothing determined'}; explains {100 * self.explained:.1f} % "
             f"of {len(self.force)} samples>")
 

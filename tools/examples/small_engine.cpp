@@ -1,0 +1,299 @@
+// A small engine to read: boxes on a plane, sequential impulses (PGS), and friction by Coulomb's clamp or by
+// a patch of bristles at each corner. What bristles need is marked "bristles:". A box is tapped on a slope,
+// another is thrown: exits with 1 when a box on bristles creeps, stops at a wrong place or loses count of its
+// energy. Boxes that rest on boxes need more: the warm start of core/guides/GUIDE_ENGINES.md.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include <bristle/bristle.hpp>
+#include <bristle/contact_frame.hpp>
+
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double mu = 0.5, g = 9.81;
+const auto law = bristle::Coefficients{}.with_kinetic(mu).with_peak(1.1 * mu).with_presliding_length(2e-5);
+const Vector3d up = Vector3d::UnitZ();  // normal of the plane z = 0; a slope tilts gravity
+
+struct Box {
+  double mass;        // kg
+  Vector3d half;      // m, half edges
+  Vector3d position;  // m
+  Vector3d velocity{0, 0, 0}, spin{0, 0, 0};
+  Vector3d push{0, 0, 0};  // N, at the centre
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+
+  Matrix3d inertia() const {
+    const Vector3d squares = half.cwiseProduct(half);
+    const Matrix3d axes = turn.toRotationMatrix();
+    return axes * Vector3d(mass / 3.0 * (Vector3d::Constant(squares.sum()) - squares)).asDiagonal() *
+           axes.transpose();
+  }
+  void add(const Vector3d& impulse, const Vector3d& arm) {
+    velocity += impulse / mass;
+    spin += inverse_inertia * arm.cross(impulse);
+  }
+  Vector3d velocity_at(const Vector3d& arm) const { return velocity + spin.cross(arm); }
+  /// Velocity along `a` that a unit impulse along `b` gives, 1/kg.
+  double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
+    return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
+  }
+  Matrix3d inverse_inertia = Matrix3d::Zero();  // of this step, world axes
+};
+
+/// A corner that touches the plane.
+struct Contact {
+  std::uint64_t key = 0;  // the same from step to step: box and corner
+  std::size_t box = 0;
+  Vector3d arm{0, 0, 0};        // m, from the box's centre
+  double gap = 0.0;             // m, below 0 inside the plane
+  double normal_impulse = 0.0;  // N s; both impulses begin with those of the step before
+  Vector2d impulse{0, 0};       // N s, along frame.along() and aside()
+  bristle::ContactFrame frame;
+  Matrix2d mobility = Matrix2d::Zero();  // 1/kg, in the plane
+
+  // bristles: the patch, and what PGS knows of it. It answers to the slip s with the force
+  // steady - slope s under at_load; as long as `clipped`, its elastic part is at most `limit`.
+  bristle::PatchId patch;
+  double load = 0.0;  // N, of the step before
+  Vector2d elastic{0, 0}, steady{0, 0};
+  double slope = 0.0, damping = 0.0, limit = 0.0, at_load = 0.0;
+  bool clipped = true;
+};
+
+enum class Friction { coulomb, bristles };
+
+class World {
+ public:
+  World(Friction kind, double slope_rad, const Box& box)
+      : boxes{box},
+        gravity_(g * std::sin(slope_rad), 0.0, -g * std::cos(slope_rad)),
+        kind_(kind),
+        // bristles: one batch, and a pool that gives each key its patch. All memory is taken here.
+        patches_(batch_, bristle::Material::from_coefficients(law),
+                 bristle::PatchOptions{}
+                     .with_max_normal_load(highest_load)
+                     .with_outputs(bristle::Outputs::end | bristle::Outputs::energy),
+                 bristle::KeyedOptions{}.with_capacity(64)) {
+    batch_.warm_up();
+  }
+
+  void step(double h) {
+    for (Box& box : boxes) {
+      box.inverse_inertia = box.inertia().inverse();
+      box.velocity += h * (gravity_ + box.push / box.mass);
+    }
+    find_contacts(h);
+    for (const Contact& c : contacts) push(c, c.normal_impulse, c.impulse);  // warm start
+    for (int i = 0; i < iterations; ++i) {
+      for (Contact& c : contacts) solve_normal(c, h);
+      // bristles: the later half of the iterations asks the patches themselves.
+      if (kind_ == Friction::bristles && i >= iterations / 2 && i % 2 == 0)
+        for (Contact& c : contacts) ask(c, h);
+      for (int sweep = 0; sweep < sweeps; ++sweep)
+        for (Contact& c : contacts) kind_ == Friction::coulomb ? clamp(c) : rub(c, h);
+    }
+    for (Box& box : boxes) {
+      box.position += h * box.velocity;
+      const Vector3d turned = h * box.spin;
+      box.turn = Eigen::Quaterniond(Eigen::AngleAxisd(turned.norm(), turned.stableNormalized())) * box.turn;
+      box.turn.normalize();
+    }
+    if (kind_ == Friction::bristles) step_patches(h);
+  }
+
+  /// J: kinetic, above the plane's origin, and stored in bent bristles.
+  double energy() const {
+    double sum = 0.0;
+    for (const Box& b : boxes)
+      sum += 0.5 * (b.mass * b.velocity.squaredNorm() + b.spin.dot(b.inertia() * b.spin)) -
+             b.mass * gravity_.dot(b.position);
+    for (const Contact& c : contacts) sum += batch_.stored_energy(c.patch);
+    return sum;
+  }
+
+  std::vector<Box> boxes;
+  std::vector<Contact> contacts;
+  double lost = 0.0;  // J, to friction of bristles
+
+ private:
+  static constexpr int iterations = 20, sweeps = 2;
+  static constexpr double highest_load = 50.0;  // N, of a contact
+
+  /// Lists the corners near the plane. Each takes over what the same corner had.
+  void find_contacts(double h) {
+    std::vector<Contact> before;
+    before.swap(contacts);
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+      const Box& box = boxes[b];
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1),
+            arm = box.turn * sign.cwiseProduct(box.half);
+        const double gap = up.dot(box.position + arm);
+        if (gap > 0.005) continue;
+        Contact c;
+        c.frame = bristle::ContactFrame(up);
+        c.key = 8 * b + corner;
+        for (const Contact& old : before)
+          if (old.key == c.key) c = old;
+        c.box = b;
+        c.arm = arm;
+        c.gap = gap;
+        c.frame.carry(up, h * box.spin, Vector3d::Zero());  // axes turn with the mean of box and plane
+        const Vector3d axes[2] = {c.frame.along(), c.frame.aside()};
+        for (int i = 0; i < 2; ++i)
+          for (int k = 0; k < 2; ++k) c.mobility(i, k) = box.mobility(arm, axes[i], axes[k]);
+        if (kind_ == Friction::bristles) begin(c, h);
+        contacts.push_back(c);
+      }
+    }
+    patches_.end_step();  // bristles: patches of corners that no longer touch go back to the pool
+  }
+
+  void push(const Contact& c, double normal, const Vector2d& friction) {
+    boxes[c.box].add(normal * up + friction[0] * c.frame.along() + friction[1] * c.frame.aside(), c.arm);
+  }
+  Vector2d slip(const Contact& c) const {
+    const Vector3d v = boxes[c.box].velocity_at(c.arm);
+    return {c.frame.along().dot(v), c.frame.aside().dot(v)};
+  }
+
+  /// The corner may close its gap in this step; what is too deep comes out over some steps.
+  void solve_normal(Contact& c, double h) {
+    constexpr double allowed = 1e-4, share = 0.1;  // m; of the excess, a step
+    const double wanted = c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
+    const Box& box = boxes[c.box];
+    const double missing = (wanted - up.dot(box.velocity_at(c.arm))) / box.mobility(c.arm, up, up);
+    const double impulse = std::max(c.normal_impulse + missing, 0.0);
+    push(c, impulse - c.normal_impulse, {0, 0});
+    c.normal_impulse = impulse;
+  }
+
+  /// Coulomb: the impulse that ends the slip, at most mu times the normal one.
+  void clamp(Contact& c) {
+    Vector2d impulse = c.impulse - slip(c) / c.mobility.trace();  // in the direction of the slip
+    const double size = impulse.norm(), highest = mu * c.normal_impulse;
+    if (size > highest) impulse *= highest / size;
+    push(c, 0.0, impulse - c.impulse);
+    c.impulse = impulse;
+  }
+
+  /// bristles: finds the patch, and what it would do without slip. No state changes.
+  void begin(Contact& c, double h) {
+    c.patch = patches_.find_or_add(c.key);
+    c.at_load = c.load > 0.0 ? c.load : highest_load;  // a new contact: in proportion
+    const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
+    c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
+    c.damping = now.damping;
+    c.slope = h * now.stiffness + now.damping;  // implicit: at the end of the step
+    c.limit = now.force_limit;
+    c.clipped = true;
+  }
+
+  /// bristles: the answer of the patch to the slip of now, under the load of now. No state changes.
+  void ask(Contact& c, double h) {
+    if (c.normal_impulse == 0.0) return;
+    const Vector2d s = slip(c), d = h * s;
+    const double load = c.normal_impulse / h;
+    const bristle::Response trial = batch_.find_force(h, {c.patch, {d[0], d[1]}, load});
+    // Stiffness as a secant: in sliding, where it is 0, the tangent would brake.
+    const Vector2d bent = load / c.at_load * c.elastic - Vector2d(trial.elastic[0], trial.elastic[1]);
+    const double secant = d.norm() > 0.0 ? bent.dot(d) / d.squaredNorm() : trial.stiffness;
+    c.elastic *= load / c.at_load;
+    c.at_load = load;
+    c.slope = h * std::clamp(secant, 0.0, trial.stiffness) + trial.damping;
+    c.steady = Vector2d(trial.end[0], trial.end[1]) + c.slope * s;
+    c.clipped = false;
+  }
+
+  /// bristles: the impulse at which the slip that it leaves and the patch's answer to that slip agree.
+  void rub(Contact& c, double h) {
+    const double time = c.normal_impulse / c.at_load;  // h, scaled as the load has changed
+    const Vector2d free = slip(c) - c.mobility * c.impulse;
+    const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
+      return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));
+    };
+    Vector2d impulse = solve(std::min(1.0, h / time) * c.steady, c.slope);
+    if (c.clipped) {
+      const Vector2d elastic = impulse + time * c.damping * (free + c.mobility * impulse);
+      if (elastic.norm() > time * c.limit) impulse = solve(c.limit * elastic.normalized(), c.damping);
+    }
+    push(c, 0.0, impulse - c.impulse);
+    c.impulse = impulse;
+  }
+
+  /// bristles: all patches step once, by the slip that happened under the load that acted.
+  void step_patches(double h) {
+    std::vector<bristle::Motion> motions;
+    for (Contact& c : contacts) {
+      const double load = c.normal_impulse / h;
+      if (std::abs(load - c.load) > 1e-6 * load) c.load = load;  // the solver's last digits flicker
+      const Vector2d d = h * slip(c);
+      motions.push_back({c.patch, {d[0], d[1]}, c.load});
+    }
+    std::vector<bristle::Response> responses(motions.size());
+    batch_.step(h, motions, responses);
+    for (const bristle::Response& r : responses) lost += r.dissipated + r.contact_loss + r.damper_work;
+  }
+
+  Vector3d gravity_;
+  Friction kind_;
+  bristle::PatchBatch batch_;
+  bristle::KeyedPatches patches_;
+};
+
+constexpr double h = 1.0 / 240.0;  // s
+const Box block{0.2, {0.05, 0.05, 0.02}, {0.0, 0.0, 0.02}};
+
+/// A block on a slope of 15 degrees, tapped five times a second for two seconds, then left alone for two.
+/// What it moves in the last second, m.
+double creep_after_taps(Friction kind) {
+  World world(kind, 15.0 * M_PI / 180.0, block);
+  double before = 0.0;
+  for (int k = 0; k < 960; ++k) {
+    world.boxes[0].push = k < 480 && k % 48 < 3 ? Vector3d(0.0, 0.3, -1.0) : Vector3d(0, 0, 0);
+    world.step(h);
+    if (k == 719) before = world.boxes[0].position[0];
+  }
+  const double at = world.boxes[0].position[0], creep = at - before;
+  std::printf("  on the slope: moved %.2f um, in the last second %.2g um\n", 1e6 * at, 1e6 * creep);
+  return creep;
+}
+
+/// A block thrown at 2 m/s; true if it slides as far as it should, v^2 / (2 mu g), and its energy is
+/// accounted for. Semi-implicit steps lose h v / 2 of the way.
+bool throw_block(Friction kind) {
+  World world(kind, 0.0, block);
+  for (int k = 0; k < 240; ++k) world.step(h);
+  const double speed = 2.0, start = world.boxes[0].position[0], lost = world.lost;
+  world.boxes[0].velocity[0] = speed;
+  const double thrown = world.energy();
+  for (int k = 0; k < 240; ++k) world.step(h);
+  const double way = world.boxes[0].position[0] - start, half_step = 0.5 * h * speed;
+  const double should = speed * speed / (2.0 * mu * g) - half_step;
+  const double left = thrown - world.energy() - (world.lost - lost) - mu * block.mass * g * half_step;
+  std::printf("  thrown: slid %.4f of the way\n", way / should);
+  if (kind == Friction::coulomb) return std::abs(way / should - 1.0) < 2e-3;
+  std::printf("  energy that the books leave out: %.2g of the throw's\n", left / thrown);
+  return std::abs(way / should - 1.0) < 2e-3 && std::abs(left / thrown) < 2e-3;
+}
+
+}  // namespace
+
+int main() {
+  bool right = true;
+  for (const Friction kind : {Friction::coulomb, Friction::bristles}) {
+    std::puts(kind == Friction::coulomb ? "Coulomb's clamp" : "bristles");
+    right = std::abs(creep_after_taps(kind)) < 1e-11 && throw_block(kind) && right;
+  }
+  return right ? 0 : 1;
+}
