@@ -117,7 +117,7 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   return ImGui::Begin(name, nullptr, flags);
 }
 
-// A heading that folds what follows away; open only where the person opened it.
+// Draws a heading that folds the controls below it; returns whether they are folded, as at the start.
 bool folded(const Panel& panel, const char* label) {
   ImGui::Dummy(ImVec2(0, 3 * panel.scale));
   return !ImGui::CollapsingHeader(label);
