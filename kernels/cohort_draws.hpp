@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // 2^64 / golden ratio
+constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // multiplier of the hash, 2^64 / golden ratio
 
 /// Returns the whole part of a number from 0 to 2^63. (floor would be a function call on the baseline, which
 /// has no instruction for it.)

@@ -184,7 +184,7 @@ TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
   if (!can_watch()) return;
   PatchBatch batch;
-  constexpr std::size_t feet_count = 9;  // more contacts than velocities
+  constexpr std::size_t feet_count = 9;  // nine feet: more contacts than velocities
   std::array<Motion, feet_count> motions;
   std::array<Response, feet_count> responses;
   std::array<bristle::BodyContact<6>, feet_count> feet;

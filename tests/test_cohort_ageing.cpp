@@ -219,7 +219,8 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
       mass += left(i);
       force += left(i) * (r[i] + x);
     }
-    newborn += 0.5 * dx * (lost + all - mass);  // adds int lost dx, the deflection of newborn bristles
+    newborn += 0.5 * dx * (lost + all - mass);  // adds int lost dx, the sum of the deflections of newborn
+                                                // bristles
     lost = all - mass;
     peak = std::max(peak, force + newborn);
   }

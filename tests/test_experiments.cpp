@@ -375,7 +375,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
 TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say, and not the rubbed one",
           "[experiment]") {
   // 200 cycles of 1.5 presliding lengths to either side, lognormal 0.3: highest F/N rises from 0.46 to 1.11,
-  // that is by 2.4; event by event by 2.4 to 2.8 over seeds and laws.
+  // by a factor of 2.4; event by event by 2.4 to 2.8 over seeds and laws.
   const Sets sets{
       "strokes=0.2,0.5,1,1.5,2,5",         "cycles=200", "tremor_time=10", "turns=30", "force_cycles=20",
       set("bristles", bristle_count(3600))};

@@ -245,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // this contact comes and goes
+        if ((k / (7 + j)) % 3 == 0) continue;  // this contact is missing in some steps
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -523,7 +523,7 @@ struct Engine {
   void step(int k, std::vector<std::uint64_t>& bits) {
     std::vector<ContactPoint> contacts;
     for (int c = 0; c < 7; ++c) {
-      if ((k + 3 * c) % 11 < 3) continue;  // this contact is missing
+      if ((k + 3 * c) % 11 < 3) continue;  // this contact is missing in this step
       contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
     }
     std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());
