@@ -62,7 +62,7 @@ inline const char* tour_says(double t) {
   return "";
 }
 
-/// The hand of the tour: to 0.6 of the peak, held, back, and on through the peak.
+/// The hand of the tour: 0.6 of the way to the peak (some 0.8 of its force), held, back, and on through it.
 inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
   const PullPlaces places(s, peak, m);
   const double away = places.touching - places.gap;
