@@ -30,8 +30,8 @@ class DrawingPace {
   /// Notes the time of a picture, s, and the share of real time at which the simulation ran meanwhile (1 if
   /// unknown). Call it for every picture, at time `t`, s.
   void take(double t, double picture_s, double share) noexcept {
-    mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.2 * (picture_s - mean_s_);
-    mean_share_ = count_ == 0 ? share : mean_share_ + 0.2 * (share - mean_share_);
+    mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.1 * (picture_s - mean_s_);
+    mean_share_ = count_ == 0 ? share : mean_share_ + 0.1 * (share - mean_share_);
     if (count_++ == 0) since_ = t;
     const double lasted = t - since_;
     if (count_ >= 8 && lasted >= 1.0 && level_ + 1 < levels.size() &&

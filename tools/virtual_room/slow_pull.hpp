@@ -62,8 +62,8 @@ inline const char* tour_says(double t) {
   return "";
 }
 
-/// Returns the motion of the tour's hand: it pushes to 0.6 of the peak, holds, lets go, and pushes through
-/// the peak.
+/// Returns the motion of the tour's hand: it goes 0.6 of the way to the peak (some 0.8 of its force), holds,
+/// lets go, and pushes through the peak.
 inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
   const PullPlaces places(s, peak, m);
   const double away = places.touching - places.gap;
