@@ -184,11 +184,6 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
       works.ageing_time);
-  panel.slider("across the lay", s.lay_ratio, 1, 0.1, 10, "%.2f", true,
-               "friction of the floor across the direction of its lay, over that along it; 1: it has none",
-               works.bristles);
-  panel.slider("lay's direction", s.lay_angle, pi / 180, -90, 90, "%.0f°", false,
-               "of the floor, from the long axis of the room", works.bristles && s.lay_ratio != 1.0);
   panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
                                     room.peak_coefficient * load));
   panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,

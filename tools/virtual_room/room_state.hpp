@@ -41,8 +41,6 @@ struct Settings {
   double hand_damping = 2.0;       ///< N s/m
   double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
   double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
-  double lay_ratio = 1.0;     ///< limit of the floor's friction across its lay over along it; brush only
-  double lay_angle = 0.0;     ///< rad, from x to the lay
   Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;
