@@ -710,6 +710,20 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
         Approx(steady_force(lognormal, Ageing::logarithmic(0.2, tau), 1.0)).margin(5e-4));
 }
 
+TEST_CASE("A live change of the time of ageing alone lets slip what that time no longer holds",
+          "[cohorts][ageing][material]") {
+  AgedBrush brush(aged(lognormal, 0.1));
+  brush.hold(1e4);
+  brush.slide(1.2, 1.0);
+  const double stored = brush.patch.energy();
+  Material slower = aged(lognormal, 0.1);
+  slower.ageing_time = 1e9;
+  brush.patch.batch.set_material(brush.patch.id, slower);
+  brush.hold(1e-9);
+  CHECK(brush.response.snaps > 100);
+  CHECK(brush.response.dissipated + brush.patch.energy() == Approx(stored).epsilon(1e-9));
+}
+
 TEST_CASE("The force at which a contact breaks away falls with the rate of the force",
           "[cohorts][ageing][physics]") {
   constexpr double beta = 0.02;

@@ -17,6 +17,7 @@
 #include "scenes.hpp"
 
 using namespace bristle::detail;
+using bristle_test::Brush;
 using bristle_test::dbar;
 using bristle_test::infinite_options;
 using bristle_test::load_n;
@@ -256,4 +257,55 @@ TEST_CASE("Bristles that came into contact last leave an infinite brush first", 
   CHECK(force(brush.step(0.0, 0.0, 0.7 * load_n)) == Approx(0.6 * 0.2 + 0.1 * 0.1).epsilon(1e-7));
   CHECK(force(brush.step(0.0, 0.0, 0.4 * load_n)) == Approx(0.4 * 0.2).epsilon(1e-7));
   CHECK(force(brush.step(0.0, 0.0, 0.0)) == 0.0);
+}
+
+TEST_CASE(
+    "What a rise of the load at rest brought in leaves with the fall, after any slide and any fall before",
+    "[cohorts][mass][load]") {
+  // No force changes at rest: those that come are straight, and they are the first to leave.
+  for (const double fallen : {1.0, 0.6})
+    for (const double way : {0.3, 0.9, 2.3, 40.0}) {
+      INFO("slides of " << way << ", a fall to " << fallen);
+      Brush brush(bristle::SnapLength::lognormal(dbar, 0.3), infinite_options(4.0, 16));
+      brush.load = 0.5 * load_n;
+      for (int k = 0; k < 7; ++k) brush.step(k % 3 == 2 ? -way : way, 0.1 * k * way);
+      brush.load *= fallen;
+      brush.step(0.0);
+      brush.step(0.4 * way, 0.2);
+      const double before[2] = {brush.response.elastic[0], brush.response.elastic[1]};
+      const double least = brush.load;
+      for (const double more : {1.3, 1.9}) {
+        brush.load = more * least;
+        brush.step(0.0);
+        for (int axis = 0; axis < 2; ++axis) CHECK(brush.response.elastic[axis] == Approx(before[axis]));
+      }
+      brush.load = least;
+      brush.step(0.0);
+      for (int axis = 0; axis < 2; ++axis)
+        CHECK(brush.response.elastic[axis] == Approx(before[axis]).margin(1e-6 * load_n * dbar));
+    }
+}
+
+TEST_CASE("A restored state does not hold by the bound of the state before", "[cohorts][state]") {
+  // Both are at one place: bent by 0.45 there, or set down there, from where 0.3 more snaps nothing.
+  const bristle::SnapLength law = bristle::SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+  Brush brush(law), other(law);
+  for (Brush* b : {&brush, &other}) {
+    b->step(0.0);
+    b->step(0.45);
+  }
+  std::vector<std::byte> state(brush.patch.batch.state_size());
+  REQUIRE(brush.patch.batch.save_state(state) == state.size());
+  brush.load = 0.0;
+  brush.step(0.0);
+  brush.load = load_n;
+  brush.step(0.0);
+  brush.step(0.01);
+  brush.step(-0.01);
+  brush.patch.batch.restore_state(state);
+  brush.step(0.3);
+  other.step(0.3);
+  CHECK(brush.response.snaps > 0);
+  CHECK(brush.response.snaps == other.response.snaps);
+  CHECK(brush.x() == other.x());
 }

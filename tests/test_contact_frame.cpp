@@ -396,7 +396,8 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
           "[frame][keys]") {
   std::mt19937_64 random(11);
   bristle::PatchBatch batch;
-  bristle::KeyedPatches pool(batch, surface, plain_options(20), bristle::KeyedOptions{}.with_capacity(3));
+  bristle::KeyedPatches pool(batch, bristle::Material{}, plain_options(20),
+                             bristle::KeyedOptions{}.with_capacity(3));
   bristle::ContactFrames frames(pool);
   // What a program with a frame of its own for each key has. Key 5 ends after step 6 and begins again at 9.
   std::map<std::uint64_t, ContactFrame> own;

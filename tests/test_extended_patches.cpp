@@ -1125,3 +1125,134 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
   // Steps of four lengths are independent: 6000 of them give variances to 1.8 %.
   CHECK(n * describe(deflection).variance == Approx(of_one).epsilon(0.1));
 }
+
+TEST_CASE("A response holds what was asked for and keeps the rest as the caller left it", "[extended]") {
+  // Damped: each cell answers by itself. Not damped: the second step is the sum of elastic forces alone.
+  for (const double damping : {0.01, 0.0}) {
+    INFO("bristle damping " << damping);
+    PatchBatch batch;
+    ExtendedPatches pads(batch);
+    const Material material = plain_material(smooth, SnapRule::redraw).with_bristle_damping(damping);
+    ExtendedMotion motion = motion_of(
+        pads.add(material, light_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
+    for (int k = 0; k < 3; ++k) {
+      ExtendedResponse out;
+      for (double& x : out.damper) x = 5.0;
+      for (double& x : out.mean) x = 7.0;
+      out.snaps = 77;
+      out.dissipated = 3.0;
+      pads.step(tick, {&motion, 1}, {&out, 1});
+      CHECK(out.snaps == 77);
+      CHECK(out.dissipated == 3.0);
+      for (int i = 0; i < 3; ++i) CHECK(out.mean[i] == 7.0);
+      CHECK((out.damper[0] != 0.0) == (damping != 0.0));
+      CHECK(out.damper[0] != 5.0);
+      CHECK(std::abs(out.damper[2]) < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("A lubricant resists in every step, whatever was known from the one before", "[extended]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const double lubricant = 0.5;
+  const Material material = plain_material(smooth, SnapRule::redraw).with_viscous_friction(lubricant);
+  ExtendedMotion motion = motion_of(
+      pads.add(material, light_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
+  for (int k = 0; k < 3; ++k) {
+    ExtendedResponse out;
+    pads.step(tick, {&motion, 1}, {&out, 1});
+    CHECK(out.damper[0] == Approx(-lubricant * dbar / tick));
+  }
+}
+
+TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[extended][state]") {
+  struct Two {
+    PatchBatch batch;
+    ExtendedPatches pads{batch};
+    PatchId id = pads.add(plain_material(smooth, SnapRule::redraw),
+                          infinite_options().with_fluctuation(500).with_seed(2).with_key(3),
+                          Outline::disc(1e-3, Pressure::uniform, 2));
+    std::uint64_t reset_and_slide() {
+      REQUIRE(pads.reset(id));
+      slide();
+      return pads.state_hash(id);
+    }
+    void slide() {
+      ExtendedMotion motion = motion_of(id, 0.7 * dbar, 0.0, load_n);
+      ExtendedResponse out;
+      for (int k = 0; k < 10; ++k) pads.step(tick, {&motion, 1}, {&out, 1});
+    }
+  };
+  Two one, other;
+  const std::uint64_t first = one.reset_and_slide();
+  REQUIRE(one.pads.reset(one.id, 5, 9));
+  one.slide();
+  const std::uint64_t now = one.pads.state_hash(one.id);
+  CHECK(now != first);
+  CHECK(one.reset_and_slide() == now);
+  CHECK(one.batch.info(one.pads.cell_patches(one.id)[0]).key == 9);
+  std::vector<std::byte> state(one.pads.state_size());
+  REQUIRE(one.pads.save_state(state) == state.size());
+  other.pads.restore_state(state);
+  CHECK(other.pads.state_hash(other.id) == now);
+  CHECK(other.reset_and_slide() == now);
+  CHECK(other.batch.info(other.pads.cell_patches(other.id)[0]).key == 9);
+  // The scale is a part of the state.
+  REQUIRE(other.pads.set_scale(other.id, 1.5));
+  CHECK(other.pads.state_hash(other.id) != now);
+}
+
+TEST_CASE("An outline reports the memory and the visits of all its cells, and gives its place back",
+          "[extended]") {
+  PatchBatch batch, points;
+  ExtendedPatches pads(batch);
+  const Material material = plain_material(smooth, SnapRule::redraw).with_bristle_damping(0.01);
+  const PatchOptions options = plain_options(900, 2, Precision::double_);
+  const Outline pair = {{{{-1e-3, 0.0}, 0.5}, {{1e-3, 0.0}, 0.5}}, 0.0};
+  const PatchId pad = pads.add(material, options, pair);
+  std::size_t memory = 0;
+  for (const PatchId cell : pads.cell_patches(pad))
+    memory += batch.info(cell).memory_bytes + sizeof(PatchCell) + sizeof(PatchId);
+  CHECK(pads.info(pad).memory_bytes == memory);
+  PatchOptions half = options;
+  half.with_bristles(450).with_max_normal_load(450.0);
+  const PatchId point = points.add(material, half);
+  ExtendedMotion motion = motion_of(pad, 0.7 * dbar, 0.0, 900.0);
+  Motion of_point{point, {0.7 * dbar, 0.0}, 450.0};
+  for (int k = 0; k < 3; ++k) {
+    ExtendedResponse out;
+    Response answer;
+    const auto visits = pads.step(tick, {&motion, 1}, {&out, 1}).bristles_visited;
+    CHECK(visits == 2 * points.step(tick, {&of_point, 1}, {&answer, 1}).bristles_visited);
+    CHECK(visits > 0);
+  }
+  // The slot is the lower half of an id; there are few, however often outlines come and go.
+  std::uint32_t highest = 0;
+  for (int k = 0; k < 100; ++k) {
+    const PatchId more = pads.add(material, options, pair);
+    highest = std::max(highest, static_cast<std::uint32_t>(more.value));
+    pads.remove(more);
+    pads.step(tick, {&motion, 0}, {static_cast<ExtendedResponse*>(nullptr), 0});
+  }
+  CHECK(highest < static_cast<std::uint32_t>(pad.value) + 4);
+}
+
+TEST_CASE("An outline to the left alone has an extent, and a cell that is gone stops its turn",
+          "[extended]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const Material material = plain_material(smooth, SnapRule::redraw);
+  const Outline left = {{{{-1e-3, 0.0}, 0.25}, {{-2e-3, 0.0}, 0.75}}, 0.0};
+  CHECK_THROWS_AS(pads.add(material, light_options().with_axes(1), left), bristle::Error);
+  const PatchId pad = pads.add(material, light_options(), left);
+  ExtendedMotion turn = motion_of(pad, 0.0, 1e-4, load_n);
+  ExtendedResponse out;
+  for (int k = 0; k < 2; ++k) pads.step(tick, {&turn, 1}, {&out, 1});
+  const double along = pads.info(pad).along[1];
+  CHECK(along == Approx(2e-4));
+  batch.remove(pads.cell_patches(pad)[0]);
+  pads.step(tick, {&turn, 1}, {&out, 1});
+  CHECK(out.status == Status::unknown_id);
+  CHECK(pads.info(pad).along[1] == along);
+}

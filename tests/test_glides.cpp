@@ -257,3 +257,46 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     CHECK(unasked > 500);
   }
 }
+
+TEST_CASE("A glide counts the fractions of a bristle that its steps snap", "[cohorts][glide]") {
+  // A third of a bristle: one over the mean snap length along a straight slide, in steps of any length.
+  const double bristles = 1.0 / 3.0;
+  OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
+                 infinite_options().with_max_normal_load(bristles));
+  for (int k = 0; k < 100; ++k) patch.step(0.4 * dbar, 0.0, bristles);
+  CHECK(patch.report.bristles_visited == 0);
+  double snaps = 0.0, way = 0.0;
+  for (int k = 0; k < 600; ++k) {
+    const double step = k % 3 == 0 ? 1.7 : 0.4;
+    way += step;
+    snaps += static_cast<double>(patch.step(step * dbar, 0.0, bristles).snaps);
+    if (k % 7 == 0) {
+      const Motion trial{patch.id, {0.9 * dbar, 0.0}, bristles};
+      patch.batch.find_force(tick, trial);
+    }
+  }
+  CHECK(snaps == Approx(bristles * way).margin(1.1));
+}
+
+TEST_CASE("A long straight step of a glide leaves nothing of a circle before it", "[cohorts][glide]") {
+  Brush brush(SnapLength::lognormal(dbar, 0.3));
+  double direction = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    direction += 0.4 / 40.0;
+    brush.step(0.4 * std::cos(direction), 0.4 * std::sin(direction));
+  }
+  CHECK(brush.patch.report.bristles_visited == 0);
+  for (const double way : {30.0, 0.02, 0.02, 0.3}) {
+    brush.step(way * std::cos(direction), way * std::sin(direction));
+    CHECK(brush.patch.report.bristles_visited == 0);
+    const double aside = brush.y() * std::cos(direction) - brush.x() * std::sin(direction);
+    INFO("after a step of " << way);
+    CHECK(std::abs(aside) < 1e-4);
+  }
+  // So the mean force of a long step that turns is that along most of it: the force at its end.
+  direction += 0.02;
+  brush.step(30.0 * std::cos(direction), 30.0 * std::sin(direction));
+  CHECK(brush.patch.report.bristles_visited == 0);
+  for (int axis = 0; axis < 2; ++axis)
+    CHECK(brush.response.mean[axis] == Approx(brush.response.elastic[axis]).epsilon(1e-12));
+}

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "infinite_brush.hpp"
 #include "scenes.hpp"
 
 using namespace bristle_test;
@@ -195,3 +196,57 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
     patch.batch.restore_state(state);
   }
 }
+
+#if !BRISTLE_MINIMAL
+namespace {
+
+Material rubbed_uniform(double low, double high, double residual) {
+  Material m = plain_material(SnapLength::uniform(low * dbar, high * dbar), SnapRule::redraw);
+  m.residual_length = residual * dbar;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("A live change to other lengths keeps the books of an infinite brush", "[load][energy][cohorts]") {
+  // To shorter and to longer lengths, with another unit of length, at rest under a load and an overload; also
+  // where a second change comes before the step that reports the first.
+  for (const double load : {0.8, 1.7})
+    for (const double scale : {0.35, 0.7, 2.9})
+      for (const bool twice : {false, true}) {
+        INFO("load " << load << ", lengths times " << scale << (twice ? ", twice" : ""));
+        Brush brush(rubbed_uniform(0.4, 1.6, 0.1), infinite_options());
+        brush.load = load * load_n;
+        for (int k = 0; k < 9; ++k) brush.step(k < 6 ? 0.9 : 0.13, 0.2);
+        REQUIRE(brush.patch.batch.set_detail(brush.patch.id, 5) == Status::ok);
+        const double before = brush.patch.energy();
+        brush.patch.batch.set_material(brush.patch.id, rubbed_uniform(0.4 * scale, 1.6 * scale, 0.1 * scale));
+        double between = brush.patch.energy();
+        CHECK(between < before);
+        if (twice) {
+          brush.patch.batch.set_material(brush.patch.id,
+                                         rubbed_uniform(0.2 * scale, 0.8 * scale, 0.1 * scale));
+          CHECK(brush.patch.energy() < between);
+          between = brush.patch.energy();
+        }
+        const Response r = brush.patch.step(0.0, 0.0, brush.load);
+        CHECK(r.dissipated + r.contact_loss == Approx(before - between).epsilon(1e-9).margin(1e-12 * before));
+        CHECK(brush.patch.energy() == Approx(between).epsilon(1e-12));
+        CHECK(brush.patch.batch.info(brush.patch.id).detail == 5);
+      }
+}
+
+TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load][cohorts]") {
+  // 10.3 bristles bent to 1, which the one law holds and the other does not: all snap in every round.
+  const double bristles = 10.3;
+  OnePatch patch(rubbed_uniform(2.0, 4.0, 0.0), infinite_options().with_max_normal_load(bristles));
+  std::uint64_t snaps = 0;
+  for (int round = 1; round <= 20; ++round) {
+    snaps += patch.step(dbar, 0.0, bristles).snaps;
+    patch.batch.set_material(patch.id, rubbed_uniform(0.2, 0.6, 0.0));
+    patch.batch.set_material(patch.id, rubbed_uniform(2.0, 4.0, 0.0));
+    snaps += patch.step(0.0, 0.0, bristles).snaps;
+    CHECK(static_cast<double>(snaps) == Approx(bristles * round).margin(1.0));
+  }
+}
+#endif

@@ -686,7 +686,7 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
       CHECK(taken > 0.5);
       CHECK(taken < 1.0);
-      // What glides visits nothing, so nothing is gained by its pieces.
+      // Gliding brushes visit nothing, so taking their pieces would gain nothing.
       for (std::size_t i = 1; i < ids.size(); ++i) REQUIRE(batch.info(ids[i]).detail == 8);
     }
 }

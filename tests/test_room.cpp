@@ -448,33 +448,6 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
   CHECK(rest_phase(2 * t + 0.5).place == Approx(0.5 * slide_speed));
 }
 
-TEST_CASE("On a floor with a lay a block leaves the line of the fall, as the ellipse of its friction says",
-          "[room][lay]") {
-  Settings s;
-  s.slope = 0.5;
-  s.kinetic = 0.3;
-  s.peak = 0.33;
-  s.lay_ratio = 4.0;
-  s.lay_angle = 0.5;
-  Run run(s);
-  const Snapshot now = run.until(0.25);
-  // From rest the velocity keeps its direction e: gravity less the friction of most power, the point of the
-  // ellipse whose normal is e, goes along e.
-  const double press = std::cos(s.slope), cosine = std::cos(s.lay_angle), sine = std::sin(s.lay_angle);
-  double low = 0.0, high = s.lay_angle;
-  for (int i = 0; i < 50; ++i) {
-    const double angle = 0.5 * (low + high);
-    const double along = std::cos(angle - s.lay_angle), across = std::sin(angle - s.lay_angle);
-    const double limit = s.kinetic * press / std::hypot(along, s.lay_ratio * across);
-    const double f[2] = {limit * along, limit * s.lay_ratio * s.lay_ratio * across};
-    const double a[2] = {std::sin(s.slope) - (cosine * f[0] - sine * f[1]), -(sine * f[0] + cosine * f[1])};
-    (a[1] * std::cos(angle) > a[0] * std::sin(angle) ? low : high) = angle;
-  }
-  CHECK(now.block_velocity[0] > 0.1);
-  CHECK(std::atan2(now.block_velocity[1], now.block_velocity[0]) == Approx(low).margin(0.03));
-  CHECK(low > 0.2);
-}
-
 TEST_CASE("A material that was saved brings back the surface and leaves block and slope", "[room]") {
   Settings saved;
   saved.kinetic = 0.7;
@@ -834,11 +807,11 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
     return now_of(loop);
   };
   const double rest = at(0.25).block_position[0];
-  // 0.6 of the peak bends the bristles by a visible part of their length.
+  // A push below the peak bends the bristles by a visible part of their length.
   const double pushed = at(4.9).block_position[0] - rest;
   CHECK(pushed > 0.1 * options.settings.presliding_length);
   CHECK(pushed < options.settings.presliding_length);
-  CHECK(now_of(loop).applied[0] < 0.75 * options.settings.peak * options.settings.mass * g);
+  CHECK(now_of(loop).applied[0] < 0.9 * options.settings.peak * options.settings.mass * g);
   CHECK(now_of(loop).applied[0] > 0.4 * options.settings.peak * options.settings.mass * g);
   // Let go it is back but for what has snapped.
   const double back = at(7.9).block_position[0] - rest;

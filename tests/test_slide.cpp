@@ -593,6 +593,15 @@ TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
   CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
 }
 
+TEST_CASE("after a fall of the load bristles turn over the limit that is left", "[slide][load]") {
+  OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
+  patch.step(10.0 * dbar, 0.0, load);
+  patch.step(0.0, 0.0, 0.5 * load);
+  // The tractrix from a right angle: tan(angle / 2) = exp(-way / limit), where the limit is half of dbar.
+  const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
+  CHECK(out.end[0] / out.end[1] == Approx(std::tan(2.0 * std::atan(std::exp(-0.8)))).epsilon(1e-4));
+}
+
 TEST_CASE("another material finds a contact that is stiffer than its load as it is", "[slide]") {
   OnePatch patch(sliding(uniform), plain_options(32, 2).with_max_normal_load(10.0));
   patch.step(20.0 * dbar, 0.0, 10.0);

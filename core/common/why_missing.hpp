@@ -1,4 +1,4 @@
-// The status of a motion whose patch or bed does not exist.
+// Chooses the status of a motion whose patch or bed does not exist.
 #pragma once
 
 #include <cstdint>

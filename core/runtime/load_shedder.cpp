@@ -56,7 +56,7 @@ struct LoadShedder::Impl {
     std::uint64_t survey = 0;
     double active = 0.0;  ///< bristles or cohorts that a step of the patch may visit; 0 if it does not move
     bool infinite = false;
-    bool glides = false;  ///< visits no cohort while it goes on so
+    bool glides = false;  ///< whether the patch slides steadily and visits no cohort
     std::uint32_t detail = 0, bristles = 0, wanted = 0;
   };
 

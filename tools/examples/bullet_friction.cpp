@@ -558,8 +558,15 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
       residual = std::max(residual, rub(*solved_[i], dt_s));
+  // Ends the iterations where contacts hardly move and the linear solve has left hardly an error.
+  constexpr double error = 1e-3, bent = 0.01;  // m/s^2; of the force limit, in this step
+  const auto begin = solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_);
+  if (residual < error * error * dt_s * dt_s && std::all_of(begin, solved_.end(), [&](const Contact* c) {
+        return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() < bent * c->answer.limit;
+      }))
+    return 0;
   // Lets Bullet stop when nothing changes, but not before the patches have been evaluated.
-  const bool asked = iteration > half || solved_.size() == first_of_group_;
+  const bool asked = iteration > half || begin == solved_.end();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
 

@@ -1,4 +1,4 @@
-// A soft finger that is dragged: its rim slips first, in small loops too, and on when it presses less.
+// Experiment of a dragged soft finger: its rim slips first, also in small loops and when the load falls.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double dt = 1e-3;  // s, of a step: no model here knows the time
 
-/// Force against a displacement of the finger, N. `keeps`: whether the step is made, or tried.
+/// Returns the force against a displacement of the finger, N. `keeps`: whether the step changes the state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
 
 Contact make_contact(const std::string& model, const Settings& s) {
@@ -78,7 +78,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
   };
 }
 
-/// The finger, where it is, and the force against it.
+/// Finger with its displacement and the force against it.
 struct Finger {
   Contact contact;
   double step, load;
@@ -88,7 +88,7 @@ struct Finger {
     x += d;
     force = contact(d, load, true);
   }
-  /// Goes on until the force is reached, in steps of which the last is shorter. `look` sees each.
+  /// Moves until the force is reached; the last step is shortened. Calls `look` after each step.
   void pull_to(
       double wanted, const std::function<void()>& look = [] {}) {
     const double sign = wanted > force ? 1.0 : -1.0;

@@ -16,11 +16,12 @@ set key top left samplen 2.5 spacing 1.1 noenhanced
 set multiplot layout 2,2 title "MuJoCo with its own friction and with bristles" font ",17"
 set xlabel "time  [s]"
 set ylabel "downwards  [mm]"
-set title "45 g pinched with 5.9 N, solref 0.02 1"
+set title "capsule of 45 g pinched with 5.9 N"
 plot for [k=1:3] rows("pinch_5.9N", k) using 1:(1e3 * $2) with lines linetype k title word(kinds, k)
 unset key
-set title "45 g pinched with 12 to 60 N at 1 Hz, solref 0.005 1"
-plot for [k=1:3] rows("pinch_swing", k) using 1:(1e3 * $2) with lines linetype k
+set title "box of 200 g held 20 mm off its centre with 30 N, shaken"
+set ylabel "turn  [deg]"
+plot for [k=1:3] rows("held_off_centre", k) using 1:(57.2958 * $3) every 10 with lines linetype k
 set title "block on a slope, tapped for 2 s"
 set ylabel "downhill  [mm]"
 plot for [k=1:3] rows("tapped_block", k) using 1:(1e3 * $2) with lines linetype k

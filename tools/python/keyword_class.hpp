@@ -97,11 +97,11 @@ class KeywordClass {
         }));
     // What differs from the defaults, as Python code.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
-      const py::object by_default = py::cast(T{});
+      const py::object usual = py::cast(T{});
       std::string text;
       for (const std::string& field : fields) {
         const py::object value = self.attr(field.c_str());
-        if (value.equal(by_default.attr(field.c_str()))) continue;
+        if (value.equal(usual.attr(field.c_str()))) continue;
         text += (text.empty() ? "" : ", ") + field + "=" + py::cast<std::string>(py::repr(value));
       }
       return name + "(" + text + ")";

@@ -89,12 +89,12 @@ struct LateRow {
   double damping_over_kt = 0.0;
 };
 
-/// How far a wheel's car is off the speed of rolling without slip at the end, m/s, and the largest energy
-/// gained in a step, J.
+/// Error of the car's final speed against rolling without slip, m/s, and the largest energy gained in a step,
+/// J.
 struct WheelResult {
   double speed_error = 0.0, gained_j = 0.0;
 };
-/// A car's mass and its wheel's inertia on a bed, up a slope and back down.
+/// Set-up and results of a car on one wheel, a bed, that rolls up a slope and back.
 struct WheelRow {
   double slip_stiffness = 0.0;  ///< N
   double inertia = 0.0;         ///< kg m^2

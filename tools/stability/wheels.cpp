@@ -28,7 +28,8 @@ struct Car {
         beds.add(bristle::BedMaterial(friction).with_slip_stiffness(row.slip_stiffness, row.slip_stiffness),
                  bristle::BedShape::wheel_row(half), options);
   }
-  /// Fills in the motion under a force on the wheel; `share` of the new speeds counts. Returns the car's way.
+  /// Fills in the motion under a force on the wheel, with `share` of the change of speeds. Returns the car's
+  /// displacement.
   double move(double force, double share) {
     const double way = dt * (speed + share * per_car * (force - downhill));
     motion.rolled[0] = dt * (rim - share * per_rim * force);

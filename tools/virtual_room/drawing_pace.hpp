@@ -1,5 +1,4 @@
-// How much of a picture is drawn, so that pictures keep coming where OpenGL is slow and the loop gets its
-// time.
+// Chooses how much of a picture is drawn, so that the loop gets its time where OpenGL is slow.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +11,11 @@ struct Drawing {
   bool shadows = true;
   bool half_resolution = false;  ///< of the room, not of panels
   double period_s = 1.0 / 60;    ///< shortest time from picture to picture
-  const char* says = "";         ///< to the person
+  const char* says = "";         ///< line for the person
 };
 
-/// Chooses what is drawn from what pictures take. What turned out too dear is tried again ever more rarely.
+/// Chooses a level of drawing by the time that pictures take. A level that turned out too slow is tried again
+/// ever more rarely.
 class DrawingPace {
  public:
   static constexpr std::array<Drawing, 4> levels = {
@@ -27,11 +27,11 @@ class DrawingPace {
 
   const Drawing& now() const noexcept { return levels[level_]; }
 
-  /// Takes what a picture took, s, and the share of real time at which the simulation ran meanwhile (1 where
-  /// that is not known). Call it for every picture, at time `t`, s.
+  /// Notes the time of a picture, s, and the share of real time at which the simulation ran meanwhile (1 if
+  /// unknown). Call it for every picture, at time `t`, s.
   void take(double t, double picture_s, double share) noexcept {
-    mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.2 * (picture_s - mean_s_);
-    mean_share_ = count_ == 0 ? share : mean_share_ + 0.2 * (share - mean_share_);
+    mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.1 * (picture_s - mean_s_);
+    mean_share_ = count_ == 0 ? share : mean_share_ + 0.1 * (share - mean_share_);
     if (count_++ == 0) since_ = t;
     const double lasted = t - since_;
     if (count_ >= 8 && lasted >= 1.0 && level_ + 1 < levels.size() &&

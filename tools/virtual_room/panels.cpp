@@ -117,7 +117,7 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   return ImGui::Begin(name, nullptr, flags);
 }
 
-// A heading that folds what follows away; open only where the person opened it.
+// Draws a heading that folds the controls below it; returns whether they are folded, as at the start.
 bool folded(const Panel& panel, const char* label) {
   ImGui::Dummy(ImVec2(0, 3 * panel.scale));
   return !ImGui::CollapsingHeader(label);
@@ -200,11 +200,6 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
       works.ageing_time);
-  panel.slider("across the lay", s.lay_ratio, 1, 0.1, 10, "%.2f", true,
-               "friction of the floor across the direction of its lay, over that along it; 1: it has none",
-               works.bristles);
-  panel.slider("lay's direction", s.lay_angle, pi / 180, -90, 90, "%.0f°", false,
-               "of the floor, from the long axis of the room", works.bristles && s.lay_ratio != 1.0);
   if (works.bristles && room.bristle_stiffness > 0) {
     panel.readout("bristles ζ × stiffness σ₀",
                   fmt::format("{:.0f} × {}", room.stiffness_per_newton / room.bristle_stiffness * load,

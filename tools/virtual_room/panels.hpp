@@ -68,10 +68,10 @@ struct GuiState {
   float plot_seconds = 8;
   std::vector<std::string> files;  ///< loadable files, as found when the list was opened
   FirstBending first_bending;
-  double share = 1.0;                 ///< of real time at which the simulation runs, over its speed
-  double pictures = 0.0;              ///< a second
+  double share = 1.0;                 ///< share of real time at which the simulation runs, over its speed
+  double pictures = 0.0;              ///< number a second
   const char* drawn = "";             ///< what pictures leave out to keep pace, or ""
-  float back_s = 0, back_most_s = 0;  ///< how long ago is what is shown, while it pauses
+  float back_s = 0, back_most_s = 0;  ///< s, age of the moment shown during a pause, and its limit
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,

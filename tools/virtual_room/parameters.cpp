@@ -20,12 +20,10 @@ constexpr double least_peak_over_kinetic = 1.001;
 
 bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
   const bool floor = patch < 4, tool = patch == tool_patch;
-  bristle::PatchOptions options;
-  if (floor && s.lay_ratio != 1.0)
-    options.with_lay(bristle::Lay{}.with_angle(s.lay_angle).with_limit_ratio(s.lay_ratio));
-  return options.with_max_normal_load(floor  ? floor_load
-                                      : tool ? tool_load
-                                             : wall_load)
+  return bristle::PatchOptions{}
+      .with_max_normal_load(floor  ? floor_load
+                            : tool ? tool_load
+                                   : wall_load)
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
       .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)  // energy output for the floor:
@@ -147,8 +145,6 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles ||
                      next.settings.infinite != now_.settings.infinite ||
                      next.settings.model != now_.settings.model ||
-                     next.settings.lay_ratio != now_.settings.lay_ratio ||
-                     next.settings.lay_angle != now_.settings.lay_angle ||
                      (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
     Made made = add_patches(next.settings, material, of_tool);

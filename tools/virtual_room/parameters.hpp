@@ -21,7 +21,7 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
-inline constexpr std::array<SettingRange, 20> setting_ranges = {{
+inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
     {"peak", &Settings::peak, 0.01, 3.0, ""},
     {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
@@ -40,8 +40,6 @@ inline constexpr std::array<SettingRange, 20> setting_ranges = {{
     {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
     {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
-    {"lay_ratio", &Settings::lay_ratio, 0.1, 10.0, ""},
-    {"lay_angle", &Settings::lay_angle, -1.6, 1.6, "rad"},
 }};
 /// Number of leading ranges that belong to the surface, including its snap rule.
 inline constexpr std::size_t surface_numbers = 10;

@@ -10,7 +10,7 @@
 
 namespace room {
 
-/// A surface of bristle::typical_materials(), under the name that the room shows.
+/// Surface of bristle::typical_materials(), under the name that the room shows.
 struct Preset {
   const char* name;
   const char* typical;

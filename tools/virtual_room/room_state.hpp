@@ -43,8 +43,6 @@ struct Settings {
   /// m, radius of the tool's contact, a disc under uniform pressure; 0: a point
   double pad_radius = 0.0;
   double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: as the other surfaces
-  double lay_ratio = 1.0;     ///< friction limit of the floor across its lay over that along it; brush only
-  double lay_angle = 0.0;     ///< rad, from x to the lay
   Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;

@@ -44,11 +44,11 @@ inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& 
   return motion;
 }
 
-/// A part of the tour and what is said of it, s from the beginning. After `hand_s` the hand of the room is
-/// done and the scene of the models follows.
+/// Part of the tour. After `tour_hand_s` the hand of the room has finished and the scene of the models
+/// follows.
 struct TourPart {
-  double until_s;
-  const char* says;
+  double until_s;    ///< end, from the beginning of the tour
+  const char* says;  ///< line for the person
 };
 inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;
 inline constexpr TourPart tour_parts[] = {
@@ -62,7 +62,8 @@ inline const char* tour_says(double t) {
   return "";
 }
 
-/// The hand of the tour: to 0.6 of the peak, held, back, and on through the peak.
+/// Returns the motion of the tour's hand: it goes 0.6 of the way to the peak (some 0.8 of its force), holds,
+/// lets go, and pushes through the peak.
 inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
   const PullPlaces places(s, peak, m);
   const double away = places.touching - places.gap;

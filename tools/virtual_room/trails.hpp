@@ -1,4 +1,4 @@
-// Where the blocks have been: their outline at the beginning, and the way of their middle since.
+// Records the paths of the blocks' centres, from the place where each began.
 #pragma once
 
 #include <array>
@@ -14,10 +14,11 @@ namespace room {
 class Trails {
  public:
   static constexpr std::size_t blocks = 1 + most_compared;
-  static constexpr float spacing = 0.004f;  ///< m, between points of a way
-  static constexpr std::size_t most = 200;  ///< points of a way; its beginning stays, then the oldest go
+  static constexpr float spacing = 0.004f;  ///< m, between points of a path
+  static constexpr std::size_t most = 200;  ///< points of a path; beyond, the oldest go, but for the first
 
-  /// Takes the blocks of a picture. A scene that begins again, and one that a carriage moves, has none.
+  /// Adds the places of the blocks in a picture. Clears all paths if the scene begins again or a carriage
+  /// moves it.
   void update(const Snapshot& room) {
     const bool again = room.time < time_ || room.settings.compare != scene_;
     time_ = room.time;
@@ -34,7 +35,7 @@ class Trails {
         ways_[i + 1].clear();
     }
   }
-  /// Places of the block's middle, m, in the room's axes, as it is drawn; the first is where it began.
+  /// Returns the path of a block's centre, m, in the room's axes, as it is drawn.
   const std::vector<Eigen::Vector3f>& way(std::size_t block) const { return ways_[block]; }
 
  private:

@@ -169,7 +169,7 @@ class RoomWindow {
     keep_for_later();
   }
 
-  // Keeps the last minute, to look back through while the room pauses.
+  // Keeps the last minute, which the person can look through during a pause.
   void keep_for_later() {
     if (room().paused) return;
     view_->gui.back_s = 0;
@@ -179,7 +179,7 @@ class RoomWindow {
     if (past_.back().time - past_.front().time > kept_s) past_.pop_front();
   }
 
-  // The room as it is, or, while it pauses, as it was.
+  // Returns the present room, or during a pause the moment that the person looks back to.
   const Snapshot& shown() {
     GuiState& gui = view_->gui;
     gui.back_most_s =
@@ -194,7 +194,7 @@ class RoomWindow {
     return shown_;
   }
 
-  // Once a picture: how fast the simulation runs and pictures come, and what is drawn of them therefore.
+  // Measures the rates of simulation and pictures, once a picture, and chooses how much is drawn.
   void measure(double picture_s) {
     const double now = glfwGetTime();
     ++pictures_counted_;
@@ -222,12 +222,12 @@ class RoomWindow {
     touring_ = tour_begins_ = touched_ = true;
   }
 
-  // Takes the hand of the tour away; the scene that follows it goes on.
+  // Ends the tour and its hand; the scene that follows goes on.
   void end_tour() {
     if (std::exchange(touring_, false) && view_->gui.settings.compare == Comparison::none) act(Act::reset);
   }
 
-  // Says what the tour shows. After its hand comes the scene of the models.
+  // Shows the tour's line. When its hand has finished, starts the scene of the models.
   void follow_tour() {
     view_->title.clear();
     if (!touring_) return;
@@ -427,7 +427,7 @@ class RoomWindow {
 
   bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
 
-  // Whether the keys are the panels': from Tab to Esc or a click.
+  // Whether keys go to the panels: from Tab to Esc or a click.
   static bool keys_are_of_panels() {
     return (ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard) != 0;
   }

@@ -33,7 +33,7 @@ namespace bristle {
 /// Names a bed of one batch, as PatchId names a patch. 0 = none.
 struct BedId {
   std::uint64_t value = 0;
-  /// As PatchId::no_capacity, of KeyedBeds.
+  /// Id that a full pool (KeyedBeds) gives a new contact.
   static constexpr BedId no_capacity() noexcept { return {PatchId::no_capacity().value}; }
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }

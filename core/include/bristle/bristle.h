@@ -538,9 +538,9 @@ typedef struct bristle_keyed bristle_keyed;
 /** Makes lasting keys, by pair of bodies and nearest point: bristle::ContactMatcher. */
 typedef struct bristle_matcher bristle_matcher;
 
-/** Names no contact: its id is BRISTLE_ID_NO_CAPACITY. */
+/** Key of no contact; its id is BRISTLE_ID_NO_CAPACITY. */
 #define BRISTLE_NO_CONTACT_KEY UINT64_MAX
-/** What bristle_keyed_find_or_add gives a contact without a patch. */
+/** Id that bristle_keyed_find_or_add gives a contact without a patch. */
 #define BRISTLE_ID_NO_CAPACITY UINT64_MAX
 
 /** bristle::KeyedOptions. */
@@ -595,7 +595,7 @@ BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
 BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 /** Number of current contacts. [step] */
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
-/** How often bristle_keyed_find_or_add gave no patch, so far. [step] */
+/** Number of times that bristle_keyed_find_or_add gave no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
 /** State of a pool: which contact has which patch (bristle::KeyedPatches). Save it beside the batch's state,
  * and restore it after that. [step] */

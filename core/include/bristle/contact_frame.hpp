@@ -295,15 +295,15 @@ class ContactFrame {
   Axes now_, midway_;
 };
 
-/// The frames of a pool's contacts: each goes with its key. Plain data: a copy, made with a snapshot of the
-/// pool and put back with it, is all that a rollback needs.
+/// Frames of a pool's contacts; each lasts as long as its key. Plain data: a rollback restores a copy that
+/// was made with the pool's snapshot.
 class ContactFrames {
  public:
   /// Makes room for every patch of the pool, and for contacts that get none.
   explicit ContactFrames(const KeyedPatches& pool) : frames_(pool.capacity() + std::size_t{1}) {}
 
-  /// Carries the frame of a contact to the normal of this step (ContactFrame::carry), or begins it if the
-  /// contact is new. For an extended patch give the turn of body B twice. Returns the frame.
+  /// Carries the frame of a contact to this step's normal (ContactFrame::carry), or makes one if the contact
+  /// is new, and returns it. For an extended patch pass the turn of body B twice.
   ContactFrame& carry(const KeyedContact& contact, const Eigen::Vector3d& normal,
                       const Eigen::Vector3d& turn_a = Eigen::Vector3d::Zero(),
                       const Eigen::Vector3d& turn_b = Eigen::Vector3d::Zero()) noexcept {
@@ -314,7 +314,7 @@ class ContactFrames {
       frame.carry(normal, turn_a, turn_b);
     return frame;
   }
-  /// The frame as it is now.
+  /// Returns the present frame at KeyedContact::place.
   ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
   const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
 

@@ -25,7 +25,8 @@
 
 namespace bristle {
 
-/// Names no contact: find_or_add has no patch for it. ContactMatcher gives it to what is beyond its capacity.
+/// Key of no contact, for which find_or_add has no patch. ContactMatcher gives it to contacts beyond its
+/// capacity.
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
@@ -38,12 +39,12 @@ struct KeyedOptions {
   KeyedOptions& with_seed_from_key(bool value) { return detail::set(*this, seed_from_key, value); }
 };
 
-/// A contact in a pool, as KeyedPatches::find_or_add_contact returns it.
+/// Contact in a pool, as KeyedPatches::find_or_add_contact returns it.
 struct KeyedContact {
   PatchId id;               ///< PatchId::no_capacity() if there is no patch for it
   std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
                             ///< lasts; capacity if there is no patch for it
-  bool is_new = false;  ///< the key was not there: what the caller stored at `place` is of another contact
+  bool is_new = false;      ///< whether the key is new: data at `place` then belong to another contact
 };
 
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.

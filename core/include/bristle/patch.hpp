@@ -13,7 +13,7 @@ struct PatchId {
   std::uint64_t value = 0;
   /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
   static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
-  /// Whether it can name a patch: false for 0 and for no_capacity().
+  /// Whether the id can name a patch: not 0 and not no_capacity().
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(PatchId a, PatchId b) noexcept { return a.value == b.value; }
   friend bool operator!=(PatchId a, PatchId b) noexcept { return a.value != b.value; }
@@ -159,7 +159,7 @@ constexpr Status operator|(Status a, Status b) noexcept {
 constexpr bool has(Status set, Status wanted) noexcept {
   return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
 }
-/// Whether a response with this status is of a motion that was carried out.
+/// Whether the motion of a response with this status was carried out.
 constexpr bool was_stepped(Status status) noexcept {
   return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity);
 }

@@ -12,15 +12,15 @@ namespace bristle {
 
 struct TypicalMaterial {
   const char* name;   ///< "wood on wood"; lives for ever, as `about`
-  const char* about;  ///< where the numbers come from
+  const char* about;  ///< source of the numbers
   Coefficients coefficients;
 };
 
-/// All of them, in the order of the document. Friction depends on roughness, dirt and moisture, not on the
-/// materials alone: measure it where it matters. Any thread may call it.
+/// Returns all pairs, in the order of the document. Friction depends on roughness, dirt and moisture, not on
+/// the materials alone: measure it where it matters. Any thread may call it.
 BRISTLE_API Span<const TypicalMaterial> typical_materials();
 
-/// The coefficients of this name. Throws bristle::Error, which lists the names, for any other.
+/// Returns the coefficients of this name. Throws bristle::Error, which lists the names, for any other.
 BRISTLE_API Coefficients typical_coefficients(const char* name);
 
 }  // namespace bristle

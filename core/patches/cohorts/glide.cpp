@@ -12,6 +12,9 @@ namespace {
 constexpr double bend = 0x1p-10;        // rad by which the path may leave the arc within a step
 constexpr double long_bend = 1.0 / 32;  // rad by which a step longer than all memory may leave the arc
 
+/// Scaled: rounding of positions turns a shorter step by more than 2^-14, so its direction is not measured.
+constexpr double shortest_chord = 0x1p-30;
+
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
 /// The arc of the path along which the cohorts of a patch were bent.
@@ -113,6 +116,10 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
   if (!(std::abs(turned) <= 2.0 * long_bend)) return false;
+  if (length < shortest_chord) {
+    c.way += length;
+    return true;
+  }
   if (known && !(std::abs(turned - c.curve * distance) <= bend)) return false;
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
@@ -277,7 +284,6 @@ void end_glide(Patch& p) noexcept {
   if (r.glide.on == 0) return;
   write_glide(p, r, r.rows);
   r.glide.on = 0;
-  p.bound.reach = no_reach;
   for (int axis = 0; axis < p.axes; ++axis) p.sum[axis] = deflections_at(r, place(p, r, axis), axis);
 }
 
