@@ -115,7 +115,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   over_rates(input, model, result);
   over_loads(input, model, result);
   over_rests(input, model, result);
@@ -152,7 +152,7 @@ Experiment break_away_experiment() {
         "static friction grows with the logarithm of the time at rest (Rabinowicz 1958; Dieterich 1972)",
         "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
       {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
-      &run_break_away,
+      &run,
       &check};
 }
 

@@ -95,7 +95,7 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
 }
 
-void run_coulomb(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   over_loads(input, model, result);
   over_bristles(input, model, result);
   over_areas(input, model, result);
@@ -126,7 +126,7 @@ Experiment coulomb_experiment() {
        {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
         "highest less lowest friction at areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
       {"value", "friction[N]", "friction_over_load"},
-      &run_coulomb};
+      &run};
 }
 
 }  // namespace cli

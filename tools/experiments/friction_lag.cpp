@@ -66,7 +66,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& omegas = input.settings.numbers("omegas");
   const double fastest = *std::max_element(omegas.begin(), omegas.end());
   double done = 0.0;
@@ -93,7 +93,7 @@ Experiment friction_lag_experiment() {
             "friction at the mean speed, growing less falling, over kinetic friction, fastest swing", "%",
             "above 1 %"}},
           {"omega[rad/s]", "v[m/s]", "friction[N]"},
-          &run_friction_lag,
+          &run,
           &check};
 }
 

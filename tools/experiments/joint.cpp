@@ -90,7 +90,7 @@ double hold(const ExperimentInput& input, const std::string& model, ExperimentRe
   return mean[cycles - 1] - mean[cycles - 2];
 }
 
-void run_joint(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const std::vector<double>& weights = s.numbers("weights");
   const double full = full_friction(s);
@@ -147,7 +147,7 @@ Experiment joint_experiment() {
         "way in a cycle of a net torque between 0.2 and 0.8 of friction", "urad",
         "below a thousandth of the presliding length"}},
       {"weight_or_lengths_or_cycles", "friction_or_torque_over_full", "driven_or_angle_over_presliding"},
-      &run_joint};
+      &run};
 }
 
 }  // namespace cli

@@ -70,7 +70,7 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   return line;
 }
 
-void run_slide_hold_slide(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double kinetic = s.number("kinetic") * s.number("load");
   std::vector<double> logarithms, peaks;
@@ -124,7 +124,7 @@ Experiment slide_hold_slide_experiment() {
         "friction a ten-thousandth into the hold less that at its end, longest hold, over kinetic friction",
         "%", "above 1 %"}},
       {"hold[s]", "t[s]", "x_over_presliding", "friction_over_kinetic"},
-      &run_slide_hold_slide,
+      &run,
       &check};
 }
 

@@ -84,7 +84,7 @@ void check(const Settings& settings) {
   }
 }
 
-void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   Settings dry = input.settings;
   dry.set("viscous=0");
   dry.set("damping=0");
@@ -119,7 +119,7 @@ Experiment stribeck_experiment() {
        {"dry_constant", "dry sliding does not depend on speed", "Coulomb's third law, away from rest",
         "spread of the force from ten Stribeck velocities on, over kinetic friction", "%", "below 2 %"}},
       {"v[m/s]", "friction[N]"},
-      &run_stribeck,
+      &run,
       &check};
 }
 

@@ -57,7 +57,7 @@ double evolution_way(const Step& up) {
   return there == up.friction.end() ? 0.0 : static_cast<double>(there - from);
 }
 
-void run_velocity_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   double least = INFINITY, most = -INFINITY;  // range of the direct effect
@@ -131,7 +131,7 @@ Experiment velocity_step_experiment() {
         "path from the highest friction after the step until 1/e of the fall is left, shortest of the speeds",
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
-      &run_velocity_step,
+      &run,
       &check};
 }
 
