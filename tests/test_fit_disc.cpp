@@ -23,7 +23,7 @@ cli::FitOptions of_disc() {
   return options;
 }
 
-/// Returns ten seconds at 50 Hz of 60 annuli of 30 bristles each.
+/// Returns the settings of a turning disc of 60 annuli with 30 bristles each: 10 s of samples at 50 Hz.
 SyntheticFriction turning() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
