@@ -78,7 +78,7 @@ struct CohortLaw {
 struct CohortTimes {
   double* births;      ///< for each cohort: time when its bristles were last straight
   double now;          ///< time at the end of a move or of a piece of it
-  double per_length;   ///< s per scaled length of the path
+  double per_length;   ///< time that a scaled length of the path takes, s
   double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)
   double rate;         ///< 1 / tau, 1/s
   unsigned saturates;  ///< 1: g = 1 + gain (1 - exp(-a / tau)); 0: g = 1 + beta ln(1 + a / tau)
@@ -156,7 +156,7 @@ struct CohortMove {
   double from[2], to[2];
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
-  CohortTimes times;  ///< `now` is the time at the beginning of the move
+  CohortTimes times;  ///< times of the move; `now` is its beginning
   bool books = true;  ///< whether CohortTotals::integral and lost are asked for; if not they may be wrong
 };
 

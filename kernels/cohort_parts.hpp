@@ -410,8 +410,8 @@ template <bool rubs, bool ages>
     if (rubs) t.lost -= p.lost * (law.residual * law.residual);
   }
   t.snapped += snapped + again;
-  const double root = rubs ? mean_gap + law.residual : mean_gap;  // distance from the end to the place where
-                                                                  // the newborn would be straight
+  // Distance from the piece's end to the place where the newborn would be straight.
+  const double root = rubs ? mean_gap + law.residual : mean_gap;
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],

@@ -139,8 +139,8 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }
-    // Averages the two ends of a step. born[k]: share of bristles that became straight in step k, counted as
-    // if in its middle.
+    // Averages a quantity over the two ends of a step. born[k] is the share of bristles that became straight
+    // in step k, all of them in its middle.
     const auto middle = [&](const std::vector<double>& of, std::size_t k) {
       return 0.5 * (of[k] + of[k - 1]);
     };

@@ -30,9 +30,9 @@ struct SyntheticFriction {
   double strengthening = 0.0;          // a of the strengthening a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // m/s, v* of the strengthening
   double asymmetry = 0.0;              // share by which friction towards +x is larger and towards -x smaller
-  std::size_t annuli = 0;  // > 0: a turning disc of this many annuli of equal area; x and force are at its
-                           // rim
-  // Disturbances between the contact and the sensors; `motion` is that of the contact:
+  // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
+  std::size_t annuli = 0;
+  // Disturbances between the contact and the sensors. `motion` is the contact's motion.
   double compliance = 0.0;  // m/N, compliance of the stage
   double delay = 0.0;       // s, time constant of a first-order low-pass of the force
   // Disturbances of the sensors:

@@ -819,9 +819,9 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need too much memory of
                                                                      // their own
-  // Stacks of 256 MB in an address space of 1.5 GB leave room for a few threads. Exit code 124 if it was
-  // still at work at the timeout, 1 if there was no memory for its arrays either; but never ended by a
-  // signal.
+  // Stacks of 256 MB in an address space of 1.5 GB leave room for a few threads. The
+  // program may exit with 124 (still at work at the timeout) or 1 (no memory for its arrays), but no signal
+  // may end it.
   const int status = std::system("ulimit -v 1500000; ulimit -s 250000; timeout 1 '" BRISTLE_CLI
                                  "' stability --quick --threads 1024 >/dev/null 2>&1");
   REQUIRE(WIFEXITED(status));

@@ -98,7 +98,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (int axes : {1, 2}) {
-        for (double count : {0.3e-6, 2.7e-6, 30e-6}) {  // below, near and above the mean snap length
+        for (double count : {0.3e-6, 2.7e-6, 30e-6}) {  // encoder counts below, near and above dbar
           INFO(name_of(precision) << ", " << table_name(rule) << ", axes " << axes << ", count of " << count
                                   << " m");
           const double length = count > dbar ? 10.0 * dbar : dbar;

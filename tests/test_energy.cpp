@@ -58,8 +58,8 @@ Balance balance_of(const Response& r, double before, double after, double dx, do
   const double blocks = std::ceil(n / 256.0);
   const double path = std::hypot(dx, dy);
   const double grain = 0x1p-44 * 2.0 * dbar;
-  const double one = std::max(stiffness_of_one, r.stiffness / n);  // stiffness of one bristle, which counts
-                                                                   // for more under overload
+  // Stiffness of one bristle, which stands for more bristles under overload.
+  const double one = std::max(stiffness_of_one, r.stiffness / n);
   // Subtracting the damper's share of the mean force above loses digits.
   const double digits = 0x1p-52 * (std::abs(r.damper[0] * dx) + std::abs(r.damper[1] * dy));
   b.tolerance = balance_bound(precision) * b.involved + (std::abs(fx) + std::abs(fy)) * grain +

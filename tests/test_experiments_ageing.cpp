@@ -128,7 +128,7 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
   // The first sample is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
   const double late = b * (std::log1p(2.0 * std::exp(-0.02)) / std::log(3.0) - 1.0);
   CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
-  // ln(1 + 2 exp(-x)) = ln 3 / e, counted from the first sample: x = -ln((3^(1/e) - 1) / 2).
+  // The distance x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
   const double first = std::log1p(2.0 * std::exp(-0.02));
   const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
   CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));

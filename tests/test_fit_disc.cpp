@@ -23,7 +23,7 @@ cli::FitOptions of_disc() {
   return options;
 }
 
-/// Returns ten seconds at 50 Hz of 60 annuli of 30 bristles each.
+/// Returns the settings of a turning disc of 60 annuli with 30 bristles each: 10 s of samples at 50 Hz.
 SyntheticFriction turning() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -79,7 +79,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
-    const int rings = 150;  // the disc as rings at the middles of 150 equal parts of the radius
+    const int rings = 150;  // sums the disc over rings of equal width, by the midpoint rule
     std::vector<double> sum(path.size(), 0.0);
     for (int k = 0; k < rings; ++k) {
       const double lever = (k + 0.5) / rings;

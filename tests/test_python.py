@@ -283,7 +283,7 @@ class Copies(unittest.TestCase):
             self.assertEqual(other.state_hash(), batch.state_hash())
             for i in ids:
                 self.assertEqual(other.info(i), batch.info(i))
-        # Ids of the future too: of slots that are free, in the same order, and of new ones.
+        # Batch and copies also give equal ids to the patches added next, in freed slots and in new ones.
         for _ in range(40):
             wanted = batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
             self.assertEqual([other.add(bristle.Material(), bristle.PatchOptions(bristles=10)) for other in others],

@@ -110,8 +110,8 @@ class Stationary {
   std::vector<double> lengths_, sums_;
 };
 
-/// Deflections along e, snap lengths, and path to the next snap, in mean snap lengths. Rounded to 1e-4,
-/// because bristles that have not snapped at all share one deflection, which two implementations round
+/// Deflections along e, snap lengths, and path to the next snap, in mean snap lengths. They are
+/// rounded to 1e-4: all bristles that never snapped share one deflection, which two implementations may round
 /// differently.
 struct Columns {
   std::vector<double> along, delta, left;

@@ -1343,7 +1343,7 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
     loop.start();
     bool recording = true;
-    for (int k = 0; k < 20000 && recording; ++k) {  // a megabyte is buffered, which is half a second's rows
+    for (int k = 0; k < 20000 && recording; ++k) {  // the buffer of 1 MB holds half a second
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
         recording = loop.exchange().room.latest().recording;

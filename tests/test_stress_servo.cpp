@@ -283,10 +283,8 @@ double time_of_changing(BusyServo& servo, int ticks) {
   std::vector<double> times;
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
-    while (done.load() < k)
-      std::this_thread::yield();  // waits until the patches of ticks k - 1 and k - 2
-                                  // exist
-    asked.store(k);               // asks for those of tick k during this step
+    while (done.load() < k) std::this_thread::yield();  // waits until both ticks' patches exist
+    asked.store(k);                                     // asks for those of tick k during this step
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
         all_known && servo.report.status == Status::ok && servo.report.patches_stepped == 4u * come_and_go;

@@ -185,8 +185,8 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
   const std::vector<std::byte> good = saved(patch.batch);
-  // Offset by core/MODEL.md: heads, contact, remainders, the two halves of the patch's time; then since when
-  // it has held.
+  // Offset, in bytes, of the oldest hold in a saved state (core/patches/SAVED_STATE.md): it follows both
+  // heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
       bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;

@@ -24,7 +24,7 @@ struct BedState {
   double load = 0.0;               ///< N, present normal load
   double pressure_sum = 0.0;       ///< sum of stiffness x relative pressure
   double limit_of_pressure = 0.0;  ///< last value of BedStep::limit_of_pressure
-  double rolled[2] = {0.0, 0.0};   ///< m, rolling that waits to be carried out
+  double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that the bristles have not yet followed
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};    ///< BedSums::force, torque and energy of the last step
   double torque = 0.0;
@@ -54,7 +54,7 @@ struct Bed {
   double full_load = 0.0;       ///< N, full load
   double longest_piece = 0.0;   ///< m, longest piece of rolling
   double cell = 0.0;            ///< value of BedPlaces::cell
-  double most_pressure = 0.0;   ///< largest relative pressure at full load
+  double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
   std::uint64_t last_step = 0;  ///< number of the last step that named the bed
   BedState state;
   BedMemory columns;

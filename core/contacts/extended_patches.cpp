@@ -504,8 +504,8 @@ struct ExtendedPatches::Impl {
   SlotList slots;
   std::vector<Record> records;  ///< indexed by slot
   std::size_t cells = 0;        ///< number of cells of all patches
-  std::size_t room = 0;         ///< cells for which the stepping side has room
-  std::size_t places = 0;       ///< patches for which the stepping side has room
+  std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
+  std::size_t places = 0;       ///< number of patches that its arrays can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}

@@ -157,7 +157,7 @@ struct KeyedPool {
   std::vector<Held> pool;
   std::vector<std::uint32_t> free;  ///< free places; the one freed last is taken first, because its memory is
                                     ///< warm
-  KeyTable table;                   ///< key to place in the pool
+  KeyTable table;                   ///< maps a key to its place in the pool
   std::uint32_t first = none, last = none;
   std::uint64_t step = 0;
   std::uint64_t refused = 0;

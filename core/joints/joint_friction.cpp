@@ -141,7 +141,7 @@ struct JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  std::size_t patterns = 1;       ///< number of different blocks of materials, which repeat
+  std::size_t patterns = 1;       ///< number of blocks after which the sequence of materials repeats
   std::vector<Column> constants;  ///< columns of constants of each pattern of materials
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 

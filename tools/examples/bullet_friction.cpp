@@ -520,7 +520,7 @@ void BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
-  if (system.masses.entries() > 400 * system.rows.size()) return;  // it would take longer than the iterations
+  if (system.masses.entries() > 400 * system.rows.size()) return;  // a direct solve would take longer
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
   for (int pass = 0; pass < passes; ++pass) {

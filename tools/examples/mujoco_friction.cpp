@@ -520,7 +520,7 @@ void BristleFriction::find_forces(double dt_s) {
       const Response& now = cells_[contact.first_cell].response;
       const Vector2d d = moved.head<2>();
       Vector2d force = Vector2d(now.elastic[0], now.elastic[1]) - (now.stiffness + now.damping / dt_s) * d;
-      constexpr double linear = 1e-6;  // of the limit: so small a change needs no trial
+      constexpr double linear = 1e-6;  // share of the limit; smaller changes need no trial
       if (!(now.stiffness * d.norm() < linear * now.force_limit)) {
         const Response trial = batch_.find_force(dt_s, point_motion(contact, d));
         force = Vector2d(trial.end[0], trial.end[1]);

@@ -61,8 +61,9 @@ struct Contact {
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // 1/kg, in the plane
 
-  // bristles: the patch, and what PGS knows of it. It answers to the slip s with the force
-  // steady - slope s under at_load; as long as `clipped`, its elastic part is at most `limit`.
+  // For friction by bristles: the patch, and its linear model for PGS. Under the load `at_load` a slip s
+  // gives the force steady - slope * s; while `clipped` is set, the elastic part of this force is at most
+  // `limit`.
   bristle::PatchId patch;
   double load = 0.0;  // N, of the step before
   Vector2d elastic{0, 0}, steady{0, 0};

@@ -149,7 +149,7 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
-  std::size_t last = 0;  // number of samples at the previous count
+  std::size_t last = 0;  // how many samples in a row showed the count before
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;

@@ -73,8 +73,8 @@ class Columns {
   const std::vector<Response>& responses_;
 };
 
-/// Adds state_hash, save_state, restore_state and the length. `id` converts an int to the library's id of a
-/// batch member, which Python calls `argument`.
+/// Adds state_hash, save_state, restore_state and the length. `id` converts an int to the
+/// library's id of a batch member; `argument` names this int in Python's signatures.
 template <class Batch, class Id, class Count>
 void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id& id, const Count& count) {
   using Self = Owned<Batch>;

@@ -13,7 +13,7 @@ namespace rivals {
 /// Place over the half length; traction and its bound over the largest traction.
 using Traction = std::array<double, 3>;
 
-/// Force against the creep, N, and moment that turns the wheel into its motion, N m.
+/// Force against the creep, N, and self-aligning moment, which turns the wheel into its motion, N m.
 struct WheelForce {
   double force = 0.0, moment = 0.0;
 };

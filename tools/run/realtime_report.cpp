@@ -110,7 +110,7 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
     causes.push_back(fmt::format("the machine: off the CPU or waiting for {}",
                                  time_text(worst.step > worst.cpu ? worst.step - worst.cpu : 0.0)));
   }
-  // Queueing below a tenth of the delay does not explain it.
+  // Names queueing as a cause where it takes more than a tenth of the time from due to end.
   if (loop.queued_worst_s > 0.1 * worst.end_after_due)
     causes.push_back(fmt::format("ready for {} while others had the core", time_text(loop.queued_worst_s)));
   if (worst.events.involuntary_switches > 0)

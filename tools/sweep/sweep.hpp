@@ -20,7 +20,7 @@ struct SweepOptions {
   std::string isa;
 };
 
-/// Exception of work that a signal stops.
+/// Exception that a sweep throws when a signal stops it.
 struct SweepStopped : std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };

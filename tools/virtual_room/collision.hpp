@@ -28,7 +28,7 @@ inline constexpr int surfaces = 5;
 /// Place where two bodies touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< surface, if one of the two bodies is one
+  Surface surface = Surface::floor;  ///< which surface of the room is touched; not for block_tool
   int corner = 0;                    ///< corner of the block, for block_surface
   /// m, on the moving body that touches a surface; on the block against the tool
   Vector3 point = Vector3::Zero();

@@ -11,7 +11,7 @@
 namespace room {
 
 struct HandRow {
-  double t = 0.0;  ///< s, ascending or equal
+  double t = 0.0;  ///< s, time of this row, not before the row above
   Hand hand;
 };
 

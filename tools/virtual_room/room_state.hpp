@@ -90,9 +90,8 @@ struct ContactView {
   double load = 0.0;                                  ///< N
   double friction[3] = {0, 0, 0};                     ///< N, friction on the block
   double limit = 0.0;                                 ///< N, highest elastic force under the present load
-  double torque = 0.0,
-         torque_limit = 0.0;  ///< N m, torque on the block about the normal, and its limit; only for a
-                              ///< contact with an extent
+  /// N m, torque on the block about the normal, and its limit. Only a contact with an extent has them.
+  double torque = 0.0, torque_limit = 0.0;
 };
 
 /// Sample of the bristles of one patch, for the magnifying glass. Deflections are in the patch's axes.

@@ -15,7 +15,7 @@
 namespace bristle::detail {
 
 struct Corner {
-  std::int64_t at[2];   ///< patch position, fixed point, unchanged by the corner
+  std::int64_t at[2];   ///< patch position as a fixed-point number; a corner does not change it
   double direction[2];  ///< unit vector of the motion after the corner
   double before[2];     ///< unit vector of the motion before the corner
   double length;        ///< path along which the patch is carried, scaled, > 0
