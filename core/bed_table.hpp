@@ -50,7 +50,7 @@ struct BedPlaces {
   float size2;          ///< squared size of the contact, relative to full load
   float inverse_size2;  ///< one over size2
   // Data of a rolling bed:
-  bool chords;        ///< Whether a row ends on an ellipse; else at `edge`.
+  bool chords;        ///< Whether the rows end on an ellipse. If not, all end at `edge`.
   float edge;         ///< half length of all rows in contact
   float rolled;       ///< distance rolled in half lengths of a row of length 1; signed, forward is +
   float over_rolled;  ///< inverse of the magnitude of `rolled`

@@ -156,7 +156,7 @@ struct CohortMove {
   double from[2], to[2];
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
-  CohortTimes times;  ///< `now` is the time at the beginning of the move
+  CohortTimes times;  ///< times of the move; `now` is its beginning
   bool books = true;  ///< whether CohortTotals::integral and lost are asked for; if not they may be wrong
 };
 

@@ -32,7 +32,7 @@ struct Sighting {
   std::vector<int> system_calls;  ///< numbers of the watched thread's system calls during `steps`, in order,
                                   ///< at most 64
   long system_call_count = 0;
-  long value = 0;  ///< return value of `steps`
+  long value = 0;  ///< value that the watched function `steps` returned
 };
 
 /// Forks. The child runs `prepare`, then watches its main thread while it runs `steps`, and ends. System

@@ -395,7 +395,7 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
   }
   CHECK(replies[2 * paths.size()] == "lognormal");
   CHECK(replies[2 * paths.size() + 1] == "completion");  // completes a file name
-  CHECK(replies[2 * paths.size() + 2].empty());          // completes a number, so nothing
+  CHECK(replies[2 * paths.size() + 2].empty());          // a number has no completion
 }
 
 TEST_CASE("Completion says what an option is for, and zsh and fish can read their scripts", "[answers]") {

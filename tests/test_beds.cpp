@@ -652,8 +652,7 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   for (const double load : {95.0, 90.0, 85.0}) {
     wheel.motion.normal_load = load;
     wheel.step(0.0);
-    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the tolerance allows for the sliding
-                                                               // trailing edge
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // its trailing edge slides
   }
 }
 

@@ -239,7 +239,7 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.1e-3, 0.0);
   touch(1000);
-  monitor.record(0.1e-3, 0.0);  // in time, so the counters are not read
+  monitor.record(0.1e-3, 0.0);  // a tick in time does not read the counters
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);

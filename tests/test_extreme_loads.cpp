@@ -24,7 +24,7 @@ TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[
         expect_near(friction_along(r, kind), max_load * 0.4 * dbar, 1e-6 * max_load * dbar, "force");
         expect_near(r.stiffness, max_load, 1e-12 * max_load, "stiffness");
         check_finite(r);
-        // Far below the maximum: a tiny fraction of the first bristle.
+        // So far below the maximum only a tiny fraction of the first bristle is in contact.
         r = patch.step(0.0, 0.0, 1e-12 * max_load);
         // Sums of deflections are fixed point: 2^-44 of a length near the mean, of one representative.
         expect_near(friction_along(r, kind), 1e-12 * max_load * 0.4 * dbar,
@@ -73,7 +73,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
       expect_near(friction_along(r, kind), zeta * 0.4 * dbar, 1e-6 * zeta * dbar, "force in stick");
       expect_near(r.stiffness, zeta, 1e-12 * zeta, "stiffness");
       expect(r.snaps == 0, "nothing snaps below the shortest length");
-      // Under a part of the load: a proportional force.
+      // Under a part of the load the force is in proportion.
       r = patch.step(0.0, 0.0, 0.37 * zeta);
       expect_near(friction_along(r, kind), 0.37 * zeta * 0.4 * dbar, 1e-6 * zeta * dbar,
                   "force under a third");

@@ -79,7 +79,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
-    const int rings = 150;  // the disc as rings at the middles of 150 equal parts of the radius
+    const int rings = 150;  // sums the disc over rings of equal width, by the midpoint rule
     std::vector<double> sum(path.size(), 0.0);
     for (int k = 0; k < rings; ++k) {
       const double lever = (k + 0.5) / rings;

@@ -44,7 +44,8 @@ TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in
           std::uniform_real_distribution<double> flat(0.0, 1.0);
           const double digits = precision == Precision::double_ ? 1e-12 : 2e-6;
           for (int k = 0; k < 60; ++k) {
-            // Slides, turns, reverses; loads at whole numbers of bristles and between, up to overload.
+            // Slides, turns and reverses, under loads that give whole and fractional numbers of bristles, up
+            // to overload.
             const double angle = axes == 1 ? (k / 7 % 2 ? M_PI : 0.0) : 0.3 * k;
             const double load = k % 5 == 0 ? n : k % 7 == 0 ? 1.6 * n : n * (0.3 + 0.69 * flat(random));
             const double way = dbar * (k % 3 == 0 ? 3.7 : 0.2) * flat(random);

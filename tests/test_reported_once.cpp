@@ -205,7 +205,7 @@ TEST_CASE("Contacts are matched by their distance in space, up to the reach itse
     const std::vector<std::uint64_t> then = keys_of({at(1.0 + reach), at(0.125)});
     CHECK(then[0] == first[1]);
     CHECK(then[1] == first[0]);
-    // A point beyond the reach is another contact.
+    // A point that moved farther than `reach` gets a new key.
     CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
   }
 }

@@ -73,7 +73,7 @@ TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit",
         CHECK(rest.bodies[b].velocity[axis] == whole.bodies[b].velocity[axis]);
       }
     }
-    // Time, forces, loads and displacements: the force file agrees in every digit.
+    // The force files of the two parts join to that of the whole run, in every digit.
     CHECK(read_file(folder.at("first.csv")) + without_header(read_file(folder.at("second.csv"))) ==
           read_file(folder.at("whole.csv")));
   }

@@ -547,7 +547,7 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
       patch.step(0.4 * dbar, 0.6 * dbar, load);
       patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
 
-      // Fewer strata, then all again: the force stays.
+      // Continues with fewer strata, then with all again. Neither changes the force.
       const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
       const double force = patch.step(0.0, 0.0, load).end[0];
       for (const std::uint32_t detail : {31u, 5u, 1u, 70u}) {

@@ -54,7 +54,7 @@ struct Bed {
   double full_load = 0.0;       ///< N, full load
   double longest_piece = 0.0;   ///< m, longest piece of rolling
   double cell = 0.0;            ///< value of BedPlaces::cell
-  double most_pressure = 0.0;   ///< largest relative pressure at full load
+  double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
   std::uint64_t last_step = 0;  ///< number of the last step that named the bed
   BedState state;
   BedMemory columns;

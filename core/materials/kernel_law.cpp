@@ -190,7 +190,7 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // scaled by a power of two
+  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // the power of two that scales lengths ensures it
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
   BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);

@@ -95,7 +95,7 @@ class BristleFriction {
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;        ///< whether it was not found in the step before
+    bool is_new = true;        ///< whether the step before did not have this contact
     bool is_disc = false;      ///< whether it has condim 4
     double radius = 0.0;       ///< m, radius of a disc
     double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step

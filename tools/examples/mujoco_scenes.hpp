@@ -10,8 +10,8 @@
 
 namespace mujoco_example {
 
-/// Kind of friction in a scene.
-/// By the scene's options; with ten noslip iterations; of bristles.
+/// Kind of friction in a scene: MuJoCo's by the scene's options, the same with ten noslip iterations, or
+/// bristles.
 enum class Friction { stock, noslip, bristle };
 const char* to_string(Friction friction);
 

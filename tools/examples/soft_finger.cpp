@@ -75,7 +75,7 @@ int main() {
   const auto slides = run("slides, spins no more", 900, 6e-3, 0.0, 2.0);
   expect(slides[0], -slip, 0.01);
   right = right && std::abs(slides[5]) < 0.02 * spinning;
-  // Expects, at a quarter of the load, 0.63 of the radius and 0.16 of the torque.
+  // At a quarter of the load the radius is 4^(-1/3) = 0.63 of the full one, so the torque is 0.16 of it.
   run("0.5 N, slides back", 500, -6e-3, 0.0, 0.5);
   expect(run("0.5 N, spins", 900, 0.0, -1.0, 0.5)[5], spinning * std::pow(0.25, 4.0 / 3.0), 0.02);
   const auto before = last;

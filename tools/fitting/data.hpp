@@ -22,8 +22,8 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 /// Facts on a file that the user gives: units, names and quantities that it lacks. Column names are those of
 /// tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
-  ColumnWords columns;           ///< pairs of our name, and the file's header or column number from 1
-  ColumnWords units;             ///< pairs of our name and the unit
+  ColumnWords columns;           ///< pairs: name here; header in the file, or column number from 1
+  ColumnWords units;             ///< pairs: name here; unit
   std::optional<double> speed;   ///< m/s, speed of a motion without a column
   std::optional<double> radius;  ///< m, radius at which angle and torque are converted
   bool disc = false;             ///< whether the contact is a full disc of this radius, not a ring

@@ -24,7 +24,7 @@ constexpr double nearly_alike =
 constexpr double widest_asymmetry = 0.1;
 // Range over presliding length below which a record may lack sliding.
 constexpr double no_sliding = 4.0;
-constexpr double longer = 3.0;            // factor on the length that is tried instead
+constexpr double longer = 3.0;            // the length is tried at this multiple too
 constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 

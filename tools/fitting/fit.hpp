@@ -121,7 +121,7 @@ struct FitResult {
   double residual_rms = 0.0;        ///< N
   double held_out_rms = 0.0;        ///< N, rms error of parts of the record, each predicted from the rest
   double explained = 0.0;           ///< share of the force's sum of squares that the fit explains
-  double correlated_samples = 1.0;  ///< number of samples that count as one, for the intervals
+  double correlated_samples = 1.0;  ///< how many correlated samples count as one in the intervals
   /// Smallest over largest singular value of the Jacobian, with columns scaled to length 1.
   double smallest_singular_value = 0.0;
   /// 1/N, lower estimate of the bristles per newton, from residuals in sliding; may be infinite

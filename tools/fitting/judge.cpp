@@ -378,7 +378,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   sliding.rule = bristle::SnapRule::slide;
   FitOptions any_law = sliding;
   any_law.law = bristle::SnapLaw::table;
-  FitOptions handed_out = options;  // options as without --rivals, with stage, sensor and time terms
+  FitOptions handed_out = options;  // options of a fit without --rivals: stage, sensor and time terms too
   handed_out.quiet = handed_out.no_drift = true;
 
   Judgements all;

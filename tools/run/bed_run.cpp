@@ -43,7 +43,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< rest of the scene, without patches
+  Scene scene;  ///< all of the scene but its beds; it has no patches
   std::vector<SceneBed> beds;
 };
 

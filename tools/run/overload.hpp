@@ -15,7 +15,7 @@
 namespace cli {
 
 struct OverloadOptions {
-  std::optional<double> budget_us;  ///< us, time budget instead of the scene's
+  std::optional<double> budget_us;  ///< us, time budget in place of the scene's
   std::string record, replay;       ///< files of decisions; empty: none
 };
 

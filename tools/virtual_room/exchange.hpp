@@ -96,7 +96,7 @@ class SpscRing {
 /// haptic thread (haptic_loop.cpp).
 struct Exchange {
   TripleBuffer<Snapshot> room;        ///< haptic to graphic: the end of each tick
-  SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: each tick, 16 s at 1 kHz
+  SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: a point each tick; room for 16 s at 1 kHz
   TripleBuffer<Settings> settings;    ///< graphic to desk: all settings at once
   TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: the mouse as a device
   SpscRing<Act, 64> acts;             ///< graphic to haptic: in order

@@ -16,7 +16,7 @@ namespace bristle::detail {
 constexpr double default_resolution = 8.0;  ///< pieces of path per mean snap length
 constexpr double highest_resolution = 128.0;
 constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch at the default resolution
-constexpr double bound_margin = 0x1p-40;        ///< scaled; exceeds the rounding error of a deflection
+constexpr double bound_margin = 0x1p-40;        ///< scaled length above the rounding error of a deflection
 constexpr double least_cohort_spread = 0.05;    ///< cv below which too many bristles of a brush snap in step
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass, the mass at the highest load
 /// Units of mass that the shared part counts as one bristle: Patch::whole is 256 at the highest load, the

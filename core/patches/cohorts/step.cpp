@@ -9,11 +9,11 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double farthest_base = 16.0;  // scaled distance of the patch from the base of its places at which
-                                        // the base follows
-constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;   // s, beyond which no clock runs
-constexpr double same_speed = 0x1p-8;   // relative change of speed, with ageing, within which a slide goes on
+// Scaled distance between patch and base of places beyond which the base follows the patch.
+constexpr double farthest_base = 16.0;
+constexpr double straight = 0x1p-12;   // sine of the angle within which a slide counts as straight
+constexpr double longest_step = 1e16;  // s, beyond which no clock runs
+constexpr double same_speed = 0x1p-8;  // relative change of speed, with ageing, within which a slide goes on
 
 /// Returns the middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
@@ -27,8 +27,7 @@ bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double dura
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Returns the length of the straight slide that this step continues; 0 = a slide begins. For patches that
-/// age.
+/// Returns the length of the straight slide that this step of an ageing patch continues; 0: a slide begins.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
