@@ -149,8 +149,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
                              c.material.snap_length.longest());
       b.tolerance *= digits;
-      // The first small step after a carried slide recomputes the stored energy, to 0.2 %.
-      const double least = infinite ? -2e-3 * (before + after) : 0.0;
+      // The books of an infinite brush may lag by 1e-5 of what is stored, in a step that does no work.
+      const double least = infinite ? -1e-5 * (before + after) : 0.0;
       if (!(std::abs(b.residual()) <= b.tolerance)) {
         ++failures;
         FAIL_CHECK("step " << k << ": work " << b.work << " J, stored " << before << " to " << after

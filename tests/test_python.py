@@ -584,6 +584,36 @@ class Extent(unittest.TestCase):
         along = patches.info(pad)["along"]
         self.assertAlmostEqual(along[1], np.sin(0.8), places=12)
 
+    def test_each_part_of_a_response_and_of_info_is_its_own(self):
+        # Two cells at a distance a, each of half of 1000 bristles of 1 N/m and c N s/m.
+        a, c, spin = 1e-3, 0.25, 2e-6
+        damped = copy.copy(self.material)
+        damped.bristle_damping = c
+        patches = bristle.ExtendedPatches()
+        pad = patches.add(damped, bristle.Outline([[a, 0.0], [-a, 0.0]], [0.5, 0.5]), self.options)
+        out = patches.step(1e6, [pad], [[0.0, 0.0, spin, 1000.0]])  # so slowly that nothing damps
+        torque = 1000.0 * a * a * spin
+        np.testing.assert_allclose(out["elastic"][0], [0.0, 0.0, -torque], rtol=1e-6, atol=1e-6 * torque)
+        np.testing.assert_allclose(out["mean"][0], [0.0, 0.0, -0.5 * torque], rtol=1e-6, atol=1e-6 * torque)
+        np.testing.assert_allclose(out["damping"][0].diagonal(), [1000.0 * c, 1000.0 * c, 1000.0 * c * a * a], rtol=1e-6)
+        np.testing.assert_allclose(out["stiffness"][0].diagonal(), [1000.0, 1000.0, 1000.0 * a * a], rtol=1e-6)
+        self.assertAlmostEqual(out["torque_limit"][0] / (a * out["force_limit"][0]), 1.0, places=12)
+        patches.step(1e-3, [pad], [[0.0, 0.0, 0.0, 600.0]])
+        info = patches.info(pad)
+        self.assertEqual((info["cells"], info["normal_load"]), (2, 600.0))
+        self.assertAlmostEqual(info["max_normal_load"], 1000.0, delta=1e-9)
+        np.testing.assert_allclose(info["along"], [1.0, spin], rtol=1e-9)
+
+    def test_outlines_lie_as_they_are_named_and_options_reach_the_batch(self):
+        far = lambda outline: np.abs(outline.positions).max(axis=0)
+        for outline in (bristle.Outline.ellipse(2e-3, 1e-3), bristle.Outline.rectangle(2e-3, 1e-3)):
+            self.assertAlmostEqual(far(outline)[0] / far(outline)[1], 2.0, delta=0.1)
+        grid = bristle.Outline.rectangle(1e-3, 1e-3, nx=4, ny=2).positions
+        self.assertEqual([len(np.unique(grid[:, axis])) for axis in (0, 1)], [4, 2])
+        for wrong in (dict(isa="none"), dict(threads=-1)):
+            with self.assertRaises(bristle.Error):
+                bristle.ExtendedPatches(**wrong)
+
     def test_cells_can_be_given_and_must_sum_to_one(self):
         outline = bristle.Outline([[1e-3, 0.0], [-1e-3, 0.0]], [0.5, 0.5])
         self.assertEqual(len(outline), 2)
