@@ -13,7 +13,7 @@ namespace {
 
 struct BreakAway {
   double friction = 0.0;  // N, highest friction before the block slides
-  double applied = 0.0;   // N, applied force at that time
+  double applied = 0.0;   // N, applied force at the moment of the highest friction
 };
 
 BreakAway pull(const std::string& model, const Settings& s, double rate, double load, double highest_load) {

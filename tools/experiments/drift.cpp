@@ -69,8 +69,8 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
   const double dt = s.number("dt"), load = s.number("load");
   Subject subject(model, s);
   SlidingBlock block(s.number("mass"));
-  // Windows for the quarters of the hold, and for the cycles. An offset of half a step keeps their limits off
-  // the steps.
+  // Windows of a quarter of the hold, and of a cycle of the force. An offset of half a step keeps their ends
+  // between steps.
   WindowMeans hold(profile.ramp + 0.5 * dt, 0.25 * profile.hold);
   WindowMeans cycle(profile.wavering_from() + 0.5 * dt, 1.0 / profile.frequency);
   const auto steps = static_cast<long>(std::lround(profile.end() / dt));

@@ -13,11 +13,11 @@ struct Parameter {
   std::string name;
   std::string unit;
   std::string help;
-  std::vector<double> numbers;  ///< default: one number, or several for a list
+  std::vector<double> numbers;  ///< default value; several values if the parameter is a list
   double min = 0.0, max = 1e9;
   bool is_list = false;
-  std::string text;                  ///< default of a choice
-  std::vector<std::string> choices;  ///< words of a choice; empty: the parameter is a number
+  std::string text;                  ///< default word of a choice
+  std::vector<std::string> choices;  ///< allowed words of a choice; empty: the parameter is a number
   bool whole = false;                ///< whether only whole numbers are allowed
 };
 

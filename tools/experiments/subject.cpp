@@ -163,7 +163,7 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   }
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
-  // Slope of strengthening at zero speed, where it is steepest.
+  // Adds the damping of strengthening with speed at zero speed, where it is highest.
   damping_ += load_ * material.strengthening_damping(0.0);
   bristle::PatchOptions patch = brush_options(model, settings, options.highest_load_over_load);
   patch.axes = options.axes;

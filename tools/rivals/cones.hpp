@@ -9,7 +9,7 @@
 namespace rivals {
 
 struct Cone {
-  Pair coefficient{0.4, 0.4};    ///< coefficients along x and along y
+  Pair coefficient{0.4, 0.4};    ///< friction coefficients along x and along y
   double creep_velocity = 1e-5;  ///< m/s, speed from which friction is full
 
   Pair scaled(Pair a) const noexcept { return {coefficient.x * a.x, coefficient.y * a.y}; }

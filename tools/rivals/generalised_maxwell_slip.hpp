@@ -21,7 +21,8 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  double attraction_rate = 100.0;  ///< 1/s, C over Fc: how fast slipping elements approach the Stribeck curve
+  /// 1/s, C over Fc: rate of approach of slipping elements to the Stribeck curve.
+  double attraction_rate = 100.0;
   std::array<Pair, elements> force{};  ///< N, friction of each element, against the motion
   std::array<bool, elements> slips{};
 

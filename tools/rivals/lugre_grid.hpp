@@ -37,7 +37,7 @@ class LuGreGrid {
   std::size_t cells() const noexcept { return cells_.size(); }
 
  private:
-  /// Deflection after the step, and force per share of the load.
+  /// Deflection of a cell's bristle after the step, and the cell's force per share of the load.
   struct Moved {
     Pair z;
     Force force;
@@ -51,8 +51,8 @@ class LuGreGrid {
   Surface surface_;
   PressedCells cells_;
   StepRule rule_;
-  std::vector<double> zx_, zy_;  // m
-  double turned_ = 0.0;          // rad
+  std::vector<double> zx_, zy_;  // m, deflection of each cell's bristle
+  double turned_ = 0.0;          // rad, angle by which the body has turned
 };
 
 }  // namespace rivals

@@ -58,7 +58,8 @@ class Turn {
  private:
   static Pair turned(Pair c, double x, double y) noexcept { return {c.x * x - c.y * y, c.y * x + c.x * y}; }
 
-  Pair begin_, end_, middle_;  // cosine and sine of the angle
+  // Cosine and sine of the body's angle at the beginning, end and middle of the step.
+  Pair begin_, end_, middle_;
   double chord_;
 };
 

@@ -19,13 +19,14 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< used: kinetic_coefficient = mu0 and stiffness = sigma0
+  Surface surface;                ///< the model uses kinetic_coefficient (mu0) and stiffness (sigma0) alone
   double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
   double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
   double state_length = 2e-5;     ///< m, Dc
   double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
   Pair z;                         ///< m, deflection of the spring
-  double psi = 0.0;               ///< ln(v0 theta / Dc); a new contact starts as after sliding at v0
+  /// State of the law, ln(v0 theta / Dc); a new contact starts as after sliding at v0.
+  double psi = 0.0;
 
   static constexpr double tolerance = 1e-7;
 
