@@ -8,7 +8,8 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Pieces that a step is cut into; they cover a path of fifty steady deflections, after which sliding is steady.
+// Pieces that a step is cut into; they cover a path of fifty steady deflections, after which sliding is
+// steady.
 constexpr int most_pieces = 800;
 
 struct Band {
