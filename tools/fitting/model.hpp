@@ -70,8 +70,8 @@ class FitModel {
 
  private:
   double decay(double u) const;
-  /// Returns the sum of share x lever^power x function(lever) over the rings of a disc; function(1) for other
-  /// contacts.
+  /// Returns the sum of share x lever^power x function(lever) over the rings of a contact that turns as a
+  /// disc; function(1) for other contacts.
   template <class Function>
   double over_rings(int power, Function&& function) const {
     double sum = 0.0;
@@ -96,10 +96,10 @@ class FitModel {
   const FitOptions& options_;
   Detail detail_;
   Eigen::VectorXd stage_force_;
-  std::vector<PathPoint> bent_path_;  // path that brush_ steps along
+  std::vector<PathPoint> bent_path_;  // path of the contact, which brush_ steps along
   PathForce brush_;
   std::vector<Ring> rings_;
-  double square_lever_ = 1.0;  // mean square of the lever over the load
+  double square_lever_ = 1.0;  // mean square of the rings' levers, weighted by load
   Past past_;
   FitFrame frame_;
   std::vector<double> speed_;  // m/s, speed at the samples

@@ -13,13 +13,13 @@ namespace {
 
 using bristle::SnapRule;
 
-/// m, length at which the brush is computed. The path is scaled to it, so that one material serves all
-/// lengths.
+/// Presliding length (m) for which the brush is computed. The path is scaled to it, so that one material
+/// serves all lengths.
 constexpr double unit_length = 1e-5;  // m
 /// Presliding lengths after which every law has forgotten its start (core/patches/COHORTS.md: 1,260 lengths
 /// at a spread of 2).
-constexpr double long_slide = 3000.0;   // presliding lengths
-constexpr double shortest_step = 1e-9;  // s
+constexpr double long_slide = 3000.0;   // presliding lengths, of the slide before a record
+constexpr double shortest_step = 1e-9;  // s, shortest duration of a step
 constexpr std::size_t most_made = 8;
 
 struct Direction {
