@@ -8,7 +8,8 @@
 namespace room {
 namespace {
 
-constexpr double block_margin = 1e-3, tool_margin = 1e-4;  // m, gaps below which two bodies count as close
+// m, gaps below which block and tool count as close.
+constexpr double block_margin = 1e-3, tool_margin = 1e-4;
 
 struct Plane {
   Vector3 normal;

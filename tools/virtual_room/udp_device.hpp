@@ -78,7 +78,7 @@ class UdpDevice final : public Device {
   std::uint64_t token_;
   sockaddr_in peer_{};
   bool there_ = false, heard_ = false;
-  double heard_at_ = 0.0, time_s_ = 0.0;  // s, wall-clock time of the last packet; simulated time
+  double heard_at_ = 0.0, time_s_ = 0.0;  // s, wall-clock time of the last packet; s, simulated time
   HandPacket newest_;
   std::uint64_t refused_ = 0;
 };
