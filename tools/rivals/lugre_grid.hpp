@@ -4,6 +4,9 @@
 //   F_i = p_i (sigma0 z_i + sigma1 dz_i/dt + sigma2 v_i)
 //   F = sum F_i,   T = sum r_i x F_i
 //
+// v and omega are velocity and rate of turn of the body, F and T force and torque; cell i has place r_i,
+// velocity v_i, deflection z_i and the share p_i of the load. The other letters are those of lugre.hpp.
+//
 // Source: Arslan Waltersson and Karayiannidis, Planar friction modelling with LuGre dynamics and limit
 // surfaces, IEEE Transactions on Robotics (arXiv 2308.01123), and their code,
 // github.com/Gabrieleenx/FrictionModelling: 21 x 21 cells, explicit Euler, deflections and stiffness per unit

@@ -3,6 +3,9 @@
 //   |z_i| < D_i: dz_i = dx;   at |z_i| = D_i the block slips and the spring keeps its length D_i
 //   F = sum k_i z_i
 //
+// F is friction, x the path; z_i, k_i and D_i are stretch, stiffness and slip length of spring i, a is its
+// angle to the motion.
+//
 // Source: Iwan, A distributed-element model for hysteresis, J. Appl. Mech. 33, 1966; Lampaert, Swevers,
 // Al-Bender, IEEE TAC 47(4), 2002. By default ten elements of equal stiffness, with D_i spread evenly up to 2
 // mu N / sigma0, so that the first stiffness is sigma0 and all slip at mu N. The force depends on the path

@@ -32,7 +32,8 @@ struct Wrench {
   double torque = 0.0;
 };
 
-/// Wrench at the end of the step, and its mean, by which force . displacement + torque angle is the work.
+/// Force and torque at the end of the step, and their means, with which force . displacement + torque angle
+/// is the work of the step.
 struct SpinForce {
   Wrench end, mean;
 };
