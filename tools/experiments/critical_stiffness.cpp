@@ -158,7 +158,7 @@ class Twins {
     mean_ = 0.5 * (a + b);
     difference_ = 0.5 * (a - b);
   }
-  double mean() const { return mean_; }  // N, deviation from steady friction
+  double mean() const { return mean_; }  // N, deviation of the spring's force from steady friction
   double difference() const { return difference_; }
 
  private:

@@ -16,10 +16,10 @@ namespace cli {
 
 /// Phenomenon of the literature, and the criterion by which a model shows it.
 struct Phenomenon {
-  std::string id;          ///< name such as "drift_per_cycle"
+  std::string id;          ///< name of the phenomenon, such as "drift_per_cycle"
   std::string title;       ///< title such as "no drift under a wavering force"
   std::string literature;  ///< what the literature reports, and who
-  std::string measured;    ///< meaning of the measured number
+  std::string measured;    ///< meaning of the number that decides the verdict
   std::string unit;
   std::string passes;  ///< criterion by which the phenomenon counts as shown
 };

@@ -40,7 +40,7 @@ struct Strokes {
   double reversed = -1.0;       ///< presliding lengths turned after the reversal until friction is zero
 };
 
-/// Lifts a weight slowly and lets it down again.
+/// Lifts a weight by the joint slowly, and lets it down again.
 Strokes lift(const ExperimentInput& input, const std::string& model, double weight, bool draws,
              ExperimentResult& result) {
   const Settings& s = input.settings;

@@ -167,7 +167,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Models grouped by the number of phenomena they show, most first.
+  // Models in groups that show equally many phenomena, most first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();

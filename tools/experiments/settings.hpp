@@ -21,7 +21,7 @@ struct Parameter {
   bool whole = false;                ///< whether only whole numbers are allowed
 };
 
-/// Values of one run. Setting a value checks its range.
+/// Values of the parameters in one run. Setting a value checks its range.
 class Settings {
  public:
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
@@ -38,7 +38,7 @@ class Settings {
   const std::vector<double>& numbers(std::string_view name) const;
   const std::string& text(std::string_view name) const;
   const std::vector<Parameter>& parameters() const noexcept { return parameters_; }
-  /// Returns the default as an option takes it: "0.1,1,10".
+  /// Returns the parameter's default as an option takes it: "0.1,1,10".
   static std::string value_text(const Parameter& parameter);
 
  private:

@@ -14,7 +14,7 @@ namespace {
 struct Hold {
   double held = 0.0;     // friction at the start of the hold, without dampers
   double relaxed = 0.0;  // friction at the end of the hold
-  double peak = 0.0;     // highest friction after the hold
+  double peak = 0.0;     // highest friction in sliding after the hold
   double way = 0.0;      // distance slid from the end of the hold to the peak
 };
 

@@ -123,8 +123,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   return encoder;
 }
 
-/// Restores encoder positions that a file has rounded: fits a line through them and puts x on its whole
-/// counts.
+/// Restores encoder positions that a file has rounded: fits a line through them and sets the positions x to
+/// whole counts of the encoder.
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
@@ -181,7 +181,7 @@ double position_noise(const std::vector<double>& x, double least) {
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
-/// Finds the velocity by differences over as many samples as it takes to exceed the noise.
+/// Finds the velocity by differences over as many samples as the motion takes to exceed the noise.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
   constexpr std::size_t rest_window = 6;  // samples to either side; over fewer an encoder's count may be late
@@ -576,7 +576,7 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Describes the speeds of moving samples, and their loads.
+/// Records the speeds at which the body moves, and the loads of the moving samples.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
   std::vector<double> speeds, loads, forth, back;

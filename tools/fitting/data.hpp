@@ -50,7 +50,7 @@ struct FitColumns {
   bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< whether `bristle run` can read the file as a motion file
   std::vector<std::string> ignored_columns;
-  std::vector<std::size_t> parts;       ///< first row of each file after the first
+  std::vector<std::size_t> parts;       ///< first row of each file but the first
   std::vector<std::string> understood;  ///< sentences on how the file was read
   std::vector<WrittenColumn> written;   ///< columns of time, path, load and force in the file's own units
   /// Returns whether row i continues the motion of the row before.

@@ -293,7 +293,7 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
 
 namespace {
 
-/// Returns the options that apply to this rule. Throws UserError where options contradict it.
+/// Returns the options as they apply to a snap rule. Throws UserError where options contradict the rule.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
   held.rule = rule;

@@ -14,7 +14,7 @@
 namespace cli {
 
 /// Largest residual and shared renewal (together "rubbing") that a fit may find.
-inline constexpr double widest_residual = 0.95;  ///< share of the presliding length
+inline constexpr double widest_residual = 0.95;  ///< residual, share of the presliding length
 inline constexpr double most_renewed = 8.0;
 
 struct FitOptions {
@@ -28,7 +28,8 @@ struct FitOptions {
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bool choose_rule = false;  ///< whether to choose between redraw and slide, by the error of held-out parts
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
-  std::vector<double> quantiles;     ///< snap lengths over their mean, of SnapLaw::table; found by the fit
+  /// Quantiles of the snap lengths over their mean, for SnapLaw::table; found by the fit.
+  std::vector<double> quantiles;
   std::optional<double> residual;    ///< share of the presliding length; fixed if given; rule keep has 0
   std::optional<double> renewal;     ///< bristles renewed per snap; fixed if given; rule keep has 0
   std::optional<double> compliance;  ///< m/N, compliance of the stage that holds the contact; fixed if given
@@ -58,7 +59,7 @@ inline bool has_spread(bristle::SnapLaw law) {
 enum FitParameter : unsigned {
   fit_kinetic,   ///< kinetic coefficient; if it ages or strengthens, at the speed FitFrame::speed
   fit_length,    ///< m, presliding length: residual plus mean snap length; if it ages, at FitFrame::age
-  fit_spread,    ///< standard deviation of the snap length over its mean
+  fit_spread,    ///< spread: standard deviation of the snap length over its mean
   fit_residual,  ///< share of the presliding length that a snap leaves
   fit_renewal,   ///< bristles renewed per snap, if enough of them are bent
   /// Logarithmic ageing: growth of the snap length per e-fold of age, over the length at FitFrame::age.
@@ -117,7 +118,7 @@ struct FitResult {
   std::vector<std::string> notes;  ///< further remarks that a reader of these numbers must know
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
-  std::vector<double> quantiles;  ///< snap lengths over their mean, of SnapLaw::table
+  std::vector<double> quantiles;  ///< quantiles of the snap lengths over their mean, of SnapLaw::table
   bristle::Material material;
   Past past;
   /// N, fitted force (by the body) at the samples, with the sensor's offset and drift.

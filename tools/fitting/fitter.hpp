@@ -52,7 +52,7 @@ class Fitter {
     return {point, why_, stage_note_, model_.evaluations(),
             std::sqrt(held_out(point) / static_cast<double>(samples()))};
   }
-  /// Fits the slide rule with a free law of snap lengths, whose quantiles it returns.
+  /// Fits the slide rule with a free law of snap lengths, and returns that law's quantiles.
   Found with_free_law(const Found& found, std::vector<double>& quantiles) {
     FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
     quantiles = std::move(free.quantiles);

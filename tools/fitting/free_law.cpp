@@ -55,7 +55,8 @@ MatrixXd roughness(Eigen::Index unknowns) {
   return d.transpose() * d;
 }
 
-/// Returns quantiles, over their mean, of a histogram of probability.
+/// Returns the quantiles, over their mean, of a law of snap lengths that is given as a histogram of
+/// probability.
 std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& probability) {
   constexpr int last = bristle::SnapLength::max_table_size - 1;
   double total = 0.0, mean = 0.0;

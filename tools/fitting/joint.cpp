@@ -115,7 +115,7 @@ class Balance {
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Returns the unbalanced torque of each block, N m, and its derivatives.
+  /// Returns the unbalanced torque of each block, N m, and its derivatives by the parameters.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
     VectorXd friction(intervals);

@@ -12,7 +12,7 @@ namespace cli {
 struct Residuals3 {
   double all = 0.0;
   double reversal = 0.0;  ///< rms residual within a path of twice the presliding length after a turn
-  double sliding = 0.0;   ///< rms residual elsewhere
+  double sliding = 0.0;   ///< rms residual farther from a turn
 };
 
 struct Judgement {

@@ -124,7 +124,7 @@ std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   const double c = p[fit_compliance];
   const std::size_t n = data_.samples();
   const std::vector<double>& t = data_.columns.t;
-  std::size_t next = 0;  // index of the first sample at or after the point in time
+  std::size_t next = 0;  // index of the first sample that is not before the point in time
   for (PathPoint& point : path) {
     const std::size_t k = std::min(next, n - 1);
     double share = 0.0;  // weight of the previous sample's force in the force at the point
@@ -147,7 +147,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   const std::vector<double>& t = data_.columns.t;
   const std::size_t n = data_.samples();
   for (std::size_t axis = 0; axis < data_.axes; ++axis) {
-    double before = 0.0, seen = 0.0;  // previous sample's force, and the sensor's output there
+    double before = 0.0, seen = 0.0;  // force at the previous sample, and the sensor's output there
     for (std::size_t k = 0; k < n; ++k) {
       double& f = force[static_cast<Eigen::Index>(axis * n + k)];
       const double now = f;

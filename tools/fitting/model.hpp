@@ -60,7 +60,7 @@ class FitModel {
   double elastic_coefficient(const FitValues& values) const;
   /// Returns the mean deflection in steady sliding, m: elastic coefficient over stiffness per newton.
   double kinetic_deflection(const FitValues& values) const;
-  /// Returns the ageing, in the frame's form, as a material has it.
+  /// Returns the ageing at these fitted values in the form that a material takes.
   bristle::Ageing ageing(const FitValues& values) const;
   /// Returns a material with one bristle per newton whose kinetic coefficient is 1 per metre of deflection.
   bristle::Material unit_material(const FitValues& values) const;
@@ -102,7 +102,7 @@ class FitModel {
   double square_lever_ = 1.0;  // mean square of the rings' levers, weighted by load
   Past past_;
   FitFrame frame_;
-  std::vector<double> speed_;  // m/s, speed at the samples
+  std::vector<double> speed_;  // m/s, speed of the contact at the samples
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

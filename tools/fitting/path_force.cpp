@@ -67,7 +67,7 @@ bristle::Material BrushShape::material(double length) const {
   return m;
 }
 
-/// Brush of a single patch in a batch of its own.
+/// Brush that is computed along the path, a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
@@ -92,7 +92,8 @@ struct PathForce::Brush {
   struct Force {
     double x, y;
   };
-  /// Steps the brush and returns its friction (N, by the body) for a stiffness of 1 N/m and newton.
+  /// Steps the brush and returns its friction (N, by the body) for a bristle stiffness of 1 N/m and one
+  /// bristle per newton.
   Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;
     motion.id = patch;

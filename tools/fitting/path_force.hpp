@@ -29,7 +29,7 @@ enum class StartState : unsigned char {
   backward   ///< state after a long slide towards -x; in the plane, against the first motion
 };
 
-/// Memory of a population that keeps its snap lengths.
+/// Memory that bristles which keep their snap lengths have of their phases.
 enum class Memory : unsigned char {
   forgotten,  ///< phases become evenly spread in a long slide, so that no state recurs
   /// Bristles keep phases for ever; those that were straight together are so again at the same place.
@@ -61,10 +61,10 @@ struct BrushShape {
   double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;
-  double ageing_time = 1.0;  ///< s, time of Ageing
+  double ageing_time = 1.0;  ///< s, time from which bristles age
   /// Mean snap length of bristles of the frame's age over that of new ones.
   double growth = 1.0;
-  std::vector<double> quantiles = {};  ///< snap lengths over their mean, for SnapLaw::table
+  std::vector<double> quantiles = {};  ///< quantiles of the snap lengths over their mean, for SnapLaw::table
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
   /// Returns a material of this shape with a bristle stiffness of 1 N/m and one bristle per newton.
@@ -114,7 +114,7 @@ class PathForce {
   std::list<std::unique_ptr<Brush>> made_;  // brushes, the most recently used first
 };
 
-/// Returns the force along the path of bristles that keep their snap lengths.
+/// Returns the force along the path for bristles that keep their snap lengths.
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
                                double presliding_length_m, Past past, Detail detail);
 

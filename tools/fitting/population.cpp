@@ -25,7 +25,8 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
   bristle::PatchBatch batch;
-  std::vector<bristle::Motion> motions(brushes * rings.size());  // ordered by ring, the first ring first
+  // Motions of all brushes for the first ring, then for the next.
+  std::vector<bristle::Motion> motions(brushes * rings.size());
   std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
   options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load);

@@ -52,7 +52,7 @@ class Coordinates {
     return values;
   }
 
-  /// Returns d(value)/du over FitModel::scale(value).
+  /// Returns the derivative of a parameter by its unbounded coordinate u, over FitModel::scale(value).
   double slope(std::size_t i, const FitValues& values, double place) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
@@ -156,7 +156,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
 
 namespace {
 
-/// Inverts J'J by its eigenvectors, with columns scaled to length 1 first.
+/// Inverts J'J, where J is the Jacobian, by its eigenvectors; scales the columns to length 1 first.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
@@ -168,7 +168,7 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Raises variances to at least those of `other` and keeps the correlations.
+/// Raises variances to at least those of `other` and keeps the correlations of the given covariance.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;

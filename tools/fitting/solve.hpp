@@ -79,7 +79,8 @@ double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& 
 
 /// Free law of snap lengths, and the fitted point that it belongs to.
 struct FreeLaw {
-  std::vector<double> quantiles;  ///< snap lengths over their mean, as SnapLength::table takes them
+  /// Quantiles of the snap lengths over their mean, as SnapLength::table takes them.
+  std::vector<double> quantiles;
   FitPoint point;
 };
 /// Finds a free law of snap lengths for the slide rule, as a histogram of nonnegative weights. Throws

@@ -65,7 +65,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       from.values[fit_delay] = std::clamp(share * data_.sample_time, 1.1 * model_.lowest(fit_delay),
                                           0.9 * model_.highest(fit_delay));
     } else {
-      // Shares the total compliance, which stays the same, between stage and bristles.
+      // Splits the total compliance, which stays the same, between stage and bristles.
       const double whole = from.values[fit_length] / (from.values[fit_kinetic] * data_.mean_load);
       from.free.push_back(fit_compliance);
       from.values[fit_compliance] = std::clamp(0.5 * share * whole, 1.1 * model_.lowest(fit_compliance),
@@ -108,8 +108,8 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     const double count = samples_that_count(candidate);
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
-  // Tries a stage of different stiffness in the two directions. Bristles are symmetric, so it shows beside
-  // any of them.
+  // Tries a stage whose stiffness differs between the two directions. Bristles are symmetric, so the
+  // difference shows beside any of them.
   const bool may_soften =
       !options_.compliance && data_.axes == 1 && two_ways() && contains(core.free, fit_length);
   std::vector<FitValues> softer(2, best.values);

@@ -220,8 +220,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   return best;
 }
 
-/// Adds friction that differs with direction. It needs several loads: under one load it equals an offset of
-/// the sensor.
+/// Adds friction that differs with direction, if the record has several loads: under one load it equals an
+/// offset of the sensor.
 FitPoint Fitter::add_asymmetry(const FitPoint& point) {
   if (data_.axes == 2) {
     why_[fit_asymmetry] = "a record in the plane is fitted as one isotropic contact";

@@ -20,7 +20,7 @@ struct Camera {
   Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m, point that the eye looks at
   float distance = 0.99f;                         ///< m, from the eye to the target
   float azimuth = -1.93f, elevation = 0.40f;      ///< rad, direction of the eye seen from the target
-  float field_of_view = 0.56f;                    ///< rad, vertical angle of view
+  float field_of_view = 0.56f;                    ///< rad, vertical angle that the picture covers
 
   Eigen::Vector3f eye() const;
   Eigen::Matrix4f view() const;

@@ -52,7 +52,7 @@ struct Touches {
 
 struct Pose {
   Vector3 position = Vector3::Zero();           ///< m, centre of mass of the block
-  Rotation orientation = Rotation::Identity();  ///< orientation of the block
+  Rotation orientation = Rotation::Identity();  ///< orientation of the block's axes in the room's
 };
 
 /// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.

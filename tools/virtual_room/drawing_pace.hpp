@@ -23,7 +23,8 @@ class DrawingPace {
        {false, false, 1.0 / 60, "no shadows"},
        {false, true, 1.0 / 60, "no shadows, half resolution"},
        {false, true, 1.0 / 15, "no shadows, half resolution, 15 pictures a second"}}};
-  static constexpr double too_slow_s = 0.04, fast_s = 0.02;  ///< s, times of one picture
+  /// s, times of a picture beyond which drawing is made plainer, and below which it may be made richer.
+  static constexpr double too_slow_s = 0.04, fast_s = 0.02;
 
   const Drawing& now() const noexcept { return levels[level_]; }
 

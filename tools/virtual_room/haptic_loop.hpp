@@ -16,7 +16,7 @@ namespace room {
 
 struct LoopOptions {
   double rate_hz = 1000.0;      ///< Hz, rate of ticks, 1000 to 10000
-  Settings settings;            ///< initial settings
+  Settings settings;            ///< settings at time 0
   std::vector<Change> changes;  ///< changes of the settings at given times
   RoomMeasures measures;
   std::string record_to = "recording";  ///< name without ending of the files that Act::record writes

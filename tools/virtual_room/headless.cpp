@@ -18,7 +18,7 @@ namespace {
 // Far below the number of plot points that the ring between the threads holds.
 constexpr std::uint64_t most_ticks_at_once = 1000;
 
-/// Summary of all ticks.
+/// Summary of all ticks of the run, from which the printed table comes.
 struct Summary {
   double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, over all ticks
   // m, farthest place of the block.

@@ -24,7 +24,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-// Colours in linear light.
+// Colours of bodies, in linear light.
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
     slab_paint(0.10f, 0.11f, 0.13f);
 const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
@@ -355,7 +355,8 @@ struct Renderer::Impl {
     const Vector3f way = to - from;
     const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
     const Vector3f neck = to - way * (head / length);
-    for (const bool ghost : {false, true}) {  // ghost: seen faintly through the bodies in front of it
+    // Ghost: the arrow as seen faintly through bodies in front of it.
+    for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : shadowless;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
       list.back().alpha = ghost ? 0.22f : 1.0f;

@@ -21,7 +21,7 @@ enum class Comparison : unsigned char { none, models, rubbing, rest };
 /// makes patches and materials from the newest and hands them to the haptic loop (haptic_loop.cpp).
 struct Settings {
   FrictionModel model = FrictionModel::brush;
-  double kinetic = 0.40, peak = 0.46;  ///< friction force over load
+  double kinetic = 0.40, peak = 0.46;  ///< coefficients: friction force over load, in sliding and at the peak
   double presliding_length = 1e-3;     ///< m, mean snap length
   double damping_per_newton = 0.0;     ///< s/m, damping of the bristles per newton of load
   double viscous_friction = 0.0;       ///< N s/m, viscous friction of a lubricant
@@ -81,7 +81,7 @@ inline constexpr std::size_t bristles_shown = 400;
 /// Pairs of bodies that can touch.
 enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
 
-/// Contact patch as it is drawn.
+/// Contact patch with all that its drawing needs.
 struct ContactView {
   std::uint64_t key = 0;
   Between between = Between::block_floor;
@@ -101,7 +101,7 @@ struct BristleView {
   std::uint64_t key = 0;    ///< key of the contact that the patch belongs to; 0 = none
   std::uint32_t total = 0;  ///< number of bristles in the patch
   std::size_t count = 0;    ///< number of bristles in this sample
-  /// m, deflection and snap length
+  /// m, deflections along the patch's axes, and snap length
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};
 };
 
@@ -112,7 +112,7 @@ struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
   /// Position, m; orientation, quaternion w, x, y, z.
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};
-  double moved = 0.0;  ///< m, creep, as Snapshot::moved
+  double moved = 0.0;  ///< m, creep of this block, as Snapshot::moved
   /// Strength of the contact and its second figure, as in Snapshot.
   double strength = 0.0, strength_beside = 0.0;
 };
@@ -126,7 +126,7 @@ struct LoopStatistics {
 /// State of the room at the end of a tick, for display.
 struct Snapshot {
   std::uint64_t tick = 0;
-  double time = 0.0;   ///< s, simulated time
+  double time = 0.0;   ///< s, simulated time at the end of the tick
   double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
   bool paused = false, recording = false;
   bool held = false;  ///< whether the hand pulls the tool; else the hand is where the tool is

@@ -52,7 +52,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Returns the layout of the last picture.
+  /// Returns the layout of the picture drawn last.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 

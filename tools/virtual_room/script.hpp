@@ -15,7 +15,7 @@ struct Change {
 };
 
 struct Script {
-  Settings settings;            ///< initial settings
+  Settings settings;            ///< settings at time 0
   std::vector<Change> changes;  ///< changed settings, each complete, in order of time
   HandMotion hand;
   double seconds = 0.0;                     ///< s, length of the run; by default up to the last row or change

@@ -18,7 +18,7 @@ struct PullPlaces {
   double to_peak;
   double z;
 
-  /// `peak`: friction over load.
+  /// `peak`: highest friction in first loading, over load.
   PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
       : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
     constexpr double gravity = 9.80665;
@@ -50,7 +50,7 @@ inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& 
 /// follows.
 struct TourPart {
   double until_s;    ///< s, end of the part, from the beginning of the tour
-  const char* says;  ///< line for the user
+  const char* says;  ///< line of text for the user
 };
 inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;
 inline constexpr TourPart tour_parts[] = {

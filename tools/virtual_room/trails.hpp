@@ -36,7 +36,7 @@ class Trails {
         ways_[i + 1].clear();
     }
   }
-  /// Returns the path of a block's centre, m, in the room's axes, as it is drawn.
+  /// Returns the path of a block's centre (m, in the room's axes) at the place where the block is drawn.
   const std::vector<Eigen::Vector3f>& way(std::size_t block) const { return ways_[block]; }
 
  private:

@@ -170,7 +170,7 @@ class RoomWindow {
     keep_for_later();
   }
 
-  // Keeps the last minute, which the person can look through during a pause.
+  // Keeps the states of the last minute, through which the person can look during a pause.
   void keep_for_later() {
     if (room().paused) return;
     view_->gui.back_s = 0;

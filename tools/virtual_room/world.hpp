@@ -58,7 +58,7 @@ class World {
     std::size_t patch;
     int key;
     double force[2], load;  ///< N, friction and normal load
-    double point[2];        ///< m, displacement of the block in the patch's axes since it touched
+    double point[2];        ///< m, displacement of the block in the patch's axes since the touch began
     double bristles;        ///< number of representatives in contact
     bristle::Status status;
   };
@@ -113,7 +113,7 @@ class World {
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
   std::array<PatchContact, patch_count> contacts_{};
-  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_
+  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_ of each contact
   std::size_t contact_count_ = 0;
   double spring_ = 0.0, damper_ = 0.0;  // N/m and N s/m, the hand's spring and damper in this tick
   Vector3 device_force_ = Vector3::Zero();
