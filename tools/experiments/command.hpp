@@ -25,7 +25,7 @@ void experiment_command(const ExperimentOptions& options);
 /// Lists names, titles, and parameters with defaults and units of all experiments.
 std::string experiment_list();
 
-/// Experiment with its settings and result.
+/// Experiment that was run, with its settings and result.
 struct ExperimentReport {
   const Experiment* experiment;
   Settings settings;

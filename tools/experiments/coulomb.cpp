@@ -25,16 +25,16 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   return sum / static_cast<double>(std::max(measure, 1L));
 }
 
-// Returns how many asperities of an apparent area touch (eq. 8). Their heights are evenly spaced quantiles of
-// an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7 without its
-// integral).
+// Returns how many asperities of an apparent area touch (the paper's eq. 8). Their heights are evenly spaced
+// quantiles of an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7
+// without its integral).
 double asperities_touching(const Settings& s, double area_factor) {
   const double sigma = 1e-6;  // m, mean height of an asperity; it cancels out
   const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
   const double in_contact = s.number("bristles_per_newton") * s.number("load");
   const auto count =
       static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
-  const auto height = [&](std::size_t i) {  // height of the i-th highest asperity
+  const auto height = [&](std::size_t i) {  // m, height of asperity i, counted from the highest
     return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
   };
   // Adds asperities from the highest down: the load at which the next one would touch grows with their

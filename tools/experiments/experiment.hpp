@@ -1,6 +1,6 @@
-// Runs the classic friction experiments, the brush beside its rivals: `bristle experiment`. Each experiment
-// moves every model in the same way and decides by numbers whether the model shows what the literature
-// reports.
+// Runs the classic friction experiments, the brush beside other friction models: `bristle experiment`. Each
+// experiment moves every model in the same way and decides by numbers whether the model shows what the
+// literature reports.
 #pragma once
 
 #include <functional>
@@ -120,7 +120,7 @@ struct CostRow {
   std::string model;
   std::string motion;
   double ns = 0.0;               ///< ns, median over the rounds of measurement
-  double low = 0.0, high = 0.0;  ///< ns, quartiles over the rounds
+  double low = 0.0, high = 0.0;  ///< ns, lower and upper quartile over the rounds
 };
 std::vector<CostRow> measure_cost(const ExperimentInput& input);
 /// Returns the settings that measure_cost needs.

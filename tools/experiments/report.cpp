@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Formats a value to three digits; a rounding residue becomes 0.
+// Formats a value to three digits; a value that is only a rounding error becomes 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);

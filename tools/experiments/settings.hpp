@@ -16,7 +16,7 @@ struct Parameter {
   std::vector<double> numbers;  ///< default value; several values if the parameter is a list
   double min = 0.0, max = 1e9;
   bool is_list = false;
-  std::string text;                  ///< default word of a choice
+  std::string text;                  ///< default, if the parameter is a choice of words
   std::vector<std::string> choices;  ///< allowed words of a choice; empty: the parameter is a number
   bool whole = false;                ///< whether only whole numbers are allowed
 };

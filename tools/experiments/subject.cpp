@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 14> names = {
     "gms",          "rate_state", "brush_redraw", "brush_keep",      "brush_infinite",
     "brush_rubbed", "brush_aged", "brush_slide",  "brush_slide_drop"};
 
-// Returns the damping of eq. 5, which the paper has in place of ageing: with it friction rises up to the
-// Stribeck velocity, where ageing friction falls.
+// Returns the damping of the paper's eq. 5, which it has in place of ageing: with it friction rises up to the
+// Stribeck velocity, where friction of ageing bristles falls.
 double damping_of(std::string_view model, const Settings& settings) {
   return settings.number("damping") * (model == "brush_aged" ? settings.number("aged_damper") : 1.0);
 }

@@ -1,4 +1,4 @@
-// Friction model under test, a rival or the brush, behind one interface.
+// Friction model under test, the brush or another, behind one interface.
 #pragma once
 
 #include <memory>

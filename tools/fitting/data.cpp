@@ -184,7 +184,8 @@ double position_noise(const std::vector<double>& x, double least) {
 /// Finds the velocity by differences over as many samples as the motion takes to exceed the noise.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
-  constexpr std::size_t rest_window = 6;  // samples to either side; over fewer an encoder's count may be late
+  // Fewest samples to either side that show a rest; over fewer, an encoder's count may only be late.
+  constexpr std::size_t rest_window = 6;
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -239,7 +240,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // turning point, in samples from this one
+    double place = 0.0;  // place of the turning point, in samples after this one
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);

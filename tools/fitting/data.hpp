@@ -77,7 +77,8 @@ struct FitData {
   int reversals = 0;
   double longest_rest = 0.0;      ///< s, longest rest between motions
   double slow = 0.0, fast = 0.0;  ///< m/s, tenth and ninetieth percentile of the moving samples' speeds
-  double ratio_of_speeds = 1.0;   ///< fast over slow; on one axis, in the direction where the ratio is larger
+  /// Ratio of fast to slow speed; on one axis, in the direction where the ratio is larger.
+  double ratio_of_speeds = 1.0;
   double mean_load = 0.0, force_scale = 0.0;  ///< N; force_scale is the rms of the force
   double sample_time = 0.0;                   ///< s, median interval between samples
   /// N, tenth and ninetieth percentile of the moving samples' loads.

@@ -115,7 +115,7 @@ struct FitResult {
   /// Estimates that follow from the others: peak coefficient (of bristles of age FitFrame::age, if they age),
   /// K over load in 1/m, friction coefficient towards +x and -x if they differ.
   FitEstimate peak, stiffness, forward, backward;
-  std::vector<std::string> notes;  ///< further remarks that a reader of these numbers must know
+  std::vector<std::string> notes;  ///< further remarks that a reader of the fitted numbers must know
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   std::vector<double> quantiles;  ///< quantiles of the snap lengths over their mean, of SnapLaw::table
@@ -152,7 +152,8 @@ std::string fit_motion(const FitData& data);
 /// Returns a scene with the material that replays the measured motion by `bristle run`.
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
 
-/// Text for one page: what was read, data and fit, residuals, parameters, what is not determined.
+/// Returns a text of one page: how the file was read, data and fit, residuals, parameters, what is not
+/// determined.
 
 /// Runs the subcommand: reads, fits, reports. Throws UserError.
 void fit_command(const FitOptions& options);

@@ -158,7 +158,7 @@ class Fitter {
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
-  /// Returns the penalty of a number of parameters in the criterion.
+  /// Returns what the information criterion adds for a number of parameters.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);
   }

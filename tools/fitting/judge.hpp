@@ -1,4 +1,5 @@
-// Fits brush and rivals to one part of a record and judges them on the rest: `bristle fit --rivals`.
+// Fits the brush and other friction models to one part of a record and judges them on the rest: `bristle fit
+// --rivals`.
 #pragma once
 
 #include <string>

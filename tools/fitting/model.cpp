@@ -117,8 +117,8 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return sum * data_.velocity[row] / speed_[k];
 }
 
-/// Returns the path of the contact. The stage is pulled back by the friction F: x - c F - q F^2. The force is
-/// linear in time between two samples.
+/// Returns the path of the contact: the measured position x less the bending of the stage by the friction F,
+/// c F + q F^2, with compliance c and softening q. The force is linear in time between two samples.
 std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   std::vector<PathPoint> path = data_.path;
   const double c = p[fit_compliance];
@@ -343,7 +343,8 @@ double FitModel::lowest(FitParameter parameter) const {
     case fit_length:
       return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
-      return 0.0525;  // the infinite brush accepts 0.05; derivatives look a little beyond
+      // A little above the least spread of the infinite brush, 0.05, since derivatives look below.
+      return 0.0525;
     case fit_residual:
     case fit_renewal:
     case fit_ageing:

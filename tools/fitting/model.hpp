@@ -38,8 +38,8 @@ class FitModel {
   void settle_stage(const FitValues& values);
   /// Returns the path of the contact, shifted by the bending of the stage.
   std::vector<PathPoint> contact_path(const FitValues& values) const;
-  /// Returns dF/dp times scale(p). Parameters that shape the brush need finite differences: central, or
-  /// one-sided at half the cost.
+  /// Returns the derivative of the force by a parameter, times scale() of the parameter. Parameters that
+  /// shape the brush need finite differences: central, or one-sided at half the cost.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
   /// Returns the unit step of a parameter: the value itself if it is positive by nature (its logarithm is
   /// fitted), else a natural unit of the data.

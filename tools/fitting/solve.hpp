@@ -22,7 +22,7 @@ struct FitPoint {
 /// Sets the model's past and frame to those of a point; they give the point's values their meaning.
 void assume(FitModel& model, const FitPoint& point);
 
-/// Minimises by Levenberg-Marquardt from `from` over its free parameters.
+/// Minimises by Levenberg-Marquardt over the free parameters of `from`, where it starts.
 FitPoint minimise(FitModel& model, FitPoint from);
 
 /// Returns derivatives by the free parameters, in units of FitModel::scale.

@@ -118,8 +118,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
           point.values[fit_strengthening_speed] = s.scale;
           point.free.push_back(fit_strengthening_speed);
         }
-        // Requires only half of the parameters' price to be promised: linear theory underestimates some
-        // gains.
+        // Requires of linear theory only half of the gain that justifies the parameters, because it
+        // underestimates some gains.
         const double count = static_cast<double>(samples()) / correlated_samples(found.left);
         const double most = std::max(count, base_count);
         const double gain =

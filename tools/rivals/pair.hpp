@@ -28,7 +28,7 @@ struct Surface {
   double kinetic_coefficient = 0.4;     ///< Fc / N, sliding friction over load
   double static_coefficient = 0.6;      ///< Fs / N, friction over load at speed 0
   double stiffness = 1e5;               ///< N/m, sigma0: of the whole contact, for any load
-  double damping = 316.22776601683796;  ///< N s/m, sigma1: of the whole contact
+  double damping = 316.22776601683796;  ///< N s/m, sigma1: damping of the bristles
   double viscous_friction = 0.4;        ///< N s/m, sigma2: force per speed
   double stribeck_velocity = 1e-3;      ///< m/s, vs: over it friction falls from Fs to Fc
 

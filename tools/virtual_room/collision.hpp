@@ -51,7 +51,7 @@ struct Touches {
 };
 
 struct Pose {
-  Vector3 position = Vector3::Zero();           ///< m, centre of mass of the block
+  Vector3 position = Vector3::Zero();           ///< m, place of the block's centre of mass
   Rotation orientation = Rotation::Identity();  ///< orientation of the block's axes in the room's
 };
 

@@ -711,7 +711,7 @@ struct HapticLoop::Impl {
   std::atomic<bool> running{false};
   Recorder recorder;
 
-  // Members of the desk.
+  // Members of the desk, the thread that allocates and reads files.
   std::uint64_t orders_given = 0, revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;

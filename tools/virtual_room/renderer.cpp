@@ -263,7 +263,8 @@ struct Renderer::Impl {
     for (int i = 0; i < pieces; ++i) {
       Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      const std::size_t side = 14;  // vertices around the strand; the ends between pieces are hidden
+      // Number of vertices around the strand of a hair; the ends between pieces are hidden.
+      const std::size_t side = 14;
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
         vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
