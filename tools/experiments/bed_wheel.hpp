@@ -1,4 +1,5 @@
-// Wheel on a bed (row of bristles), with functions that run and inspect it and its rivals.
+// Wheel on a bed (a row of bristles under a pressure); functions that run and inspect it and other wheel
+// models.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +48,7 @@ inline std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
   model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
   std::sort(bristles.begin(), bristles.end(),
             [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
-  // m, deflection used as full scale
+  // Deflection (m) by which tractions are divided: that at the highest traction of the contact.
   const double largest = 1.5 * model.limit / model.stiffness * model.half;
   std::vector<rivals::Traction> rows;
   for (const bristle::BedBristle& b : bristles)

@@ -6,7 +6,7 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // relative to the largest force in the equation
+constexpr double tolerance = 1e-11;  // allowed residual, relative to the largest force in the equation
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -21,7 +21,7 @@ struct Root {
 // equation, and the better side is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
-  double low = -INFINITY, high = INFINITY;  // residual > 0 at low, < 0 at high
+  double low = -INFINITY, high = INFINITY;  // the residual is > 0 at low, < 0 at high
   double at_low = 0.0, at_high = 0.0;
   Root best{d, residual(d), 1};
   double last_d = d, last = best.residual, secant = slope;
@@ -38,7 +38,7 @@ Root solve(const Residual& residual, double d, double slope, double accepted) {
       next = low + 0.5 * width;
       slow = 0;
     }
-    // No floating-point number lies in between.
+    // Stops when no floating-point number lies between the bracketing points.
     if (next == last_d || (bracketed && !(next > low && next < high))) break;
     const double r = residual(next);
     secant = std::clamp((last - r) / (next - last_d), 1e-3 * slope, slope);

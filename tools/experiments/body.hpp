@@ -9,7 +9,7 @@ namespace cli {
 /// Pull on the block, averaged over a step in which the block moves by d: force_n - stiffness d.
 struct Pull {
   double force_n = 0.0;
-  double stiffness = 0.0;  ///< N/m; half that of a spring whose other end has a motion of its own
+  double stiffness = 0.0;  ///< N/m; for a spring whose other end moves by itself, half the spring's stiffness
 };
 
 /// Block that solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d (midpoint rule).

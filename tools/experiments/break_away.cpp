@@ -13,7 +13,7 @@ namespace {
 
 struct BreakAway {
   double friction = 0.0;  // N, highest friction before the block slides
-  double applied = 0.0;   // N, applied force at that time
+  double applied = 0.0;   // N, applied force at the moment of the highest friction
 };
 
 BreakAway pull(const std::string& model, const Settings& s, double rate, double load, double highest_load) {
@@ -26,7 +26,8 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   BreakAway found;
   for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
     const double applied = rate * dt * (static_cast<double>(k) - 0.5);
-    // Stops: only viscous terms hold the block, so it will not break away.
+    // Gives up at a hundred times the highest friction: only viscous terms still hold the block, so it will
+    // not break away.
     if (applied > 100.0 * strongest) break;
     const double friction = -block.advance(subject, {applied}, dt, load);
     if (friction > found.friction) found = {friction, applied};

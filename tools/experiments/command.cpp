@@ -158,7 +158,8 @@ void experiment_command(const ExperimentOptions& options) {
   const std::vector<std::string> models =
       choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
   for (const Experiment* e : wanted)
-    e->check(settings_for(*e, options));  // refuses bad settings before the first experiment runs
+    // Checks settings, so that bad ones are refused before the first experiment runs.
+    e->check(settings_for(*e, options));
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;
   for (const Experiment* e : wanted)

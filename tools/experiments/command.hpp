@@ -11,21 +11,21 @@ namespace cli {
 
 struct ExperimentOptions {
   std::string name;                 ///< name of an experiment, or "all" or "list"
-  std::vector<std::string> set;     ///< "key=value"; with "all": "experiment.key=value"
-  std::string config;               ///< TOML file; empty: none
-  std::vector<std::string> models;  ///< names of models; empty: all
+  std::vector<std::string> set;     ///< settings "key=value"; with "all": "experiment.key=value"
+  std::string config;               ///< TOML file of settings; empty: none
+  std::vector<std::string> models;  ///< names of the models to run; empty: all
   std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
-  std::string markdown;             ///< file for the table as a page, with "all"
-  bool no_cost = false;             ///< leaves out the times of a step, with "all"
+  std::string markdown;             ///< file for the results as a Markdown page, with "all"
+  bool no_cost = false;             ///< whether the results leave out the times of a step, with "all"
 };
 
-/// Throws UserError.
+/// Runs the command and writes its outputs. Throws UserError.
 void experiment_command(const ExperimentOptions& options);
 
 /// Lists names, titles, and parameters with defaults and units of all experiments.
 std::string experiment_list();
 
-/// Experiment with its settings and result.
+/// Experiment that was run, with its settings and result.
 struct ExperimentReport {
   const Experiment* experiment;
   Settings settings;
@@ -33,8 +33,8 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// Returns a sentence on how many phenomena each model shows, and a table per experiment (with --wide one for
-/// all that have the same models).
+/// Returns a sentence on how many phenomena each model shows, and a table per experiment; with --wide one
+/// table for all experiments that have the same models.
 std::string findings_text(std::span<const ExperimentReport> reports);
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
 std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);

@@ -14,7 +14,7 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // m, out of phase with the snap lengths
+  const double step = 0.37 * s.number("presliding");  // m, does not fall in with the snaps
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -25,19 +25,20 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   return sum / static_cast<double>(std::max(measure, 1L));
 }
 
-// Returns how many asperities of an apparent area touch (eq. 8). Their heights are evenly spaced quantiles of
-// an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7 without its
-// integral).
+// Returns how many asperities of an apparent area touch (the paper's eq. 8). Their heights are evenly spaced
+// quantiles of an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7
+// without its integral).
 double asperities_touching(const Settings& s, double area_factor) {
-  const double sigma = 1e-6;  // m; its value has no effect
+  const double sigma = 1e-6;  // m, mean height of an asperity; it cancels out
   const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
   const double in_contact = s.number("bristles_per_newton") * s.number("load");
   const auto count =
       static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
-  const auto height = [&](std::size_t i) {  // height of the i-th highest asperity
+  const auto height = [&](std::size_t i) {  // m, height of asperity i, counted from the highest
     return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
   };
-  // Adds asperities from the highest down: the load at which the next one would touch grows with n.
+  // Adds asperities from the highest down: the load at which the next one would touch grows with their
+  // number.
   double sum = 0.0;
   for (std::size_t n = 1; n < count; ++n) {
     sum += height(n - 1);
@@ -51,8 +52,7 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const Settings& s = input.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
-  // Divides by friction at this speed instead of the kinetic coefficient, which would be wrong for models
-  // that depend on speed.
+  // Compares with friction at this speed, not with the kinetic coefficient: some models depend on speed.
   const double coefficient = steady_friction(model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {

@@ -18,7 +18,7 @@ namespace cli {
 namespace {
 
 struct Response {
-  std::vector<double> t, force;  // time s; force after a unit step of speed (1 m/s), N s/m
+  std::vector<double> t, force;  // time after a step of speed, s; change of force per m/s of the step, N s/m
   double at_once() const { return force.front(); }
   double limit() const { return force.back(); }
 };
@@ -46,10 +46,10 @@ Response measure_response(const std::string& model, const Settings& s, double sp
   return r;
 }
 
-// Returns Z(i w) of a response that is linear between its samples. A Gaussian-like window over about six
-// swings removes the ripples of a finite brush; a smooth response has decayed by then. It averages Z over
-// frequencies within a sixth. Its flat top changes a Z that is a power of w only in fourth order, by at most
-// 0.2 %.
+// Returns Z(i w), the force per unit of speed that swings at frequency w, for a response that is linear
+// between its samples. A Gaussian-like window over about six swings removes the ripples of a finite brush; a
+// smooth response has decayed by then. The window averages Z over frequencies within a sixth. Its flat top
+// changes a Z that is a power of w by at most 0.2 %.
 std::complex<double> impedance(const Response& r, double w) {
   constexpr double width = 0.15;
   std::complex<double> z = r.at_once();
@@ -74,13 +74,13 @@ struct Range {
 
 // Returns the critical stiffness by theory: 0 if sliding is steady on every spring, the stiffest if on none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
-  if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed
+  if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed, so every sliding is steady
   const auto damping = [&](double w) { return impedance(r, w).real(); };
   const auto held_by = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
   const int points = 400;
   double critical = 0.0, before = first;
-  bool negative = true;  // sign of Re Z at the last frequency
+  bool negative = true;  // whether the real part of Z was negative at the last frequency
   for (int i = 1; i <= points; ++i) {
     const double w = first * std::pow(last / first, static_cast<double>(i) / points);
     if (negative != (damping(w) < 0.0)) {
@@ -158,7 +158,7 @@ class Twins {
     mean_ = 0.5 * (a + b);
     difference_ = 0.5 * (a - b);
   }
-  double mean() const { return mean_; }  // N, deviation from steady friction
+  double mean() const { return mean_; }  // N, deviation of the spring's force from steady friction
   double difference() const { return difference_; }
 
  private:
@@ -168,9 +168,9 @@ class Twins {
   double mean_ = 0.0, difference_ = 0.0;
 };
 
-// Returns whether the twins' difference grows: the swing widens in each of eight stretches of path (from the
-// third on), reaches eight times that of the first, or exceeds 3 % of kinetic friction. Also true if both
-// sliders leave steady sliding by 3 %, as on soft springs, where every disturbance grows.
+// Returns whether the difference of the two sliders grows: its swing widens in each of eight stretches of
+// path (from the third on), reaches eight times that of the first, or exceeds 3 % of kinetic friction. Also
+// true if both sliders leave steady sliding by 3 %, as on soft springs, where every disturbance grows.
 bool grows(const Trial& trial) {
   const Settings& s = trial.s;
   const double large = 0.03 * s.number("kinetic") * s.number("load");
@@ -210,7 +210,7 @@ double critical_by_bisection(const std::string& model, const Settings& s, double
   return std::sqrt(stable * unstable);
 }
 
-// Records the twins' difference on springs a little softer and a little stiffer than critical.
+// Records the difference of the two sliders on springs a little softer and a little stiffer than critical.
 void trace(const Settings& s, const std::string& model, double speed, double critical,
            ExperimentResult& result) {
   const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");

@@ -69,8 +69,8 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
   const double dt = s.number("dt"), load = s.number("load");
   Subject subject(model, s);
   SlidingBlock block(s.number("mass"));
-  // Windows for the quarters of the hold, and for the cycles. An offset of half a step keeps their limits off
-  // the steps.
+  // Windows of a quarter of the hold, and of a cycle of the force. An offset of half a step keeps their ends
+  // between steps.
   WindowMeans hold(profile.ramp + 0.5 * dt, 0.25 * profile.hold);
   WindowMeans cycle(profile.wavering_from() + 0.5 * dt, 1.0 / profile.frequency);
   const auto steps = static_cast<long>(std::lround(profile.end() / dt));
@@ -100,7 +100,7 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   const double periods = std::max(4.0, std::round(s.number("slope_duration") * frequency));
   Subject subject(model, s);
   SlidingBlock block(load * std::hypot(1.0, s.number("slope")) / 9.80665);
-  const double tilting = s.number("ramp_time");  // the slope is tilted first, then shaken
+  const double tilting = s.number("ramp_time");  // s, in which the slope is tilted before it is shaken
   WindowMeans period(tilting + 0.5 * dt, 1.0 / frequency);
   const auto steps = static_cast<long>(std::lround((tilting + periods / frequency) / dt));
   const long every = std::max(1L, steps / 2000);

@@ -1,6 +1,6 @@
-// Runs the classic friction experiments, the brush beside its rivals: `bristle experiment`. Each experiment
-// moves every model in the same way and decides by numbers whether the model shows what the literature
-// reports.
+// Runs the classic friction experiments, the brush beside other friction models: `bristle experiment`. Each
+// experiment moves every model in the same way and decides by numbers whether the model shows what the
+// literature reports.
 #pragma once
 
 #include <functional>
@@ -16,12 +16,12 @@ namespace cli {
 
 /// Phenomenon of the literature, and the criterion by which a model shows it.
 struct Phenomenon {
-  std::string id;          ///< name such as "drift_per_cycle"
+  std::string id;          ///< name of the phenomenon, such as "drift_per_cycle"
   std::string title;       ///< title such as "no drift under a wavering force"
   std::string literature;  ///< what the literature reports, and who
-  std::string measured;    ///< meaning of the measured number
+  std::string measured;    ///< meaning of the number that decides the verdict
   std::string unit;
-  std::string passes;  ///< criterion by which it counts as shown
+  std::string passes;  ///< criterion by which the phenomenon counts as shown
 };
 
 /// Verdict on one phenomenon and one model: a cell of the table.
@@ -47,13 +47,14 @@ struct ExperimentResult {
 struct ExperimentInput {
   Settings settings;
   std::vector<std::string> models;
-  std::function<void(double)> progress = [](double) {};  ///< called with the share that is done
+  std::function<void(double)> progress = [](double) {};  ///< called with the share done, 0 to 1
 };
 
 struct Experiment {
   std::string name;
   std::string title;
-  std::vector<Parameter> parameters;  ///< common parameters with this experiment's defaults, then its own
+  /// Parameters of all experiments, with this one's defaults, then those that only this one has.
+  std::vector<Parameter> parameters;
   std::vector<Phenomenon> phenomena;
   std::vector<std::string> columns;  ///< names of SeriesRow::values, units in brackets
   /// Runs one model and adds its curves and findings. It may report progress of its own.
@@ -66,16 +67,17 @@ struct Experiment {
 
 /// Returns the experiments in the order of the table.
 const std::vector<Experiment>& experiments();
-/// Finds an experiment. Throws a UserError that lists the names, and `other_names` after them.
+/// Finds an experiment by name. Throws a UserError that lists all names, followed by `other_names`.
 const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names = {});
 
-/// Returns the default models: seven rivals, the two readings of the brush, the infinite brush (redraw), an
-/// infinite brush with residual and shared renewal ("rubbed"), and one that also ages.
+/// Returns the default models: seven other friction models, the two readings of the paper's brush, the
+/// infinite brush (redraw), an infinite brush with residual and shared renewal ("rubbed"), and one that also
+/// ages.
 std::span<const std::string_view> model_names();
 /// Returns the names of an experiment's models; nullptr: model_names().
 std::vector<std::string> models_of(const Experiment* experiment);
-/// Returns `wanted`, or all of models_of() if that is empty. Throws a UserError beginning with `where` on
-/// unknown and repeated names.
+/// Returns `wanted`, or all of models_of() if `wanted` is empty. Throws a UserError that begins with `where`
+/// on unknown and repeated names.
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where,
                                        const Experiment* experiment);
 /// Returns a model's title as tables print it: "LuGre".
@@ -117,8 +119,8 @@ Experiment ratchet_experiment();
 struct CostRow {
   std::string model;
   std::string motion;
-  double ns = 0.0;               ///< median over rounds
-  double low = 0.0, high = 0.0;  ///< quartiles
+  double ns = 0.0;               ///< ns, median over the rounds of measurement
+  double low = 0.0, high = 0.0;  ///< ns, lower and upper quartile over the rounds
 };
 std::vector<CostRow> measure_cost(const ExperimentInput& input);
 /// Returns the settings that measure_cost needs.

@@ -11,8 +11,8 @@
 namespace cli {
 namespace {
 
-// Swings the speed; averages over the cycles the friction at the mean speed, while it grows and while it
-// falls.
+// Swings the speed about a mean. Averages friction at the mean speed over the cycles, apart for growing and
+// for falling speed.
 void swing(const ExperimentInput& input, const std::string& model, double omega, bool decides,
            ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -24,7 +24,7 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
   const long steps = 4 * quarter;
   const double dt = period / static_cast<double>(steps);
-  const auto at = [&](long k) {  // position at step k: the integral of mean + amplitude sin
+  const auto at = [&](long k) {  // m, position at step k: the integral of the swinging speed
     const double turns = static_cast<double>(k) / static_cast<double>(steps);
     return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
   };
@@ -35,7 +35,8 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
       static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {
     for (long k = 1; k <= steps; ++k) {
-      // Uses the mean force of the step, whose speed is that of the swing to second order.
+      // Uses the mean force over the step: the step's speed is that of the swing at its middle, to second
+      // order in dt.
       const double friction = -subject.step({at(k) - at(k - 1), 0.0}, dt, load).mean.x;
       if (cycle >= 0) force[static_cast<std::size_t>(k - 1)] += friction / static_cast<double>(cycles);
     }

@@ -11,7 +11,7 @@ namespace {
 using rivals::Pair;
 using rivals::SpinForce;
 
-/// Mean distance of the points of a unit square from its corner.
+/// Mean distance of the points of a unit square from one of its corners.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
 /// Plate that can only turn about its corner.
@@ -41,7 +41,7 @@ class HeldPlate {
   double turned_ = 0.0;
 };
 
-/// Returns the friction of the plate in pure sliding.
+/// Returns the friction (N) of the plate sliding steadily without turning.
 double sliding_friction(const std::string& model, const Settings& s) {
   SpinSubject subject(model, s, {ContactArea::Shape::square, 0.5 * s.number("side")});
   const double step = 0.37 * s.number("presliding"), dt = step / s.number("velocity");

@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Returns the friction of a joint that drives at its rated torque, which the rivals have always.
+/// Returns the friction torque (N m) at rated motor torque; the other models have it at any torque.
 double full_friction(const Settings& s) { return s.number("kinetic") * s.number("load"); }
 
 bristle::JointMaterial gear_of(const Settings& s, bool drops) {
@@ -37,10 +37,10 @@ Subject joint_of(const std::string& model, const Settings& s) {
 
 struct Strokes {
   double up = 0.0, down = 0.0;  ///< steady friction while lifting and lowering, N m
-  double reversed = -1.0;       ///< presliding lengths from the turn to zero friction
+  double reversed = -1.0;       ///< presliding lengths turned after the reversal until friction is zero
 };
 
-/// Lifts a weight slowly and lets it down again.
+/// Lifts a weight by the joint slowly, and lets it down again.
 Strokes lift(const ExperimentInput& input, const std::string& model, double weight, bool draws,
              ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -75,8 +75,8 @@ double hold(const ExperimentInput& input, const std::string& model, ExperimentRe
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
-  SlidingBlock arm(0.01);             // kg m^2
-  constexpr std::size_t cycles = 10;  // cycles; the force rises from 0 during the first
+  SlidingBlock arm(0.01);             // kg m^2, moment of inertia
+  constexpr std::size_t cycles = 10;  // number of cycles; the torque rises from 0 during the first
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);

@@ -12,11 +12,13 @@ namespace {
 using rivals::Pair;
 using rivals::Wrench;
 
-/// Returns the mean wrench of steady motion; `eps` = v / (omega R).
+/// Returns the mean force and torque of steady motion at the ratio eps = v / (omega R) of sliding to spinning
+/// speed.
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
-  // m, step of the fastest point; out of phase with the snaps
+  // Path (m) of the fastest point in a step; no fraction of the snap length, so that steps do not fall in
+  // with snaps.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);
@@ -37,8 +39,7 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
 void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius");
-  // Divides by friction at this speed instead of the kinetic coefficient, which would be wrong for models
-  // that depend on speed.
+  // Compares with friction at this speed, not with the kinetic coefficient: some models depend on speed.
   const double friction = steady(model, s, INFINITY).force.x;
   double worst = 0.0;
   const std::vector<double>& ratios = s.numbers("ratios");

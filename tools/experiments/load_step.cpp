@@ -15,7 +15,7 @@ class Contact {
         subject_(model, settings_, {1, highest_over_load}),
         dbar_(settings_.number("presliding")) {}
 
-  /// Slides `way` mean snap lengths under a load. Returns the whole friction at the end, N.
+  /// Slides `way` mean snap lengths under a load (N). Returns the friction at the end of the last step, N.
   double move(double way, double load) {
     const double largest = 1.0 / settings_.number("steps_per_length");
     const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
@@ -26,7 +26,7 @@ class Contact {
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
-  /// Returns the mean friction over `way` mean snap lengths.
+  /// Returns the mean friction (N) while sliding `way` mean snap lengths.
   double mean(double way, double load) {
     const auto steps = static_cast<long>(std::ceil(way * settings_.number("steps_per_length")));
     double sum = 0.0;

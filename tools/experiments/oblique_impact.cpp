@@ -12,8 +12,9 @@ namespace {
 
 struct Sphere {
   std::string model;
-  double friction = 0.0, restitution = 1.0, approach = 0.0;  ///< m/s
-  double radius = 0.0, mass = 0.0;                           ///< m, kg
+  /// Coefficients of friction and restitution; speed of approach, m/s.
+  double friction = 0.0, restitution = 1.0, approach = 0.0;
+  double radius = 0.0, mass = 0.0;  ///< m, radius, and kg, mass of the sphere
   /// Pa, effective moduli E* and G* of the contact.
   double normal_modulus = 0.0, shear_modulus = 0.0;
 };
@@ -40,7 +41,8 @@ struct Speeds {
   double slip() const { return centre - rim; }
 };
 
-/// Returns the speeds after the impact. The load follows Hertz's law, times e^2 in the rebound.
+/// Returns the speeds after the impact. The load follows Hertz's law, times the square of the restitution in
+/// the rebound.
 Speeds strike(const Sphere& sphere, Speeds speeds) {
   constexpr int steps = 3000;
   const double law = 4.0 / 3.0 * sphere.normal_modulus * std::sqrt(sphere.radius);
@@ -85,8 +87,8 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
   const Settings& s = input.settings;
   Sphere sphere = read_sphere(model, s);
   const double stiffness_ratio = sphere.shear_modulus / sphere.normal_modulus;
-  // Scales slip by friction in the units of Maw, Barber and Fawcett. From `slides_from` on even a rigid
-  // contact slides throughout the impact.
+  // Scales a slip speed by friction and speed of approach, as Maw, Barber and Fawcett do. Impacts that begin
+  // with a scaled slip above `slides_from` slide throughout, even if the contact is rigid.
   const auto scaled = [&](double slip) {
     return stiffness_ratio * slip / (sphere.friction * sphere.approach);
   };

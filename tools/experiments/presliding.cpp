@@ -74,7 +74,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
   const Settings& s = input.settings;
   const double dbar = s.number("presliding");
   const double kinetic = s.number("kinetic") * s.number("load");
-  // Runs loops of growing width; the energy is that of the second round of the widest.
+  // Runs loops of growing width, and takes the energy that the second round of the widest loop loses.
   {
     Path path(input, model, "loops", result);
     for (const double width : {0.3, 0.5, 0.7}) {

@@ -10,7 +10,7 @@ namespace {
 
 using rivals::SpinForce;
 
-/// Friction of a first motion from rest, > 0 where it resists; a force, or a torque over the radius.
+/// Friction of a first motion from rest (a force, or a torque over the radius), N; > 0 where it resists.
 struct FirstMotion {
   double slope = 0.0;  ///< N/m, stiffness over the first thousandth of a presliding length
   double peak = 0.0, steady = 0.0;
@@ -42,7 +42,7 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
   return found;
 }
 
-/// Returns the highest force of a slow pull on a spinning disc, over its steady force.
+/// Returns the highest force of a slow pull on a spinning disc, over the steady force of that pull.
 double peak_while_spinning(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius"), load = s.number("load"), dbar = s.number("presliding");
@@ -51,7 +51,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
     subject.step({}, step / radius, dt, load);
-  // Uses as many steps as from rest; they last longer, because the pull is slower than the spin.
+  // Uses as many steps as a pull from rest; each takes longer, because the pull is slower than the spin.
   const long steps = std::lround(s.number("way") * per_length), last = steps / 4;
   double peak = 0.0, steady = 0.0;
   for (long k = 1; k <= steps; ++k) {

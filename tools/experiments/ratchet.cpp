@@ -14,8 +14,8 @@ namespace {
 
 using rivals::Pair;
 
-/// Ground: returns the force on the block (N) after a displacement (m). `keeps` says whether the step is made
-/// or only tried.
+/// Ground under the block: returns the force on the block (N) after a displacement (m). `keeps` says whether
+/// the step is made or only tried.
 using Ground = std::function<Pair(Pair displacement, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s) {
@@ -51,7 +51,8 @@ Ground make_ground(const std::string& model, const Settings& s) {
   };
 }
 
-/// Returns friction over load in steady sliding at an angle to the lay, by the body.
+/// Returns friction over load, by the body, in steady sliding at an angle to the lay (the direction of the
+/// surface's grain).
 Pair slide(const std::string& model, const Settings& s, double angle) {
   const Ground ground = make_ground(model, s);
   const double far = 100.0 * s.number("presliding");
@@ -80,10 +81,11 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
       {"to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01});
 }
 
-/// Block on the ground, free along the lay, stepped implicitly.
+/// Block on the ground, free to move along the lay (the direction of the surface's grain), stepped
+/// implicitly.
 struct Block {
   Ground ground;
-  double mass, dt, most;  ///< most: N, upper bound of the friction
+  double mass, dt, most;  ///< kg; s; N, an upper bound of the friction
   double x = 0.0, v = 0.0;
 
   void step(double pull) {

@@ -8,10 +8,10 @@
 namespace cli {
 namespace {
 
-/// Reason of reasons.txt: below each phenomenon stand models that show it (+) or do not (-), and why. Brushes
+/// Entry of reasons.txt. Below each phenomenon stand models that show it (+) or do not (-), and why. Brushes
 /// are named without the prefix brush_.
 struct Reason {
-  std::string phenomenon, text;  ///< "MODEL MODEL: why"
+  std::string phenomenon, text;  ///< the text is "MODEL MODEL: why"
   bool shown;
 };
 
@@ -20,7 +20,7 @@ std::vector<Reason> read_reasons() {
   std::string phenomenon;
   std::istringstream lines(reasons_text);
   for (std::string line; std::getline(lines, line);) {
-    if (line[0] == ' ')  // goes on
+    if (line[0] == ' ')  // the line continues the entry above it
       all.back().text += line;
     else if (line[0] == '+' || line[0] == '-')
       all.push_back({phenomenon, line.substr(1), line[0] == '+'});

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Formats a value to three digits; a rounding residue becomes 0.
+// Formats a value to three digits; a value that is only a rounding error becomes 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);
@@ -42,7 +42,7 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
   return nullptr;
 }
 
-/// Formats verdict and value; the unit stands in a header.
+/// Formats a verdict and its measured value; the unit stands in a header.
 std::string cell(const Finding* finding, const char* yes, const char* no) {
   if (!finding) return "not measured";
   return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
@@ -60,7 +60,8 @@ std::string capitalised(std::string text) {
   return text;
 }
 
-/// Titles of models, with one name for the brushes that snap, or slide, where all of them are in the list.
+/// Returns titles of models, with one name for the brushes that snap, or slide, where all of them are in the
+/// list.
 std::string titles_of(const std::vector<std::string>& models) {
   static const std::vector<std::pair<std::string, std::vector<std::string>>> families = {
       {"brushes that snap", {"brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"}},
@@ -81,8 +82,8 @@ std::string titles_of(const std::vector<std::string>& models) {
   return fmt::format("{}", fmt::join(titles, "; "));
 }
 
-/// One line for the models that share a verdict and a reason. Where most models share a verdict, only its
-/// brushes and beds are named.
+/// Returns a line for each group of models that share a verdict and a reason. Where a verdict is that of most
+/// models, its lines name only brushes and beds.
 std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
                     const std::vector<std::string>& models) {
   struct Group {
@@ -153,7 +154,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   return text;
 }
 
-/// Calls `visit` for each run of successive reports that have the same models.
+/// Calls `visit` for each group of successive reports that have the same models.
 template <class Visit>
 void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
   while (!reports.empty()) {
@@ -166,7 +167,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Models grouped by the number of phenomena they show, most first.
+  // Models in groups that show equally many phenomena, most first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double gravity = 9.81;  // m/s^2
 
-/// Force on the ball, N, and its decrease with slip, N/m.
+/// Force on the ball (N), and its decrease per metre of slip (N/m).
 struct Pull {
   double force = 0.0, slope = 0.0;
 };
@@ -77,7 +77,8 @@ void roll(const ExperimentInput& input, const std::string& model, double degrees
   const Settings& s = input.settings;
   const double mass = s.number("mass"), dt = s.number("dt"), angle = degrees * M_PI / 180.0;
   const Ground ground = make_ground(model, s, mass * gravity * std::cos(angle));
-  // Change of slip in a step per newton: 1/m + R^2 / (2/5 m R^2), times dt^2.
+  // Change of slip in a step per newton of friction: dt^2 (1/m + R^2 / I), with moment of inertia I = 2/5 m
+  // R^2.
   const double per_force = 3.5 * dt * dt / mass;
   for (long k = 1; k <= std::lround(time / dt); ++k) {
     ball.v += dt * gravity * std::sin(angle);

@@ -65,7 +65,7 @@ Loop rub(Rubbed& contact, double stroke, double per_length) {
   return loop;
 }
 
-bool is_shown_on_the_axis(long cycle) {  // about a dozen points per decade
+bool is_shown_on_the_axis(long cycle) {  // selects about a dozen cycles per decade for the curve
   long decade = 1;
   while (decade * 10 <= cycle) decade *= 10;
   return decade == 1 || cycle % std::max(1L, decade / 2) == 0;
@@ -130,7 +130,7 @@ void tremor(const ExperimentInput& input, const std::string& model, ExperimentRe
     const double f = std::fabs(contact.move({next - x, 0.0}).x);
     x = next;
     highest = std::max(highest, f);
-    if (t <= 0.5) first = std::max(first, f);  // the first four swings
+    if (t <= 0.5) first = std::max(first, f);  // true during the first four swings
     if (k > steps - steps / 10) last = std::max(last, f);
     if (k % window == 0) {
       result.series.push_back({"tremor", model, {swing, t, highest, 0.0}});
@@ -181,7 +181,7 @@ double ratchet(const ExperimentInput& input, const std::string& model, double lo
     for (long k = 0; k < steps; ++k) {
       const double part = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
       double share = 0.5 * (low + high) + 0.5 * (high - low) * sine_of_turns(part);
-      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // the force rises from 0
+      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // in the first cycle the force rises from 0
       if (std::fmod(part * period, tap_every) < tap_time) share += tap;
       block.advance(subject, {share * kinetic}, dt, load);
       mean += block.position() / dbar / static_cast<double>(steps);

@@ -13,15 +13,15 @@ struct Parameter {
   std::string name;
   std::string unit;
   std::string help;
-  std::vector<double> numbers;  ///< default: one number, or several for a list
+  std::vector<double> numbers;  ///< default value; several values if the parameter is a list
   double min = 0.0, max = 1e9;
   bool is_list = false;
-  std::string text;                  ///< default of a choice
-  std::vector<std::string> choices;  ///< words of a choice; empty: the parameter is a number
+  std::string text;                  ///< default, if the parameter is a choice of words
+  std::vector<std::string> choices;  ///< allowed words of a choice; empty: the parameter is a number
   bool whole = false;                ///< whether only whole numbers are allowed
 };
 
-/// Values of one run. Setting a value checks its range.
+/// Values of the parameters in one run. Setting a value checks its range.
 class Settings {
  public:
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
@@ -38,7 +38,7 @@ class Settings {
   const std::vector<double>& numbers(std::string_view name) const;
   const std::string& text(std::string_view name) const;
   const std::vector<Parameter>& parameters() const noexcept { return parameters_; }
-  /// Returns the default as an option takes it: "0.1,1,10".
+  /// Returns the parameter's default as an option takes it: "0.1,1,10".
   static std::string value_text(const Parameter& parameter);
 
  private:

@@ -14,8 +14,8 @@ namespace {
 struct Hold {
   double held = 0.0;     // friction at the start of the hold, without dampers
   double relaxed = 0.0;  // friction at the end of the hold
-  double peak = 0.0;     // highest friction after the hold
-  double way = 0.0;      // distance to the peak
+  double peak = 0.0;     // highest friction in sliding after the hold
+  double way = 0.0;      // distance slid from the end of the hold to the peak
 };
 
 Hold hold(const std::string& model, const Settings& s, double duration, ExperimentResult& result) {
@@ -49,7 +49,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
 }
 
 struct Line {
-  double slope = 0.0, worst = 0.0;  // worst: largest distance of a point from the line
+  double slope = 0.0, worst = 0.0;  // worst: largest distance of a measured point from the fitted line
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {

@@ -13,7 +13,7 @@
 namespace cli {
 namespace {
 
-constexpr double dt = 1e-3;  // s, of a step: no model here knows the time
+constexpr double dt = 1e-3;  // s, length of a step; no model in this experiment depends on time
 
 /// Returns the force against a displacement of the finger, N. `keeps`: whether the step changes the state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
@@ -88,7 +88,8 @@ struct Finger {
     x += d;
     force = contact(d, load, true);
   }
-  /// Moves until the force is reached; the last step is shortened. Calls `look` after each step.
+  /// Moves until the force reaches `wanted` (N); shortens the last step to that end. Calls `look` after each
+  /// step.
   void pull_to(
       double wanted, const std::function<void()>& look = [] {}) {
     const double sign = wanted > force ? 1.0 : -1.0;
@@ -107,8 +108,9 @@ struct Finger {
   }
 };
 
-/// Displacement over presliding at a share t of friction, its integral over t, and the loss of a loop to both
-/// sides over friction times presliding (Masing's rule).
+/// Closed forms of the first pull up to a share t of sliding friction: displacement over presliding length,
+/// its integral over t, and by Masing's rule the energy lost in a loop to both sides, over friction times
+/// presliding length.
 double bent(double t) { return 1.0 - std::pow(1.0 - t, 2.0 / 3.0); }
 double integral(double t) { return t - 0.6 * (1.0 - std::pow(1.0 - t, 5.0 / 3.0)); }
 double loss(double t) { return 8.0 * (t * bent(t) - integral(t)) - 4.0 * t * bent(t); }
@@ -117,7 +119,7 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
                     ExperimentResult& result) {
   const double way = s.number("presliding");
   double work = 0.0;
-  for (const double side : {1.0, -1.0, 1.0}) {  // what the first pull does is no part of the loop
+  for (const double side : {1.0, -1.0, 1.0}) {  // the loop's work is counted after the first pull
     if (side < 0.0) work = 0.0;
     double x = finger.x, force = finger.force;
     finger.pull_to(side * share * most, [&] {
@@ -152,7 +154,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
 
   const double wide = lost_in_loop(make(), model, most, 0.5, s, result),
                narrow = lost_in_loop(make(), model, most, 0.25, s, result);
-  const bool loses = std::min(wide, narrow) > 1e-5;  // below: rounding of single precision
+  const bool loses = std::min(wide, narrow) > 1e-5;  // smaller losses are rounding of single precision
   const double power = loses ? std::log2(wide / narrow) : 0.0;
   result.findings.push_back(
       {"loops_lose", model, power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1});

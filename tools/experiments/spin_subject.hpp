@@ -15,10 +15,10 @@
 
 namespace cli {
 
-/// Shape of the contact, under uniform pressure.
+/// Shape and size of the contact area, which is under uniform pressure.
 struct ContactArea {
   enum class Shape { disc, square } shape = Shape::disc;
-  double half_m = 0.0;  ///< radius, or half a side
+  double half_m = 0.0;  ///< m, radius of the disc, or half a side of the square
 };
 
 class SpinSubject {

@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 14> names = {
     "gms",          "rate_state", "brush_redraw", "brush_keep",      "brush_infinite",
     "brush_rubbed", "brush_aged", "brush_slide",  "brush_slide_drop"};
 
-// Returns the damping of eq. 5, which the paper has in place of ageing: with it friction rises up to the
-// Stribeck velocity, where ageing friction falls.
+// Returns the damping of the paper's eq. 5, which it has in place of ageing: with it friction rises up to the
+// Stribeck velocity, where friction of ageing bristles falls.
 double damping_of(std::string_view model, const Settings& settings) {
   return settings.number("damping") * (model == "brush_aged" ? settings.number("aged_damper") : 1.0);
 }
@@ -163,7 +163,7 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   }
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
-  // Slope of strengthening at zero speed, where it is steepest.
+  // Adds the damping of strengthening with speed at zero speed, where it is highest.
   damping_ += load_ * material.strengthening_damping(0.0);
   bristle::PatchOptions patch = brush_options(model, settings, options.highest_load_over_load);
   patch.axes = options.axes;

@@ -1,4 +1,4 @@
-// Friction model under test, a rival or the brush, behind one interface.
+// Friction model under test, the brush or another, behind one interface.
 #pragma once
 
 #include <memory>
@@ -18,9 +18,9 @@ class Subject {
  public:
   struct Options {
     int axes = 1;
-    /// Highest load that the brush has capacity for, over the default load.
+    /// Highest load that the brush has room for, over the default load.
     double highest_load_over_load = 1.0;
-    /// If set, a joint of this material is the brush: N m and rad.
+    /// Material of a joint; if set, the brush is this joint, with torques in N m and angles in rad.
     const bristle::JointMaterial* joint = nullptr;
   };
 
@@ -55,7 +55,7 @@ class Subject {
 
   std::string name_;
   std::variant<rivals::Rival, Brush, Joint> model_;
-  // At load_; the brush's stiffness and damping grow with the load.
+  // Stiffness and damping under the load load_ (N); those of the brush grow with the load.
   double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;
   double creep_damping_ = 0.0;
 };
@@ -63,7 +63,8 @@ class Subject {
 bool is_brush(std::string_view model);
 /// Returns the brush's material for these settings. Throws bristle::Error.
 bristle::Material brush_material(std::string_view model, const Settings& settings);
-/// Returns the options of a patch of that brush, two axes. Does not check them: PatchBatch::add does.
+/// Returns the options of a patch with this brush, on two axes. PatchBatch::add checks them, this function
+/// does not.
 bristle::PatchOptions brush_options(std::string_view model, const Settings& settings,
                                     double highest_load_over_load = 1.0);
 rivals::Surface rival_surface(const Settings& settings);

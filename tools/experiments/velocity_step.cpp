@@ -11,13 +11,13 @@
 namespace cli {
 namespace {
 
-// Friction over kinetic friction in a step of speed, averaged over repeats.
+// Friction over kinetic friction before and after a step of speed, averaged over repeats.
 struct Step {
   double before = 0.0, after = 0.0;
-  std::vector<double> friction;  // friction after each step of the path
+  std::vector<double> friction;  // friction, over kinetic friction, after each step of the path
 };
 
-// Mean step up and mean step down of a repeated pair.
+// Response to a step up in speed and to the step back down.
 struct Steps {
   Step up, down;
 };
@@ -60,9 +60,10 @@ double evolution_way(const Step& up) {
 void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
-  double least = INFINITY, most = -INFINITY;  // range of the direct effect
-  double smallest_fall = INFINITY;            // least fall after the peak over all speeds
-  double shortest = INFINITY, longest = 0.0;  // way
+  // Range of the immediate change of friction (direct effect) over all steps of speed.
+  double least = INFINITY, most = -INFINITY;
+  double smallest_fall = INFINITY;            // least fall of friction after its peak over all speeds
+  double shortest = INFINITY, longest = 0.0;  // range of the path over which friction falls after its peak
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Steps found = steps_at(model, s, speeds[i]);

@@ -58,10 +58,10 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t
                                             {"angle", angle_units, most_length, no_other},
                                             {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
-// Share of a force's negative values up to which its motion counts as one-way.
+// Share of the forces' sum that may be of the rarer sign if the file's motion counts as one-way.
 constexpr double beyond_most = 0.1;
 
-/// Returns the one of several names that the header has; column_count if none.
+/// Returns which of several column names the header has; column_count if it has none of them.
 unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
   unsigned found = column_count;
   for (const unsigned c : names) {
@@ -79,8 +79,8 @@ bool varies(const std::vector<double>& column) {
   return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
 }
 
-/// Decides whether a record is in the plane: then it has y and fy. Columns y and fy of a constant value, as
-/// `run` writes them for a patch on one axis, do not count.
+/// Decides whether a record is in the plane, which takes columns y and fy. If both are constant, as `run`
+/// writes them for a patch on one axis, the record is on one axis.
 void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
   if (moves && !has_fy)
@@ -120,7 +120,7 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading) {
          any({column_force, column_fx, column_friction, column_torque});
 }
 
-/// Column with its unit, for a position or a force.
+/// Name and unit of the column chosen for position, speed and force.
 struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
@@ -181,8 +181,8 @@ void rebuild_positions(FitColumns& data, double speed) {
       fmt::format("position rebuilt from a speed of {:.4g} mm/s, one way", 1e3 * speed));
 }
 
-/// Returns a row's load, N; slightly negative loads, the sensor's noise at zero load, count as 0 if the user
-/// allows it.
+/// Returns the load (N) of a row. If the user allows it, slightly negative loads (a sensor's noise at zero
+/// load) count as 0.
 double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
                std::size_t& clipped_rows, double& lowest) {
   if (load >= 0.0) return load;
@@ -199,7 +199,7 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
                               : std::string("0 or more")));
 }
 
-/// Checks a number in memory as parse_cell() checks a cell.
+/// Checks that a number given in memory is in the range that parse_cell() allows in a file.
 void require_within(double value, const ColumnKind& kind, const std::string& where) {
   if (std::fabs(value) <= kind.most) return;
   throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,

@@ -14,9 +14,9 @@ namespace cli {
 namespace {
 
 constexpr std::size_t fewest_samples = 20;
-// Share of the travel in the lesser direction from which a motion is to and fro.
+// Share of the travel in the less travelled direction from which a motion counts as to and fro.
 constexpr double to_and_fro = 0.1;
-// Relative deviation below which a load is constant, up to noise.
+// Relative deviation of the load below which it counts as constant.
 constexpr double steady_load_deviation = 0.02;
 
 double quantile_of(std::vector<double> values, double share) {
@@ -30,7 +30,7 @@ double quantile_of(std::vector<double> values, double share) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
 
-/// Returns the differences of successive values that belong to one motion.
+/// Returns the differences of successive values, without those across the start of another file.
 std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
   std::vector<double> result;
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -38,7 +38,7 @@ std::vector<double> differences(const FitColumns& c, const std::vector<double>& 
   return result;
 }
 
-/// Calls take(begin, end) for the samples of each file.
+/// Calls take(begin, end) for each file's range of samples.
 template <class Take>
 void for_parts(const FitColumns& c, Take&& take) {
   std::size_t begin = 0;
@@ -90,8 +90,8 @@ struct Encoder {
   bool rounded = false;  // whether the file has too few digits to write a count exactly
 };
 
-/// Finds an encoder: all moves are whole multiples of one count, up to the file's digits, and many samples
-/// repeat.
+/// Detects an encoder: all moves between samples are whole multiples of one count, up to the file's digits,
+/// and many samples repeat.
 Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
   const std::vector<double> moves = differences(c, x);
@@ -106,7 +106,7 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   if (repeats * 50 <= moves.size()) return {};
   // Refines the count from the smallest moves on: each larger move is a multiple that is known the better,
   // the more have gone before.
-  const bool many = sizes.size() >= 50;  // too many to be near whole counts by chance
+  const bool many = sizes.size() >= 50;  // with many moves, chance does not put all near whole counts
   const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
   Encoder encoder;
@@ -123,8 +123,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   return encoder;
 }
 
-/// Restores encoder positions that a file has rounded: fits a line through them and puts x on its whole
-/// counts.
+/// Restores encoder positions that a file has rounded: fits a line through them and sets the positions x to
+/// whole counts of the encoder.
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
@@ -149,7 +149,7 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
-  std::size_t last = 0;  // how many samples in a row showed the count before
+  std::size_t last = 0;  // number of samples in a row that showed the previous count
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;
@@ -181,10 +181,11 @@ double position_noise(const std::vector<double>& x, double least) {
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
-/// Finds the velocity by differences over as many samples as it takes to exceed the noise.
+/// Finds the velocity by differences over as many samples as the motion takes to exceed the noise.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
-  constexpr std::size_t rest_window = 6;  // samples to either side; over fewer an encoder's count may be late
+  // Fewest samples to either side that show a rest; over fewer, an encoder's count may only be late.
+  constexpr std::size_t rest_window = 6;
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -239,7 +240,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // turning point, in samples from this one
+    double place = 0.0;  // place of the turning point, in samples after this one
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
@@ -289,7 +290,7 @@ double share_back(const FitColumns& c, const std::vector<double>& x) {
   return std::min(forth, back) / std::max(forth + back, 1e-300);
 }
 
-/// Motion and force along one axis.
+/// Measured position x and force f along one axis.
 struct Axis {
   const std::vector<double>&x, &f;
 };
@@ -298,9 +299,9 @@ std::vector<Axis> axes_of(const FitColumns& c) {
   return {{c.x, c.force}};
 }
 
-/// Returns the correlation of the force with the motion, -1 to 1: its work over the most possible. For a
-/// motion to and fro the force is centred first, so that an offset of the sensor does no work; for a slide
-/// with a few samples backwards it is not, as its friction has one sign.
+/// Returns the correlation of the force with the motion, -1 to 1: the force's work over the most that was
+/// possible. For a motion to and fro the force is centred first, so that an offset of the sensor does no
+/// work. For a slide with a few samples backwards it is not, as its friction has one sign.
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -387,15 +388,15 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// Extremes of the path between two kept samples: on one axis its highest and lowest places if beyond both
-/// samples; in the plane the place farthest from the line between them.
+/// Extreme points of the path between two samples that are kept. On one axis: the highest and lowest, if
+/// beyond both samples; in the plane: the point farthest from the line between them.
 class Between {
  public:
   void add(const PathPoint& point) {
     passed_.push_back(point);
     passed_.back().wanted = false;
   }
-  /// Appends the extremes to the path, then the end; clears them.
+  /// Appends the extreme points to the path, then the end of the stretch; clears the points.
   void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
     const PathPoint from = path.empty() ? end : path.back();
     if (axes == 1)
@@ -441,7 +442,7 @@ class Between {
 
 namespace {
 
-/// Copies the samples with indices `stay` of each column, in order.
+/// Copies the samples with the indices `stay`, in order, from each column of `data` to `part`.
 void take_columns(const FitData& data, const std::vector<std::size_t>& stay, FitData& part) {
   const std::size_t n = data.samples();
   const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
@@ -485,7 +486,7 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   return part;
 }
 
-/// Lists the samples farther than `slack` from where the contact began, and the first and last.
+/// Lists the samples farther than `slack` (m) from where the contact began, and the first and last sample.
 std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   std::vector<std::size_t> stay;
   double origin = data.path.front().x;
@@ -518,7 +519,7 @@ FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>*
 }
 
 FitData without_rests(const FitData& data) {
-  constexpr std::size_t shortest = 50;  // samples
+  constexpr std::size_t shortest = 50;  // samples of the shortest rest that is thinned out
   const std::size_t n = data.samples();
   const double slack = rest_slack(data);
   std::vector<PathPoint> places;
@@ -546,7 +547,8 @@ FitData without_origin(const FitData& data) {
   double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
   std::vector<std::size_t> stay = beside_origin(data, slack);
   while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
-  if (2 * stay.size() < n) return data;  // the body rests at the origin
+  // The body stays near the origin: leaving out its samples would leave too few.
+  if (2 * stay.size() < n) return data;
   FitData part = data;
   std::size_t next = 0;
   for (PathPoint& point : part.path)
@@ -557,8 +559,9 @@ FitData without_origin(const FitData& data) {
 
 namespace {
 
-/// Returns the ratio of fast to slow speeds, between the outer fifths of the samples or of the distance,
-/// whichever gives more. Brief turns fall outside both fifths; strokes at another speed may show in one only.
+/// Returns the ratio of two speeds: one exceeded in a fifth, the other not reached in a fifth, of the samples
+/// or of the distance, whichever ratio is larger. Brief turns fall outside both fifths; strokes at another
+/// speed may show in one only.
 double ratio_of(std::vector<double> speeds) {
   constexpr std::size_t fewest = 20;
   constexpr double tail = 0.2;
@@ -574,7 +577,7 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Describes the speeds of moving samples, and their loads.
+/// Records the speeds at which the body moves, and the loads of the moving samples.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
   std::vector<double> speeds, loads, forth, back;
@@ -638,7 +641,8 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
   std::size_t w = 1;
   for (;; ++w) {
-    // Standard deviation of the second derivative of a parabola through 2 w + 1 even samples with unit noise.
+    // Standard deviation of the second derivative of a parabola through 2 w + 1 evenly spaced samples, for
+    // noise of unit deviation and spacing.
     const double m = 2.0 * static_cast<double>(w) + 1.0;
     const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
     left = mass * noise * bend / (dt * dt);
@@ -695,7 +699,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     double quantum = encoder.quantum;
     const std::vector<double> seen = encoder.rounded ? whole_counts(axis.x, quantum) : axis.x;
     std::vector<double> place, velocity;
-    // Coarse: resolution of the positions that give the velocity.
+    // `coarse`: resolution (m) of the positions from which velocities are computed.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> t = slice(c.t, begin, end);

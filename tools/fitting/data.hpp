@@ -19,40 +19,40 @@ namespace cli {
 /// points along it.
 enum class ForceSign : unsigned char { automatic, on_body, by_body };
 
-/// Facts on a file that the user gives: units, names and quantities that it lacks. Column names are those of
-/// tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
+/// Facts about a file that the user gives: units, names and quantities that the file lacks. Column names are
+/// those of tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
-  ColumnWords columns;           ///< pairs: name here; header in the file, or column number from 1
-  ColumnWords units;             ///< pairs: name here; unit
-  std::optional<double> speed;   ///< m/s, speed of a motion without a column
+  ColumnWords columns;           ///< pairs of a column name and the file's header or column number (from 1)
+  ColumnWords units;             ///< pairs of a column name and its unit
+  std::optional<double> speed;   ///< m/s, constant speed, for a file without a column of position or speed
   std::optional<double> radius;  ///< m, radius at which angle and torque are converted
   bool disc = false;             ///< whether the contact is a full disc of this radius, not a ring
   double clip_load = 0.0;        ///< N, loads from -clip_load to 0 count as 0
   bool automatic() const { return columns.empty() && units.empty() && !speed && !radius && clip_load == 0.0; }
 };
 
-/// Column as the file has it.
+/// Column as the file has it, before conversion.
 struct WrittenColumn {
-  std::string header;  ///< header cell with its unit
+  std::string header;  ///< header cell of the column, with its unit
   std::vector<double> values;
 };
 
 struct FitColumns {
   std::string name;  ///< name of the file
-  std::vector<double> t, x, v, load,
-      force;                       ///< SI units; v is empty without a column, x is integrated if only v is
-                                   ///< given
-  std::vector<double> y, force_y;  ///< second axis of a record in the plane; else empty
+  /// Columns in SI units. v is empty if the file has no such column; if it has v but not x, x is integrated.
+  std::vector<double> t, x, v, load, force;
+  /// Position and force on the second axis of a record in the plane; else empty.
+  std::vector<double> y, force_y;
   bool has_x = false, has_load = false;
   /// Whether the contact is a disc under even pressure that turns about its middle; then x and force (torque
   /// over radius) are those at its rim.
   bool disc = false;
   bool planar() const { return !y.empty(); }
-  bool replayable = false;  ///< whether `run` can read it as a motion file
+  bool replayable = false;  ///< whether `bristle run` can read the file as a motion file
   std::vector<std::string> ignored_columns;
-  std::vector<std::size_t> parts;       ///< first row of each file after the first
+  std::vector<std::size_t> parts;       ///< first row of each file but the first
   std::vector<std::string> understood;  ///< sentences on how the file was read
-  std::vector<WrittenColumn> written;   ///< columns of time, path, load and force that the file has
+  std::vector<WrittenColumn> written;   ///< columns of time, path, load and force in the file's own units
   /// Returns whether row i continues the motion of the row before.
   bool follows(std::size_t i) const { return i > 0 && !std::binary_search(parts.begin(), parts.end(), i); }
 };
@@ -60,22 +60,25 @@ struct FitColumns {
 struct FitData {
   FitColumns columns;
   ForceSign sign = ForceSign::by_body;
-  bool sign_found = false;  ///< whether the sign was found from the data
+  bool sign_found = false;  ///< whether the sign of the force was determined from the data
   unsigned axes = 1;
-  /// N, by the body: positive along the motion. In the plane all x, then all y.
+  /// N, measured force by the body: positive along the motion. In the plane all x components, then all y.
   std::vector<double> force;
-  std::vector<double> load;             ///< N, load as the fit uses it
-  std::vector<double> velocity;         ///< m/s, velocity for terms that depend on speed; ordered as `force`
-  std::vector<PathPoint> path;          ///< samples, and the turning points between them
-  bool steady_load = false;             ///< whether the load varies so little that it is taken as constant
+  std::vector<double> load;  ///< N, normal load that the fit uses
+  /// m/s, velocity for terms that depend on speed; components ordered as in `force`.
+  std::vector<double> velocity;
+  std::vector<PathPoint> path;  ///< samples, and the turning points between them
+  /// Whether the load varies so little that the fit takes it as constant.
+  bool steady_load = false;
   double quantum = 0.0;                 ///< m, count of an encoder; 0: none seen
-  double position_noise = 0.0;          ///< m
-  double range = 0.0, travelled = 0.0;  ///< m
+  double position_noise = 0.0;          ///< m, standard deviation of the position's noise
+  double range = 0.0, travelled = 0.0;  ///< m, extent of the path and distance travelled
   double finest_move = 0.0;             ///< m, tenth percentile of the moves between samples
   int reversals = 0;
   double longest_rest = 0.0;      ///< s, longest rest between motions
   double slow = 0.0, fast = 0.0;  ///< m/s, tenth and ninetieth percentile of the moving samples' speeds
-  double ratio_of_speeds = 1.0;   ///< fast over slow; on one axis, in the direction where the ratio is larger
+  /// Ratio of fast to slow speed; on one axis, in the direction where the ratio is larger.
+  double ratio_of_speeds = 1.0;
   double mean_load = 0.0, force_scale = 0.0;  ///< N; force_scale is the rms of the force
   double sample_time = 0.0;                   ///< s, median interval between samples
   /// N, tenth and ninetieth percentile of the moving samples' loads.

@@ -14,19 +14,22 @@ namespace cli {
 namespace {
 
 using bristle::SnapLaw;
-// Widest deviation of a logarithm; beyond, the 95 % interval spans a factor of seven.
+// Largest standard deviation of a parameter's logarithm; beyond it, the 95 % interval spans a factor of
+// seven.
 constexpr double widest_deviation = 0.5;
-// Widest deviation of the logarithm of a time or a speed; beyond, the interval spans a factor of a hundred.
+// Largest standard deviation of the logarithm of a time or a speed; beyond it, the interval spans a factor of
+// a hundred.
 constexpr double widest_scale = 1.2;
-constexpr double widest_offset = 0.25;  // deviation over the rms of the force
-constexpr double nearly_alike =
-    5.0;  // factor of widening at which two terms differ less than their laws are accurate
+// Largest standard deviation of a force offset over the rms of the force.
+constexpr double widest_offset = 0.25;
+// Widening of an interval beyond which two terms differ by less than the error of their laws.
+constexpr double nearly_alike = 5.0;
 constexpr double widest_asymmetry = 0.1;
-// Range over presliding length below which a record may lack sliding.
+// Ratio of the record's range to the presliding length below which the record may lack sliding.
 constexpr double no_sliding = 4.0;
-constexpr double longer = 3.0;            // the length is tried at this multiple too
-constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood
-constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
+constexpr double longer = 3.0;            // multiple of the presliding length that is tried as well
+constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood that refutes a longer length
+constexpr double fewest_informing = 4.0;  // least number of samples that must determine a parameter
 
 /// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
 /// fourth powers of its weights, a column of J (J'J)^-1. Least squares alone would trust a single sample.
@@ -54,11 +57,11 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
-/// Returns whether a parameter is the time of ageing or the speed of strengthening. If its scale is below all
-/// that the record shows, growth is logarithmic throughout, and the parameter keeps its value.
+/// Returns whether a parameter is the time of ageing or the speed of strengthening. If such a scale is below
+/// all that the record shows, growth is logarithmic throughout, and the scale keeps its value.
 bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
 
-/// Returns the parameter without which an open (undetermined) one has no meaning.
+/// Returns the parameter without which `open`, an undetermined parameter, has no meaning.
 FitParameter owner_of(FitParameter open) {
   return open == fit_ageing_time           ? fit_ageing
          : open == fit_strengthening_speed ? fit_strengthening
@@ -101,7 +104,8 @@ std::string Fitter::lacking(FitParameter p) const {
   }
 }
 
-/// Fixes parameters that ran to an end of their range there.
+/// Fixes one parameter that ran to an end of its range there, or at 0 if it is the compliance or the delay.
+/// Returns whether there was one.
 bool Fitter::at_an_edge(FitPoint& point) {
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time,
                                fit_strengthening_speed, fit_compliance, fit_delay}) {
@@ -145,11 +149,11 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (p >= fit_offset) return deviation <= widest_offset;
   if (p == fit_softening)
     return std::fabs(point.values[p]) >= 2.0 * deviation * model_.scale(point.values, p);
-  return point.values[p] >=
-         2.0 * deviation * model_.scale(point.values, p);  // tells lubricant or damper from 0
+  // A lubricant or damper must differ from 0 by two deviations.
+  return point.values[p] >= 2.0 * deviation * model_.scale(point.values, p);
 }
 
-/// Takes a parameter out of the fit, with those that mean nothing without it.
+/// Takes a parameter out of the fit, together with parameters that mean nothing without it.
 void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   const auto drop = [&](FitParameter q) {
     take_out(point.free, q);
@@ -163,7 +167,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   }
   const double before = point.values[p];
   drop(p);
-  if (p == fit_kinetic) {  // keeps the stiffness when the kinetic coefficient is reset
+  if (p == fit_kinetic) {  // the stiffness stays when the kinetic coefficient is reset
     double& length = point.values[fit_length];
     length =
         std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));
@@ -174,13 +178,13 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   if (p == fit_strengthening) drop(fit_strengthening_speed);
 }
 
-/// Returns the factor by which the deviation of ageing or strengthening grows if the other one, left out of
-/// the fit, may be present too: friction that changes with speed determines only their difference.
+/// Returns the factor by which the deviation of ageing or of strengthening grows if the other one, left out
+/// of the fit, may be present too: friction that changes with speed determines only the difference of both.
 double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p) {
   const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
   if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
   if (rival == fit_ageing && options_.rule != bristle::SnapRule::redraw) return 1.0;
-  // Tells them apart by the length over which ageing follows a change of speed; strengthening follows at
+  // Distinguishes the two by the path over which ageing follows a change of speed; strengthening follows at
   // once.
   if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
@@ -190,7 +194,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
   wide << j, model_.derivative(values, rival);
   const auto i = std::find(point.free.begin(), point.free.end(), p) - point.free.begin();
-  const auto left = [&](const Eigen::MatrixXd& m) {  // part of the column that the others do not explain
+  // Part of a Jacobian's column that the others do not explain.
+  const auto left = [&](const Eigen::MatrixXd& m) {
     Eigen::MatrixXd others = m;
     others.col(i).setZero();
     const Eigen::VectorXd column = m.col(i);
@@ -200,8 +205,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
-/// Takes out the most expendable of the parameters that the data do not determine. Returns false if there is
-/// none.
+/// Takes the most expendable of the undetermined parameters out of the fit. Returns false if none is
+/// undetermined.
 bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   assume(model_, point);
   if (at_an_edge(point)) return true;
@@ -234,8 +239,8 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
-    // Keeps rubbing that has paid for itself, even if its numbers are poorly known: without it the lengths
-    // would be wrong by more than their intervals.
+    // Keeps rubbing (residual and shared renewal) if it has lowered the residuals enough, even if its numbers
+    // are poorly known: without it the lengths would be wrong by more than their intervals.
     const bool rubbing = p == fit_renewal || p == fit_residual;
     if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
       continue;
@@ -245,8 +250,8 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
-/// Fits with a range of fixed values of an open parameter, refined about the best until several are as good
-/// as the best. Returns these, ordered by the parameter.
+/// Fits with a range of fixed values of an undetermined parameter, refined about the best until several fit
+/// as well as the best. Returns these fits, ordered by the parameter.
 std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
   constexpr int tried = 6, passes = 3;
   constexpr std::size_t several_fits = 3;
@@ -276,8 +281,8 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
   return row;
 }
 
-/// Replaces an open spread, time of ageing or speed of strengthening by the middle one of the values that fit
-/// as well as the best; the scatter of these becomes part of every interval.
+/// Replaces an undetermined spread, time of ageing or speed of strengthening by the middle one of the values
+/// that fit as well as the best; the scatter of these becomes part of every interval.
 FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
   if (!contains(point.free, owner_of(open)) || contains(point.free, open)) return point;
   // Skips the spread if only the stiffness is known, or if the spread ran to an end of its range.

@@ -20,12 +20,14 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-// Explained share of the force below which the data are not friction of this motion.
+// Share of the force's sum of squares that a fit has to explain; below it the data are not friction of this
+// motion.
 constexpr double least_explained = 0.3;
-// Share of friction in the force below which the brush has no part in it.
+// Share of friction in the measured force that a fit must have.
 constexpr double least_friction = 0.01;
 constexpr std::size_t search_samples = 2000;
-constexpr double clearly_closer = 0.97;  // ratio of held-out errors below which slide is preferred to redraw
+// Ratio of held-out errors, slide over redraw, below which slide is preferred.
+constexpr double clearly_closer = 0.97;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
   bristle::Material m = model.unit_material(p);
@@ -42,7 +44,7 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
   return m;
 }
 
-/// Returns the measured force (N, by the body) without the sensor's offset and drift.
+/// Returns the measured force (N, by the body) without the fitted offset and drift of the sensor.
 Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   Eigen::VectorXd f(static_cast<Eigen::Index>(data.force.size()));
   const double middle = data.start() + 0.5 * data.length();
@@ -56,7 +58,7 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
 
 bool has_time(const FitValues& p) { return p[fit_ageing] > 0.0 || p[fit_strengthening] > 0.0; }
 
-/// Returns whether stiffness, peak and directional friction follow from this parameter.
+/// Returns whether the estimates of stiffness, peak and directional friction depend on this parameter.
 bool shapes_friction(FitParameter p) {
   return p == fit_kinetic || FitModel::bends(p) || p == fit_strengthening || p == fit_strengthening_speed ||
          p == fit_asymmetry;
@@ -76,8 +78,8 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 
-/// Explains why the peak, that of a first loading, is not known; empty if the record shows a first loading up
-/// to it.
+/// Explains why the record does not show the peak of a first loading; empty if a first loading reaches the
+/// peak.
 std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
   if (data_.columns.disc) return "a disc does not show it: its rings pass their peaks one after the other";
   assume(model_, point);
@@ -112,7 +114,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
       values[p] = std::clamp(values[p], p == fit_kinetic ? 0.0 : model_.lowest(p), model_.highest(p));
     return values;
   };
-  // Differentiates the logarithm by finite differences, in units of FitModel::scale.
+  // Differentiates the logarithm of the estimate by finite differences, in units of FitModel::scale.
   const auto interval = [&](FitEstimate& estimate, const auto& function) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
     for (std::size_t i = 0; i < point.free.size(); ++i) {
@@ -138,7 +140,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
            [&](const FitValues& p) { return model_.elastic_coefficient(p) / model_.kinetic_deflection(p); });
   interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
   interval(result.backward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 - p[fit_asymmetry]); });
-  // Counts parameters at their defaults as known only where they do not matter.
+  // Counts the peak as known if the kinetic coefficient and the spread, unless the law has none, are fitted.
   result.peak.fitted =
       contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
   if (!result.peak.fitted) {
@@ -155,7 +157,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Notes at which speed, time and direction the numbers hold.
+/// Notes the speed, time and direction for which the fitted numbers hold.
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
   if (frame.speed > 0.0) {
@@ -291,7 +293,7 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
 
 namespace {
 
-/// Returns the options that apply to this rule. Throws UserError where options contradict it.
+/// Returns the options as they apply to a snap rule. Throws UserError where options contradict the rule.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
   held.rule = rule;
@@ -321,7 +323,7 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);
   Found slid = Fitter(thin, other, Detail::search, progress).search();
-  // Prefers slide more readily if the residual is at the end of its range: such a brush is close to slide.
+  // Requires less of slide if the residual is at the end of its range: such a brush is close to slide.
   const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
   const bool slides =
       slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;

@@ -13,96 +13,100 @@
 
 namespace cli {
 
-/// Upper limits of residual and shared renewal ("rubbing") in a fit.
-inline constexpr double widest_residual = 0.95;  ///< share of the presliding length
+/// Largest residual and shared renewal (together "rubbing") that a fit may find.
+inline constexpr double widest_residual = 0.95;  ///< residual, share of the presliding length
 inline constexpr double most_renewed = 8.0;
 
 struct FitOptions {
   std::vector<std::string> data;  ///< files of measured friction, CSV; several make one record
-  FitReading reading;             ///< facts that the files lack
-  std::optional<double> load;     ///< N, load that replaces the file's column
-  double mass = 0.0;              ///< kg, accelerated with the body by the force sensor
+  FitReading reading;             ///< names, units and quantities that the files lack
+  std::optional<double> load;     ///< N, constant load that replaces the file's column
+  double mass = 0.0;              ///< kg, mass that is accelerated together with the body by the force sensor
   ForceSign sign = ForceSign::automatic;
-  bristle::SnapLaw law = bristle::SnapLaw::lognormal;  ///< table: any law, for the slide rule
+  /// Law of snap lengths; table: any law, for the slide rule.
+  bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  bool choose_rule = false;  ///< chooses between redraw and slide by the error of held-out parts
+  bool choose_rule = false;  ///< whether to choose between redraw and slide, by the error of held-out parts
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
-  std::vector<double> quantiles;     ///< snap lengths over their mean, of SnapLaw::table; found by the fit
-  std::optional<double> residual;    ///< share of the presliding length; fixed. keep: 0
-  std::optional<double> renewal;     ///< fixed if given. keep: 0
-  std::optional<double> compliance;  ///< m/N, of the stage; fixed if given
+  /// Quantiles of the snap lengths over their mean, for SnapLaw::table; found by the fit.
+  std::vector<double> quantiles;
+  std::optional<double> residual;    ///< share of the presliding length; fixed if given; rule keep has 0
+  std::optional<double> renewal;     ///< bristles renewed per snap; fixed if given; rule keep has 0
+  std::optional<double> compliance;  ///< m/N, compliance of the stage that holds the contact; fixed if given
   std::optional<double> delay;       ///< s, delay of the force sensor; fixed if given
-  bool joint = false;                ///< fits the friction of a joint (joint.hpp), with the options below
-  std::optional<double> torque_constant;  ///< N m/A
+  /// Whether to fit the friction of a joint (joint.hpp), with the options below.
+  bool joint = false;
+  std::optional<double> torque_constant;  ///< N m/A, motor torque per current
   /// N m, gravity torque of a pendulum on the joint; it hangs straight down at angle 0.
   std::optional<double> pendulum;
-  bool rivals = false;  ///< fits rivals too, on part of the record, and judges all on the rest
-  std::optional<double>
-      fit_until;  ///< s after the first sample, end of the fitted part; none: a third of the record
+  bool rivals = false;  ///< whether to fit other models too, on part of the record, and judge all on the rest
+  /// s after the first sample, end of the part that is fitted; none: a third of the record.
+  std::optional<double> fit_until;
   std::string json, csv, write, plot;  ///< output files; empty: none
-  /// Adds any term that lowers the residuals, and removes none for its wide interval.
+  /// Whether to add any term that lowers the residuals, and keep terms with wide intervals.
   bool for_prediction = false;
-  bool no_drift = false;  ///< fixes the sensor's drift at 0
-  bool no_time = false;   ///< does not look for ageing and strengthening with speed
-  bool quiet = false;     ///< shows no progress on a terminal
+  bool no_drift = false;  ///< whether to fix the sensor's drift at 0
+  bool no_time = false;   ///< whether to leave out ageing and strengthening with speed
+  bool quiet = false;     ///< whether to show no progress on a terminal
 };
 
-/// Returns whether the law has a spread to choose.
+/// Returns whether a law of snap lengths has a spread that can be chosen.
 inline bool has_spread(bristle::SnapLaw law) {
   return law != bristle::SnapLaw::exponential && law != bristle::SnapLaw::table;
 }
 
 /// Fitted parameters: twelve of the material, and those of stage, direction and sensor.
 enum FitParameter : unsigned {
-  fit_kinetic,   ///< kinetic coefficient; with ageing or strengthening at FitFrame::speed
-  fit_length,    ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
-  fit_spread,    ///< standard deviation of the snap length over its mean
+  fit_kinetic,   ///< kinetic coefficient; if it ages or strengthens, at the speed FitFrame::speed
+  fit_length,    ///< m, presliding length: residual plus mean snap length; if it ages, at FitFrame::age
+  fit_spread,    ///< spread: standard deviation of the snap length over its mean
   fit_residual,  ///< share of the presliding length that a snap leaves
-  fit_renewal,   ///< bristles renewed per snap, where all are bent far enough
-  /// Logarithmic form: growth of the snap length per e-fold of age, over the length at FitFrame::age.
-  /// saturating: Ageing::strength.
+  fit_renewal,   ///< bristles renewed per snap, if enough of them are bent
+  /// Logarithmic ageing: growth of the snap length per e-fold of age, over the length at FitFrame::age.
+  /// Saturating ageing: Ageing::strength.
   fit_ageing,
-  fit_ageing_time,          ///< s
-  fit_strengthening,        ///< Material::speed_strengthening, as a fitted parameter
-  fit_strengthening_speed,  ///< m/s
-  fit_viscous,              ///< N s/m
-  fit_damping,              ///< s/m, damping per newton of load
-  fit_stribeck,             ///< m/s
+  fit_ageing_time,          ///< s, time from which ageing acts
+  fit_strengthening,        ///< strengthening with speed, Material::speed_strengthening
+  fit_strengthening_speed,  ///< m/s, speed from which strengthening acts
+  fit_viscous,              ///< N s/m, viscous friction (lubricant)
+  fit_damping,              ///< s/m, damping of the bristles per newton of load
+  fit_stribeck,             ///< m/s, Stribeck velocity, over which that damping fades
   fit_compliance,           ///< m/N, compliance between the measured position and the contact
   fit_softening,            ///< m/N^2, one axis: half the growth of the compliance per newton (by the body)
   fit_delay,                ///< s, time constant of a low-pass between friction and force column
   fit_asymmetry,            ///< share by which friction is larger towards +x and smaller towards -x
   fit_offset,               ///< N, offset of the sensor in the middle of the record
-  fit_drift,                ///< N/s
+  fit_drift,                ///< N/s, drift of the sensor
   fit_offset_y,             ///< N, offset of the sensor's second axis
-  fit_drift_y,              ///< N/s
-  fit_parameters            ///< number of parameters
+  fit_drift_y,              ///< N/s, drift of the sensor's second axis
+  fit_parameters            ///< number of parameters above
 };
 using FitValues = std::array<double, fit_parameters>;
 
-/// Values of parameters that the data do not determine.
+/// Values that parameters keep if the data do not determine them.
 inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-6, 0.0,
                                            0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,  0.0};
 
-/// Returns whether the contact is displaced from the measured position.
+/// Returns whether a compliant stage displaces the contact from the measured position.
 inline bool bends_stage(const FitValues& p) { return p[fit_compliance] > 0.0 || p[fit_softening] != 0.0; }
 
 /// Speed and age at which speed- and age-dependent parameters are given: in the middle of the record, where
 /// the data determine them best.
 struct FitFrame {
-  double speed = 0.0;                            ///< m/s, reference speed; 0 without ageing and strengthening
-  double age = 0.0;                              ///< s
-  double shortest_age = 0.0, longest_age = 0.0;  ///< s, range of ages in the record
+  double speed = 0.0;                            ///< m/s, reference speed; 0 without ageing or strengthening
+  double age = 0.0;                              ///< s, reference age
+  double shortest_age = 0.0, longest_age = 0.0;  ///< s, range of the bristles' ages in the record
   bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
-  bool form_assumed = true;  ///< the data do not tell the two forms apart
+  /// Whether the form is assumed, since the data do not distinguish it from the other.
+  bool form_assumed = true;
   friend bool operator==(const FitFrame&, const FitFrame&) = default;
 };
 
 struct FitEstimate {
   double value = 0.0;
   bool fitted = false;
-  double low = 0.0, high = 0.0;  ///< limits of the 95 % interval, if fitted
-  std::string why;               ///< lack of the data, if not fitted
+  double low = 0.0, high = 0.0;  ///< limits of the 95 % interval, if the number is fitted
+  std::string why;               ///< reason why the number is not fitted; else empty
 };
 
 struct FitResult {
@@ -111,17 +115,19 @@ struct FitResult {
   /// Estimates that follow from the others: peak coefficient (of bristles of age FitFrame::age, if they age),
   /// K over load in 1/m, friction coefficient towards +x and -x if they differ.
   FitEstimate peak, stiffness, forward, backward;
-  std::vector<std::string> notes;  ///< further remarks that a reader of these numbers must know
+  std::vector<std::string> notes;  ///< further remarks that a reader of the fitted numbers must know
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
-  std::vector<double> quantiles;  ///< snap lengths over their mean, of SnapLaw::table
+  std::vector<double> quantiles;  ///< quantiles of the snap lengths over their mean, of SnapLaw::table
   bristle::Material material;
   Past past;
-  std::vector<double> curve;        ///< N, fitted force at the samples, by the body, with offset and drift
-  double residual_rms = 0.0;        ///< N
-  double held_out_rms = 0.0;        ///< N, rms error of parts of the record, each predicted from the rest
-  double explained = 0.0;           ///< share of the force's sum of squares that the fit explains
-  double correlated_samples = 1.0;  ///< how many correlated samples count as one in the intervals
+  /// N, fitted force (by the body) at the samples, with the sensor's offset and drift.
+  std::vector<double> curve;
+  double residual_rms = 0.0;  ///< N, rms of the measured less the fitted force
+  double held_out_rms = 0.0;  ///< N, rms error of parts of the record, each predicted from the rest
+  double explained = 0.0;     ///< share of the force's sum of squares that the fit explains
+  /// Number of correlated samples that count as one independent sample in the intervals.
+  double correlated_samples = 1.0;
   /// Smallest over largest singular value of the Jacobian, with columns scaled to length 1.
   double smallest_singular_value = 0.0;
   /// 1/N, lower estimate of the bristles per newton, from residuals in sliding; may be infinite
@@ -146,7 +152,8 @@ std::string fit_motion(const FitData& data);
 /// Returns a scene with the material that replays the measured motion by `bristle run`.
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
 
-/// Text for one page: what was read, data and fit, residuals, parameters, what is not determined.
+/// Returns a text of one page: how the file was read, data and fit, residuals, parameters, what is not
+/// determined.
 
 /// Runs the subcommand: reads, fits, reports. Throws UserError.
 void fit_command(const FitOptions& options);

@@ -15,8 +15,10 @@
 
 namespace cli {
 
-inline constexpr double one_speed = 1.3;  // ratio of fast to slow speed below which a record has one speed
-inline constexpr double several = 1.3;    // ratio of loads from which a record has several
+// Ratio of fast to slow speed below which a record has a single speed.
+inline constexpr double one_speed = 1.3;
+// Ratio of highest to lowest load from which a record has several loads.
+inline constexpr double several = 1.3;
 inline constexpr double bristles_per_newton = 900.0;
 
 inline bool contains(const FitParameterSet& set, FitParameter p) {
@@ -29,16 +31,17 @@ inline void take_out(FitParameterSet& set, FitParameter p) {
 
 inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
-/// Fitted point, and for each parameter that is not free the reason.
+/// Fitted point, and the reason for each parameter that was not fitted.
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
-  int evaluations = 0;    ///< evaluations of the force
+  int evaluations = 0;    ///< number of times the force was computed along the path
   double held_out = 0.0;  ///< N, rms error of held-out parts
 };
 
-/// Fitter of one record: finds the best point, or takes away from a point what the record does not determine.
+/// Fitter of one record: finds the best point, and removes from it the parameters that the record does not
+/// determine.
 class Fitter {
  public:
   Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
@@ -49,7 +52,7 @@ class Fitter {
     return {point, why_, stage_note_, model_.evaluations(),
             std::sqrt(held_out(point) / static_cast<double>(samples()))};
   }
-  /// Fits the slide rule with a free law of snap lengths, whose quantiles it returns.
+  /// Fits the slide rule with a free law of snap lengths, and returns that law's quantiles.
   Found with_free_law(const Found& found, std::vector<double>& quantiles) {
     FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
     quantiles = std::move(free.quantiles);
@@ -122,7 +125,8 @@ class Fitter {
   void leave(FitPoint& point, FitParameter p, const std::string& why);
   std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
   FitPoint take_middle(FitPoint point, FitParameter open);
-  /// Returns the mean square by which a function of the parameters varies over points that fit as well.
+  /// Returns the mean square by which a function of the parameters varies over the points that fit as well as
+  /// the best.
   template <typename Function>
   double open_variance(const Function& function) const {
     double sum = 0.0;
@@ -154,7 +158,7 @@ class Fitter {
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
-  /// Returns the penalty of a number of parameters in the criterion.
+  /// Returns what the information criterion adds for a number of parameters.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);
   }
@@ -169,7 +173,7 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;  // says that the record cannot tell delay from compliance
+  std::string stage_note_;  // sentence saying that the record cannot distinguish delay from compliance
   struct Row {
     FitPoint middle;
     std::vector<FitPoint> points;

@@ -19,7 +19,7 @@ constexpr int bins = 28;
 constexpr std::size_t folds = 5;
 
 struct Bins {
-  std::vector<double> edge;  // m
+  std::vector<double> edge;  // m, edges of the bins of snap length
   double low(int i) const { return edge[static_cast<std::size_t>(i)]; }
   double high(int i) const { return edge[static_cast<std::size_t>(i) + 1]; }
   double middle(int i) const { return 0.5 * (low(i) + high(i)); }
@@ -35,11 +35,11 @@ Bins make_bins(const FitModel& model, double presliding_length) {
   return all;
 }
 
-/// Normal equations of a sum of squares w' N w - 2 w' s + const: the matrix N and the right side s.
+/// Sum of squares w' N w - 2 w' s + const as a function of the weights w: the matrix N and the right side s.
 struct Normal {
   MatrixXd matrix;
   VectorXd side;
-  double squares = 0.0;  // sum of squares of the force itself
+  double squares = 0.0;  // N^2, sum of squares of the force itself
   double left(const VectorXd& w) const { return w.dot(matrix * w) - 2.0 * w.dot(side) + squares; }
 };
 
@@ -55,7 +55,8 @@ MatrixXd roughness(Eigen::Index unknowns) {
   return d.transpose() * d;
 }
 
-/// Returns quantiles, over their mean, of a histogram of probability.
+/// Returns the quantiles, over their mean, of a law of snap lengths that is given as a histogram of
+/// probability.
 std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& probability) {
   constexpr int last = bristle::SnapLength::max_table_size - 1;
   double total = 0.0, mean = 0.0;
@@ -78,15 +79,16 @@ std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& pro
 
 }  // namespace
 
-/// Finds the law with the other parameters of `about` fixed, except linear ones. Chooses the smoothness with
-/// the least error on held-out samples.
+/// Finds the law of snap lengths with the other parameters of `about` fixed, except those in which the force
+/// is linear. Chooses the smoothness with the least error on held-out samples.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about) {
   assume(model, about);
   const FitData& data = model.data();
   const std::size_t samples = data.samples();
   const Bins all = make_bins(model, about.values[fit_length]);
 
-  // Columns: the force of bristles of one bin carrying all the load, then the linear parameters.
+  // Columns: for each bin, the force of bristles of its length that carry all the load; then one for each
+  // linear parameter.
   std::vector<FitParameter> linear;
   for (const FitParameter p : about.free)
     if (p == fit_viscous || p == fit_damping || p == fit_offset || p == fit_drift) linear.push_back(p);
@@ -143,7 +145,8 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   const VectorXd weights = solved(whole, smoothness);
 
   FreeLaw found;
-  std::vector<double> probability;  // proportional to stiffness, which is force over length
+  // Number of bristles in each bin: proportional to stiffness, which is force over length.
+  std::vector<double> probability;
   double stiffness = 0.0, kinetic = 0.0;
   for (int i = 0; i < bins; ++i) {
     probability.push_back(weights[i] / all.middle(i));

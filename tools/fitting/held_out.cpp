@@ -9,8 +9,8 @@
 
 namespace cli {
 
-/// Cuts the record into blocks and holds out every fifth in turn: each kind of event occurs on both sides of
-/// such a cut, while correlated neighbours stay together. Parameters without a block follow to first order
+/// Cuts the record into blocks and holds out every fifth in turn: then each kind of event occurs on both
+/// sides, while correlated neighbours stay together. The parameters that fit the rest follow to first order
 /// from derivatives, so no fit is repeated.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples) {
@@ -44,8 +44,8 @@ double Fitter::held_out(const FitPoint& point) {
   return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
 }
 
-/// Returns the sum of squares of the later fifths of a record, each forecast from all before it by the
-/// sensor's offsets and drifts alone. Between blocks that it was fitted to, a drift would follow any slow
+/// Returns the sum of squares of the later fifths of a record, each forecast from all samples before it by
+/// the sensor's offsets and drifts alone. A drift fitted to samples on both sides would follow any slow
 /// change.
 double Fitter::forecast(const FitPoint& point) {
   constexpr std::size_t parts = 5, first = 2;

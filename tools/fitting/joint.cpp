@@ -61,7 +61,7 @@ struct Model {
   /// Computes friction on the joint for each interval between samples, N m, and on request its derivatives by
   /// the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< runs along the log that friction with derivatives takes
+  int runs_with_slopes = 1;  ///< number of runs along the log for friction with its derivatives
 };
 
 double size(const std::vector<double>& x) {
@@ -72,7 +72,7 @@ double size(const std::vector<double>& x) {
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
-/// Returns the change of motor torque between samples that counts as a jump: when it happened between them is
+/// Returns the change of motor torque between two samples that counts as a jump; the moment of the jump is
 /// unknown.
 double jump_of(const JointLog& log) {
   std::vector<double> change;
@@ -83,8 +83,8 @@ double jump_of(const JointLog& log) {
   return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
 }
 
-/// Balance of torques over each block of a log. Blocks that are fitted to come first; blocks in which the
-/// motor's torque jumps are left out.
+/// Unbalanced torque of each block of a log. Blocks of the fitted part come first; blocks in which the motor
+/// torque jumps are left out.
 class Balance {
  public:
   Balance(const JointLog& log, JointPart part) : log_(log) {
@@ -115,7 +115,7 @@ class Balance {
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Returns the unbalanced torque of each block, N m, and its derivatives.
+  /// Returns the unbalanced torque of each block, N m, and its derivatives by the parameters.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
     VectorXd friction(intervals);
@@ -146,7 +146,7 @@ class Balance {
 
  private:
   struct Block {
-    std::size_t first = 0, end = 0;  ///< samples
+    std::size_t first = 0, end = 0;  ///< range of the block's samples
   };
   const JointLog& log_;
   std::vector<Block> blocks_;
@@ -154,7 +154,7 @@ class Balance {
   double scale_ = 1.0;
 };
 
-/// Minimises s'As/2 + g's over s >= low, coordinate by coordinate. A: symmetric, its diagonal positive.
+/// Minimises s'As/2 + g's over s >= low, coordinate by coordinate. A is symmetric with a positive diagonal.
 VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& low) {
   VectorXd s = VectorXd::Zero(g.size());
   for (int sweep = 0; sweep < 500; ++sweep)
@@ -163,7 +163,7 @@ VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& l
   return s;
 }
 
-/// State of the search: parameters, unbalanced torque of the fitted blocks, its derivatives.
+/// Point of the search: parameters, unbalanced torque of the fitted blocks, and its derivatives.
 struct Place {
   VectorXd numbers, left;
   MatrixXd by;
@@ -188,7 +188,8 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
     a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
     const VectorXd g = here.by.transpose() * here.left;
-    // Limits a step: no parameter grows more than tenfold, or falls below a thousandth of its first guess.
+    // Limits a step: no parameter becomes more than ten times itself, or less than a thousandth of its first
+    // guess.
     const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
     VectorXd next = here.numbers + bounded_minimum(a, g, least - here.numbers);
@@ -227,7 +228,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   fit.fitted_rms = rms(fitted);
   fit.judged_rms = rms(left.tail(balance.blocks() - balance.fitted()));
 
-  // Leaves out of the covariance the parameters that have no effect or went to 0.
+  // Leaves parameters that have no effect or went to 0 out of the covariance.
   std::vector<Eigen::Index> told;
   const double noise = std::max(fit.fitted_rms, 1e-12 * balance.scale());
   for (Eigen::Index i = 0; i < p.size(); ++i)
@@ -297,7 +298,7 @@ bristle::JointMaterial material_of(const VectorXd& p) {
   return m;
 }
 
-/// Makes the brush model. Its guesses scale with the log's rms torque and speed.
+/// Makes the brush model. Its first guesses scale with the log's rms torque and speed.
 Model brush_model(const JointLog& log, double torque, double speed) {
   Model model;
   model.name = "brush";
@@ -321,7 +322,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
-  // Motor torque before each sample: where it jumps, the torque of the previous sample.
+  // Motor torque in the interval before each sample; where the torque jumps, that of the previous sample.
   std::vector<double> led = log.motor;
   const double jump = jump_of(log);
   for (std::size_t k = 1; k < led.size(); ++k)
@@ -382,7 +383,8 @@ void add_budget(
 std::vector<Model> rival_models(const JointLog& log, double torque, double speed) {
   std::vector<Model> models;
   const double inertia = 0.01 * torque / speed, viscous = 0.02 * torque / speed;
-  /// Evaluates the Stribeck term, 1 at rest, with speed [i] and exponent [i + 1].
+  /// Returns the Stribeck factor at speed v, 1 at rest. Its speed is parameter i, its exponent parameter i +
+  /// 1.
   const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
     return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
   };

@@ -32,31 +32,35 @@ struct JointEstimate {
   std::string name, unit;
   double value = 0.0;
   double low = 0.0, high = 0.0;  ///< limits of the 95 % interval
-  bool determined = false;       ///< whether the log tells it from 0
+  bool determined = false;       ///< whether the log distinguishes the parameter from 0
 };
 
-/// Part of a log that is fitted to: every second of 24 parts of equal time, or the first seconds.
+/// Part of a log that a model is fitted to: every second of 24 parts of equal time, or the first seconds.
 struct JointPart {
   bool alternate = false;
-  double until = std::numeric_limits<double>::infinity();  ///< s
+  /// s, end of the part, if the first seconds are fitted.
+  double until = std::numeric_limits<double>::infinity();
 };
 
 /// Joint model fitted to a part of a log.
 struct JointFit {
   std::string model;
   std::vector<JointEstimate> numbers;
-  bristle::JointMaterial material;            ///< material of the brush model
-  double fitted_rms = 0.0, judged_rms = 0.0;  ///< N m, rms error on the fitted part, and on the rest
-  bool rigid = false;                         ///< Whether the angles do not show how the brush bends.
-  int runs = 0;                               ///< runs of the model along the log, with those for derivatives
+  bristle::JointMaterial material;  ///< material, if the model is the brush
+  /// N m, rms error of the torque on the fitted part and on the rest.
+  double fitted_rms = 0.0, judged_rms = 0.0;
+  bool rigid = false;  ///< whether the angles do not show how the brush bends
+  /// Number of runs of the model along the log, those for derivatives included.
+  int runs = 0;
 };
 
-/// Returns the number of bristles and the spread with which the brush is fitted.
+/// Returns the options of the fitted brush: number of bristles and spread of the law.
 bristle::JointOptions joint_fit_options();
 
-/// Fits the brush, by its own derivatives or, to test these, by differences.
+/// Fits the brush, by its own derivatives or, to test them, by differences.
 JointFit fit_joint(const JointLog& log, JointPart part = {}, bool by_differences = false);
-/// Fits the brush, Coulomb, Stribeck, LuGre and bam's m3 to m6, each to that part.
+/// Fits the brush, Coulomb, Stribeck, LuGre and the models m3 to m6 of bam (Duclusaud et al. 2025) to one
+/// part of a log.
 std::vector<JointFit> judge_joint(const JointLog& log, JointPart part);
 
 /// Runs the subcommand with --joint. Throws UserError.

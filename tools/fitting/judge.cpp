@@ -21,8 +21,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Rival model as a function of its fitted parameters: first those fitted as logarithms; last viscous
-/// friction and offset (both linear).
+/// Friction model other than the brush, as a function of its fitted parameters: first those fitted as
+/// logarithms, last viscous friction and offset, in which the force is linear.
 struct RivalModel {
   std::string name;
   int logarithms = 0;
@@ -31,9 +31,9 @@ struct RivalModel {
   std::function<std::string(const VectorXd&)> describe;
 };
 
-/// Returns the friction of a rival along the path (N, by the body), without viscous friction and offset.
+/// Returns the friction of such a model along the path (N, by the body), without viscous friction and offset.
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
-  if (start != StartState::straight) {  // a long slide precedes the record
+  if (start != StartState::straight) {  // a long slide before the record
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i) {
       rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
@@ -66,12 +66,12 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
-/// Residuals of a rival over the force's scale, with derivatives by differences.
+/// Residuals of a model over the force's scale, with derivatives by differences.
 struct RivalResiduals {
   const RivalModel& model;
   const FitData& data;
   StartState start;
-  double speed;  // m/s, unit of the viscous term
+  double speed;  // m/s, speed that scales the viscous term
 
   Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
   VectorXd force(const VectorXd& p) const {
@@ -90,7 +90,7 @@ struct RivalResiduals {
     VectorXd at(values()), moved(values());
     fill(p, at);
     for (Eigen::Index i = 0; i < p.size(); ++i) {
-      if (i >= model.logarithms) {  // linear
+      if (i >= model.logarithms) {  // viscous friction and offset, in which the force is linear
         for (Eigen::Index k = 0; k < at.size(); ++k) {
           out(k, i) = i == model.logarithms ? data.velocity[static_cast<std::size_t>(k)] / speed : 1.0;
         }
@@ -119,7 +119,8 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   double least = std::numeric_limits<double>::infinity();
   for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
     RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
-    // Prefers a straight start, as for the brush, unless another start lowers the sum of squares by 2 %.
+    // Prefers bristles that start straight, as for the brush, unless another start lowers the sum of squares
+    // by 2 %.
     const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
     if (squares < least) {
       least = squares;
@@ -137,7 +138,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
 }
 
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
-  // Fits only the three most promising guesses.
+  // Fits from the three most promising guesses only.
   const double speed = std::max(data.fast, 1e-12);
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
   std::vector<std::pair<double, VectorXd>> rated;
@@ -162,7 +163,8 @@ rivals::Surface bare_surface(double kinetic) {
   return s;
 }
 
-/// Returns trial lengths from the data's resolution to the distance travelled, evenly in the logarithm.
+/// Returns trial presliding lengths from the data's resolution to the distance travelled, evenly in the
+/// logarithm.
 std::vector<double> trial_lengths(const FitData& data, int count) {
   const double low = std::max({0.5 * data.quantum, 0.3 * data.finest_move, 1e-4 * data.range}),
                high = data.range;
@@ -202,8 +204,8 @@ RivalModel lugre_model(const FitData& data) {
 
 constexpr int elements = rivals::MaxwellSlip::elements;
 
-/// Makes the Maxwell model. Its parameters are each element's stiffness over load (1/m), then each one's slip
-/// length (m) at mean load.
+/// Makes the Maxwell-slip model. Its parameters are the stiffness over load (1/m) of each element, then the
+/// slip length (m) of each at mean load.
 RivalModel maxwell_model(const FitData& data) {
   const double load = data.mean_load;
   return {"Maxwell-slip", 2 * elements,
@@ -265,7 +267,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   return p;
 }
 
-/// Returns the path since the last turn, m; before the first turn, the path since the first sample.
+/// Returns each sample's path since the last turn, m; before the first turn, since the first sample.
 std::vector<double> way_since_turn(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
   std::vector<double> ways;
@@ -378,7 +380,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   sliding.rule = bristle::SnapRule::slide;
   FitOptions any_law = sliding;
   any_law.law = bristle::SnapLaw::table;
-  FitOptions handed_out = options;  // options of a fit without --rivals: stage, sensor and time terms too
+  // Options of a fit without --rivals, which also looks for stage, sensor and time terms.
+  FitOptions handed_out = options;
   handed_out.quiet = handed_out.no_drift = true;
 
   Judgements all;
@@ -441,7 +444,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
-    // Damper over stiffness, in units of the time in which the length is passed.
+    // Ratio of damper to stiffness, in units of the time in which the presliding length is passed.
     for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
       VectorXd p(7);

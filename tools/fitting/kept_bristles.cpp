@@ -11,21 +11,21 @@ namespace {
 
 using bristle::SnapLength;
 
-// Mean lengths of the longest step, since whole snaps are counted in 32 bits.
+// Longest step in mean snap lengths: whole snaps are counted in 32 bits.
 constexpr double longest_way = 1e9;
-// mean lengths; shorter steps are summed up first, since float would round them off
+// Shortest step in mean snap lengths. Shorter ones are summed up first, since float would round them off.
 constexpr double shortest_way = 1e-4;
 
 double part(double value) { return value - std::floor(value); }
 
-/// Path (in mean lengths) over which a slide forgets its phases: it starts forgetting at `begins`, and has
-/// forgotten at `ends`.
+/// Paths (in mean snap lengths) at which a long slide in one direction begins to forget the phases of its
+/// bristles, and at which it has forgotten them.
 struct Forgetting {
   double begins, ends;
   explicit Forgetting(const SnapLength& law)
       : begins(5.0 + 2.0 / law.cv()), ends(std::min(15.0 + 4.0 / law.cv(), 400.0)) {}
-  /// Returns the share of its own length by which each bristle has been shifted after the path `run`, smooth
-  /// in the path.
+  /// Returns the share of its own length by which each bristle is shifted after a slide of length `run`;
+  /// smooth in `run`.
   double share(double run) const {
     const double u = std::clamp((run - begins) / (ends - begins), 0.0, 1.0);
     return u * u * (3.0 - 2.0 * u);
@@ -56,7 +56,7 @@ class KeptBristles {
     active_ = now;
   }
 
-  /// Sets the state after a long slide in the direction `e`, which has forgotten its start.
+  /// Sets the state after a slide in direction `e` that was long enough to forget its start.
   void slide(double e) {
     direction_ = e;
     run_ = forgetting_.ends;
@@ -96,8 +96,8 @@ class KeptBristles {
   }
 
  private:
-  /// Advances all bristles. One bent against the motion does not snap on its path to straight: its number of
-  /// whole lengths rounds to 0.
+  /// Advances all bristles. A bristle that is bent against the motion does not snap before it is straight:
+  /// its number of whole lengths rounds to 0.
   void advance(float e, float way, float spread) {
     const auto count = static_cast<std::size_t>(std::ceil(active_));
     float* bent = bent_.data();

@@ -62,7 +62,8 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::Ve
         steepest = i;
     if (steepest < 0) break;
     used.push_back(steepest);
-    for (;;) {  // moves to the first bound on the line, and frees the unknowns that reached it
+    // Moves towards the solution up to the first unknown that reaches 0, which is then fixed at 0.
+    for (;;) {
       const Eigen::VectorXd to = solved();
       double share = 1.0;
       for (const Eigen::Index i : used)

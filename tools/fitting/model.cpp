@@ -9,7 +9,7 @@ namespace cli {
 
 namespace {
 
-/// Returns the snap length at an age over its initial value.
+/// Returns the snap length of bristles of an age over their initial snap length.
 double growth(const bristle::Ageing& ageing, double age) {
   bristle::Material m;
   m.with_ageing(ageing);
@@ -93,12 +93,12 @@ double FitModel::elastic_coefficient(const FitValues& p) const {
   return std::max(rest, 1e-3 * p[fit_kinetic]);
 }
 
-/// Returns the damper's coefficient at speed `u` (over Stribeck's), relative to that at rest.
+/// Returns the damper's coefficient at speed `u` (over the Stribeck velocity), relative to that at rest.
 double FitModel::decay(double u) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
 }
 
-/// Returns the damper's force over load, speed and damping.
+/// Returns the damper's force divided by load, speed and damping coefficient.
 double FitModel::damper(double speed, double stribeck) const {
   if (!(stribeck > 0.0)) return 0.0;
   return over_rings(2, [&](double lever) { return decay(lever * speed / stribeck); });
@@ -117,17 +117,17 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return sum * data_.velocity[row] / speed_[k];
 }
 
-/// Returns the path of the contact. The stage is pulled back by the friction F: x - c F - q F^2. The force is
-/// linear in time between two samples.
+/// Returns the path of the contact: the measured position x less the bending of the stage by the friction F,
+/// c F + q F^2, with compliance c and softening q. The force is linear in time between two samples.
 std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   std::vector<PathPoint> path = data_.path;
   const double c = p[fit_compliance];
   const std::size_t n = data_.samples();
   const std::vector<double>& t = data_.columns.t;
-  std::size_t next = 0;  // first sample at or after the point
+  std::size_t next = 0;  // index of the first sample that is not before the point in time
   for (PathPoint& point : path) {
     const std::size_t k = std::min(next, n - 1);
-    double share = 0.0;  // weight of the previous sample
+    double share = 0.0;  // weight of the previous sample's force in the force at the point
     if (!point.wanted && k > 0 && t[k] > t[k - 1])
       share = std::clamp((t[k] - point.t) / (t[k] - t[k - 1]), 0.0, 1.0);
     const auto at = [&](std::size_t axis) {
@@ -147,7 +147,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   const std::vector<double>& t = data_.columns.t;
   const std::size_t n = data_.samples();
   for (std::size_t axis = 0; axis < data_.axes; ++axis) {
-    double before = 0.0, seen = 0.0;  // previous sample's force, and the sensor's output there
+    double before = 0.0, seen = 0.0;  // force at the previous sample, and the sensor's output there
     for (std::size_t k = 0; k < n; ++k) {
       double& f = force[static_cast<Eigen::Index>(axis * n + k)];
       const double now = f;
@@ -343,7 +343,8 @@ double FitModel::lowest(FitParameter parameter) const {
     case fit_length:
       return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
-      return 0.0525;  // the infinite brush accepts 0.05; derivatives look a little beyond
+      // A little above the least spread of the infinite brush, 0.05, since derivatives look below.
+      return 0.0525;
     case fit_residual:
     case fit_renewal:
     case fit_ageing:
@@ -385,7 +386,7 @@ double FitModel::highest(FitParameter parameter) const {
       return std::max(data_.fast, 10.0 * lowest(fit_strengthening_speed));
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
-    case fit_compliance:  // upper bound: the stage takes up the whole motion
+    case fit_compliance:  // with the largest compliance the stage takes up the whole motion
       return data_.range / data_.force_scale;
     case fit_softening:
       return data_.range / (data_.force_scale * data_.force_scale);

@@ -38,8 +38,8 @@ class FitModel {
   void settle_stage(const FitValues& values);
   /// Returns the path of the contact, shifted by the bending of the stage.
   std::vector<PathPoint> contact_path(const FitValues& values) const;
-  /// Returns dF/dp times scale(p). Parameters that shape the brush need finite differences: central, or
-  /// one-sided at half the cost.
+  /// Returns the derivative of the force by a parameter, times scale() of the parameter. Parameters that
+  /// shape the brush need finite differences: central, or one-sided at half the cost.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
   /// Returns the unit step of a parameter: the value itself if it is positive by nature (its logarithm is
   /// fitted), else a natural unit of the data.
@@ -60,7 +60,7 @@ class FitModel {
   double elastic_coefficient(const FitValues& values) const;
   /// Returns the mean deflection in steady sliding, m: elastic coefficient over stiffness per newton.
   double kinetic_deflection(const FitValues& values) const;
-  /// Returns the ageing, in the frame's form, as a material has it.
+  /// Returns the ageing at these fitted values in the form that a material takes.
   bristle::Ageing ageing(const FitValues& values) const;
   /// Returns a material with one bristle per newton whose kinetic coefficient is 1 per metre of deflection.
   bristle::Material unit_material(const FitValues& values) const;
@@ -70,8 +70,8 @@ class FitModel {
 
  private:
   double decay(double u) const;
-  /// Returns the sum of share x lever^power x function(lever) over the rings of a disc; function(1) for other
-  /// contacts.
+  /// Returns the sum of share x lever^power x function(lever) over the rings of a contact that turns as a
+  /// disc; function(1) for other contacts.
   template <class Function>
   double over_rings(int power, Function&& function) const {
     double sum = 0.0;
@@ -96,13 +96,13 @@ class FitModel {
   const FitOptions& options_;
   Detail detail_;
   Eigen::VectorXd stage_force_;
-  std::vector<PathPoint> bent_path_;  // path that brush_ steps along
+  std::vector<PathPoint> bent_path_;  // path of the contact, which brush_ steps along
   PathForce brush_;
   std::vector<Ring> rings_;
-  double square_lever_ = 1.0;  // mean square of the lever over the load
+  double square_lever_ = 1.0;  // mean square of the rings' levers, weighted by load
   Past past_;
   FitFrame frame_;
-  std::vector<double> speed_;  // m/s, speed at the samples
+  std::vector<double> speed_;  // m/s, speed of the contact at the samples
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

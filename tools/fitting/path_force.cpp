@@ -13,13 +13,13 @@ namespace {
 
 using bristle::SnapRule;
 
-/// m, length at which the brush is computed. The path is scaled to it, so that one material serves all
-/// lengths.
+/// Presliding length (m) for which the brush is computed. The path is scaled to it, so that one material
+/// serves all lengths.
 constexpr double unit_length = 1e-5;  // m
 /// Presliding lengths after which every law has forgotten its start (core/patches/COHORTS.md: 1,260 lengths
 /// at a spread of 2).
-constexpr double long_slide = 3000.0;   // presliding lengths
-constexpr double shortest_step = 1e-9;  // s
+constexpr double long_slide = 3000.0;   // presliding lengths, of the slide before a record
+constexpr double shortest_step = 1e-9;  // s, shortest duration of a step
 constexpr std::size_t most_made = 8;
 
 struct Direction {
@@ -67,7 +67,7 @@ bristle::Material BrushShape::material(double length) const {
   return m;
 }
 
-/// Brush of a single patch in a batch of its own.
+/// Brush that is computed along the path, a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
@@ -92,7 +92,8 @@ struct PathForce::Brush {
   struct Force {
     double x, y;
   };
-  /// Steps the brush and returns its friction (N, by the body) for a stiffness of 1 N/m and newton.
+  /// Steps the brush and returns its friction (N, by the body) for a bristle stiffness of 1 N/m and one
+  /// bristle per newton.
   Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;
     motion.id = patch;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t brushes = 100;
 constexpr std::uint32_t bristles_of_each = 200;
-// Errors of neighbouring samples are alike: more samples tell no more.
+// Highest number of samples used: neighbouring samples have nearly equal errors, so more would add nothing.
 constexpr std::size_t most_samples = 2000;
 constexpr double widest_slide = 3000.0;  // longest slide before the record, in presliding lengths
 constexpr double whole_memory_variance = 2.0;
@@ -25,7 +25,8 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
   bristle::PatchBatch batch;
-  std::vector<bristle::Motion> motions(brushes * rings.size());  // ordered by ring, the first ring first
+  // Motions of all brushes for the first ring, then for the next.
+  std::vector<bristle::Motion> motions(brushes * rings.size());
   std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
   options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load);
@@ -94,7 +95,7 @@ double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(
 PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles) {
-  // Lengths follow the law exactly, none is drawn at random.
+  // The slide rule has no such error: its lengths follow the law exactly, none is drawn at random.
   if (model.options().rule == bristle::SnapRule::slide) {
     const auto freedom = static_cast<double>(residuals.size() - jacobian.cols());
     return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()), false, 0.0,
@@ -118,7 +119,8 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   const Eigen::MatrixXd moved = pseudo_inverse(j) * force;
   const Eigen::MatrixXd left = force - j * moved;
 
-  // Mean sums of squares and of neighbour products that one brush leaves in the residuals.
+  // Means over the simulated brushes: sum of squares and sum of neighbour products in the residuals that one
+  // brush leaves.
   const double count = static_cast<double>(brushes);
   double squares = 0.0, products = 0.0, scatter = 0.0;
   for (Eigen::Index i = 0; i < left.cols(); ++i) {
@@ -132,10 +134,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const double of_mean_load = bristles_of_each * model.data().mean_load / most_load;
 
-  // Combines two estimates of the bristle variance, relative to the simulation's: the usual one, with an
-  // error as large as itself, and that shown by the residuals, as a weighted mean of two measurements. Adds a
-  // quarter of its deviation, to be safe: underestimating the number of bristles widens intervals,
-  // overestimating it makes them wrong.
+  // Estimates the variance caused by bristles, relative to the simulation's, as a weighted mean of two
+  // values: the usual one, with an error as large as itself, and the one that the residuals show. Adds a
+  // quarter of its deviation for safety: too few bristles widen the intervals, too many make them wrong.
   const double usual = of_mean_load / usual_bristles;
   const double chance = r.squaredNorm() / std::sqrt(static_cast<double>(samples));
   PopulationError error;
@@ -150,9 +151,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
     error.bristles = of_mean_load / std::max(shown, 1e-12);
   }
   error.covariance = moved * moved.transpose() * (share / (count - 1.0));
-  // Widens the errors of bristles that remember all: they repeat their errors in every stroke, and the sum of
-  // squares has many minima. Without this factor linear theory covered the truth in three of four among forty
-  // fits. The factor is measured, not derived.
+  // Widens the errors of bristles with full memory: they repeat their errors in every stroke, and the sum of
+  // squares has many minima. Without this factor, linear theory covered the truth in three of four among
+  // forty fits. The factor is measured, not derived.
   if (model.options().rule == bristle::SnapRule::keep && point.past.memory == Memory::whole)
     error.covariance *= whole_memory_variance;
   error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /

@@ -32,9 +32,9 @@ struct Row {
   const char* name;
   const char* unit;
   double per_si;
-  const char* key;  ///< name in JSON and Python
+  const char* key;  ///< name of the row in JSON and Python
 };
-/// Rows of the report, in the order of FitParameter, then peak, stiffness and friction by direction.
+/// Rows of the report, in the order of FitParameter, then peak, stiffness, and friction towards +x and -x.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"presliding_length", "um", 1e6, "presliding_length"},
                                        {"spread", "", 1.0, "spread"},
@@ -60,10 +60,10 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"kinetic towards +x", "", 1.0, "kinetic_forward"},
                                        {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
 
-/// Returns whether a row applies to this record.
+/// Returns whether a row of the report applies to this record.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // friction towards +x and -x
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // rows of friction towards +x and -x
   return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
 }
 
@@ -201,7 +201,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 1500;  // most samples of a curve in a report
+constexpr std::size_t most_drawn = 1500;  // most samples that a curve in a report has
 
 /// Selects evenly spaced samples, with the first and the last of each file among them.
 std::vector<std::size_t> drawn(const FitColumns& c) {
@@ -235,7 +235,7 @@ Json curves(const FitData& data, const FitResult& r) {
   return out;
 }
 
-/// Returns the columns as the file has them.
+/// Returns the columns of time, path, load and force in the file's own units.
 Json as_written(const FitData& data) {
   const std::vector<std::size_t> places = drawn(data.columns);
   Json out = Json::array();
@@ -350,7 +350,8 @@ std::string fit_motion(const FitData& data) {
   const FitColumns& c = data.columns;
   const bool planar = c.planar(), with_load = c.has_load;
   std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
-  double jump_x = 0.0, jump_y = 0.0;  // m, offset between files: the body has not slid from one to the next
+  // m, jump of position between two files, over which the body has not slid.
+  double jump_x = 0.0, jump_y = 0.0;
   for (std::size_t i = 0; i < c.t.size(); ++i) {
     if (i > 0 && !c.follows(i)) {
       jump_x += c.x[i] - c.x[i - 1];
@@ -425,7 +426,8 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  // Highest load of the replayed motion: the fit may have taken a varying load as constant.
+  // Highest load of the replayed motion; it may exceed the load of the fit, which may have taken a varying
+  // load as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
@@ -511,7 +513,7 @@ void fit_command(const FitOptions& options) {
                                                           {"the motion of --write", motion_file(options)}});
   if (!options.rivals) return fit_record(options, !on_stdout);
   rivals_command(options, on_stdout);
-  FitOptions whole = options;  // without --json, which has the judgements instead
+  FitOptions whole = options;  // the JSON file is left out: it holds the judgements instead
   whole.json.clear();
   if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
 }

@@ -16,7 +16,8 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-constexpr double least_back = 0.02;  // share of travel backwards that determines an offset of the sensor
+// Share of the travel that must lead backwards to determine a sensor's offset.
+constexpr double least_back = 0.02;
 
 /// Returns the share of the travel in the direction with less travel; in the plane, of the travel that does
 /// not lead away from the start.
@@ -66,8 +67,8 @@ FitParameterSet Fitter::linear_set() const {
   return linear;
 }
 
-/// Makes a starting point with the shape parameters of `bent` (length, spread, rubbing, Stribeck velocity);
-/// all others, in which the force is linear, come from least squares.
+/// Makes a starting point with the shape parameters of `bent` (length, spread, rubbing, Stribeck velocity).
+/// The other parameters, in which the force is linear, come from least squares.
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.past = model_.past();
@@ -77,7 +78,7 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
         fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
-  point.values[fit_kinetic] = 1.0;  // makes the derivative the force at unit coefficient
+  point.values[fit_kinetic] = 1.0;  // with this value the derivative is the force at unit coefficient
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
@@ -92,8 +93,9 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   return point;
 }
 
-/// Searches a grid over length and shapes (spread, rubbing), with linear parameters by least squares. From
-/// the best lengths it starts Levenberg-Marquardt over the linear parameters and `bending`.
+/// Searches a grid over length and shapes (spread; rubbing, that is residual and renewal), with linear
+/// parameters by least squares. From the best lengths it starts Levenberg-Marquardt over the linear
+/// parameters and `bending`.
 FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
                              double progress) {
   FitParameterSet linear = linear_set();
@@ -129,14 +131,15 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
   std::vector<FitPoint> starts = valleys(best_of_length, 3);
-  if (keep) {  // a wide law fits fairly everywhere, and would hide the narrow one that is right
+  // Starts from every shape: a wide law fits fairly everywhere, and would hide the right narrow one.
+  if (keep) {
     starts.clear();
     for (const std::vector<FitPoint>& of_shape : of_shapes) {
       const std::vector<FitPoint> lowest = valleys(of_shape, 2);
       starts.insert(starts.end(), lowest.begin(), lowest.end());
     }
   }
-  if (rubs(bending)) {  // sums of squares differ more between shapes than between lengths
+  if (rubs(bending)) {  // starts from the best length of the best shapes, which matter more than lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
       if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
@@ -156,8 +159,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   return best;
 }
 
-/// Lists shapes from which rubbing (residual and renewal) is fitted; values set by options stay. Empty where
-/// both are set.
+/// Lists shapes from which rubbing (residual and renewal) is fitted; values set by options stay. Empty if
+/// options set both.
 std::vector<FitValues> Fitter::rubbed_shapes() const {
   std::vector<FitValues> shapes;
   if (options_.residual && options_.renewal) return shapes;
@@ -199,8 +202,8 @@ FitPoint Fitter::search_plain() {
   return better(whole, forgotten) ? whole : forgotten;
 }
 
-/// Searches a fine grid of lengths about a brush with fading memory. Bristles that remember everything are a
-/// whole length out of phase after a slide of 1/e lengths, e being the relative error of the length.
+/// Searches a fine grid of lengths about a brush with fading memory. With full memory, an error e of the
+/// length puts bristles out of phase by a whole length after a slide of 1/e lengths.
 FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   model_.set_past({about.past.start, Memory::whole});
   FitParameterSet linear;
@@ -268,8 +271,8 @@ FitPoint Fitter::polish(const FitPoint& point) {
 }
 
 /// Returns whether one more parameter, set to one of these values, promises at least half the gain that it
-/// must reach, by linear theory about the point without it; the minimum may gain more. The stage is bent by
-/// the fitted force: noise of the measured force would hide a compliance.
+/// must reach. The promise comes from linear theory about the point without it; the minimum may gain more.
+/// The stage is bent by the fitted force, because noise of the measured force would hide a compliance.
 bool Fitter::promises(const FitPoint& core, const std::vector<FitValues>& with) {
   if (with.empty()) return false;
   assume(model_, core);
@@ -304,7 +307,8 @@ bool Fitter::promises_rubbing(const FitPoint& core) {
   return promises(core, with);
 }
 
-/// Searches with rubbing free; returns a point with nothing free if the options set both of its numbers.
+/// Searches with rubbing (residual and renewal) free; returns a point with nothing free if the options set
+/// both numbers.
 FitPoint Fitter::search_rubbed() {
   if (options_.residual && options_.renewal) return {};
   FitParameterSet free = bending();
@@ -313,8 +317,8 @@ FitPoint Fitter::search_rubbed() {
   return search_with(rubbed_shapes(), free, 0.4);
 }
 
-/// Adds rubbing to a finished fit without it: a search without damper and lubricant may end where they cannot
-/// be added later.
+/// Adds rubbing (residual and renewal) to a finished fit without it: a search without damper and lubricant
+/// may end where they cannot be added later.
 FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   FitPoint best = plain;
   for (const double residual : {0.0, 0.2}) {
@@ -333,8 +337,8 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   return best;
 }
 
-/// Chooses between brushes without and with rubbing once both have all other terms that the data show;
-/// rubbing must pay for its parameters.
+/// Chooses between brushes without and with rubbing (residual and renewal) once both have all other terms
+/// that the data show. Rubbing must lower the residuals enough to justify its parameters.
 FitPoint Fitter::choose() {
   struct Brush {
     FitPoint core, whole;
@@ -409,7 +413,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   for (const StartState start : {StartState::forward, StartState::backward}) {
     FitPoint from = straight;
     from.past.start = start;
-    // Skips a start that the first stroke already contradicts.
+    // Skips a starting state that the first stroke already contradicts.
     if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
     const FitPoint point = minimise(model_, from);
     const double count = samples_that_count(point);
@@ -440,8 +444,8 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
   return changed ? minimise(model_, point) : point;
 }
 
-/// Returns candidates with lubricant, damper, or both, and the shape of `core`, so that no brush need be
-/// stepped.
+/// Returns candidates with lubricant (viscous friction), damper, or both added to the brush of `core`. The
+/// brush keeps its shape, so that it need not be stepped.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
@@ -485,7 +489,8 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   return candidates;
 }
 
-/// Adds lubricant, damper, or both, where they pay for their parameters.
+/// Adds lubricant (viscous friction), damper, or both, where they lower the residuals enough to justify their
+/// parameters.
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {

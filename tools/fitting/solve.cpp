@@ -8,7 +8,8 @@
 namespace cli {
 namespace {
 
-/// Unbounded coordinates of parameters: logarithms for positive ones, logistic for those with a range.
+/// Unbounded coordinates of parameters: logarithms of positive ones, logistic functions of those with a
+/// range.
 class Coordinates {
  public:
   Coordinates(const FitModel& model, const FitPoint& from) : model_(model), from_(from) {
@@ -40,7 +41,7 @@ class Coordinates {
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double at = low + (high - low) / (1.0 + std::exp(-place));
-        // Clamps to the range: the exponential of an end's logarithm misses the end by its last digit.
+        // Clamps to the range: rounding can move a parameter at the end of its range beyond it.
         values[p] =
             std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
@@ -51,7 +52,7 @@ class Coordinates {
     return values;
   }
 
-  /// Returns d(value)/du over FitModel::scale(value).
+  /// Returns the derivative of a parameter by its unbounded coordinate u, over FitModel::scale(value).
   double slope(std::size_t i, const FitValues& values, double place) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
@@ -106,8 +107,8 @@ FitPoint minimise(FitModel& model, FitPoint from) {
             model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) / scale;
       }
     };
-    // Limits the first step to length 1, a factor e of each parameter; to less with rubbing, where the ends
-    // of the ranges are near and flat.
+    // Limits the first step to length 1, which is a factor e of each parameter; to less with rubbing
+    // (residual and renewal), whose ranges end near and flat.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
@@ -155,7 +156,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
 
 namespace {
 
-/// Inverts J'J by its eigenvectors, with columns scaled to length 1 first.
+/// Inverts J'J, where J is the Jacobian, by its eigenvectors; scales the columns to length 1 first.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
@@ -167,7 +168,7 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Raises variances to at least those of `other` and keeps the correlations.
+/// Raises variances to at least those of `other` and keeps the correlations of the given covariance.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;
@@ -210,15 +211,15 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
 void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals,
                     std::size_t samples) {
   constexpr std::size_t parts = 5;
-  constexpr double by_chance = 3.0;  // ratio of variances that noise exceeds in 2 % of records
+  constexpr double by_chance = 3.0;  // ratio of variances that noise alone exceeds in 2 % of records
   Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(j.cols(), static_cast<Eigen::Index>(parts));
   for (Eigen::Index row = 0; row < j.rows(); ++row) {
     const std::size_t part = static_cast<std::size_t>(row) % samples * parts / samples;
     gradients.col(static_cast<Eigen::Index>(part)) += j.row(row).transpose() * residuals[row];
   }
   const double freedom = static_cast<double>(parts) - 1.0;
-  const double wider =
-      student_quantile(freedom) / student_quantile(1e9);  // widens for the poorly known spread of five parts
+  // Widens the intervals, since five parts determine their spread poorly.
+  const double wider = student_quantile(freedom) / student_quantile(1e9);
   const Eigen::MatrixXd normal = inverse_normal_matrix(j);
   Eigen::MatrixXd seen =
       normal * gradients * gradients.transpose() * normal * (static_cast<double>(parts) / freedom);

@@ -16,25 +16,26 @@ struct FitPoint {
   FitParameterSet free;
   Past past;
   FitFrame frame;
-  double sum_of_squares = 0.0;  ///< N^2
+  double sum_of_squares = 0.0;  ///< N^2, sum of squared residuals
 };
 
-/// Sets past and frame of the model to those of a point, which give its values their meaning.
+/// Sets the model's past and frame to those of a point; they give the point's values their meaning.
 void assume(FitModel& model, const FitPoint& point);
 
-/// Minimises by Levenberg-Marquardt from `from` over its free parameters.
+/// Minimises by Levenberg-Marquardt over the free parameters of `from`, where it starts.
 FitPoint minimise(FitModel& model, FitPoint from);
 
 /// Returns derivatives by the free parameters, in units of FitModel::scale.
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point);
 
-/// Remainder of a force after projection on columns, and the columns' coefficients.
+/// Projection of a force on columns: the columns' coefficients, and the remainder of the force.
 struct Projection {
   Eigen::VectorXd coefficients, left;
 };
 Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force);
 
-/// Returns the number of samples that count as one: the integrated autocorrelation time of the residuals.
+/// Returns the number of correlated residuals that count as one independent: their integrated autocorrelation
+/// time.
 double correlated_samples(const Eigen::VectorXd& residuals);
 
 /// Returns the covariance of the free parameters, in units of FitModel::scale: (J'J)^-1 M (J'J)^-1, where M
@@ -43,24 +44,25 @@ double correlated_samples(const Eigen::VectorXd& residuals);
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
 
-/// Errors of a fit from a finite number of bristles, which have a mean length and spread of their own and
-/// snap at random places. Residuals show this error only in part, as the same bristles bend in every small
-/// loop. It comes from simulation: random brushes of the fitted material, each fitted in turn (to first
-/// order).
+/// Errors of a fit that come from a finite number of bristles, which have a mean length and spread of their
+/// own and snap at random places. Residuals show this error only in part, as the same bristles bend in every
+/// small loop. The error comes from simulation: random brushes of the fitted material, each fitted in turn
+/// (to first order).
 struct PopulationError {
   Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
   bool seen = false;           ///< whether the residuals show the bristles' fluctuation
-  /// Number of bristles at the mean load, if seen; a lower estimate, as misfit counts too.
+  /// Number of bristles at the mean load, if seen; a lower estimate, as it takes misfit for fluctuation.
   double bristles = 0.0;
-  double noise = 0.0;  ///< N^2, variance that remains for the sensor
+  double noise = 0.0;  ///< N^2, variance of the residuals that is left to the sensor's noise
 };
-/// Estimates the error from a finite population; assumes `usual_bristles` at the mean load as far as the
-/// residuals do not show their number.
+/// Estimates the errors from a finite number of bristles. Assumes `usual_bristles` at the mean load as far as
+/// the residuals do not show their number.
 PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles);
 
-/// Returns the whole covariance: sensor noise and bristles, or the residuals' own (above) if that is larger.
+/// Returns the covariance from sensor noise and bristles, or that of the residuals alone (above) if it is
+/// larger.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated, const PopulationError& population);
 /// Raises variances to those by which five successive parts of the record differ, if noise would hardly
@@ -75,9 +77,10 @@ inline constexpr std::size_t mixed_blocks = 25;
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples);
 
-/// Free law of snap lengths, and the point that it belongs to.
+/// Free law of snap lengths, and the fitted point that it belongs to.
 struct FreeLaw {
-  std::vector<double> quantiles;  ///< snap lengths over their mean, as SnapLength::table takes them
+  /// Quantiles of the snap lengths over their mean, as SnapLength::table takes them.
+  std::vector<double> quantiles;
   FitPoint point;
 };
 /// Finds a free law of snap lengths for the slide rule, as a histogram of nonnegative weights. Throws

@@ -12,12 +12,12 @@
 namespace cli {
 namespace {
 
-constexpr double told_apart = 12.0;  // gain in twice the log likelihood that tells two terms apart
-/// Starting values: of a delay over the sampling interval, or of the stage's share of the total compliance.
+constexpr double told_apart = 12.0;  // gain in twice the log likelihood from which two terms are distinct
+/// Starting values: a delay over the sampling interval, or the stage's share of the total compliance.
 constexpr std::array<double, 2> shares(bool delayed) {
   return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};
 }
-constexpr int rounds = 2;  // rounds, in each of which the stage is bent by the force of the last fit
+constexpr int rounds = 2;  // number of fits, each with the stage bent by the force of the last one
 
 }  // namespace
 
@@ -32,7 +32,8 @@ FitPoint Fitter::minimise_bent(FitPoint point) {
   return point;
 }
 
-/// Returns a note if `other` fits the record as closely as `taken`; else empty.
+/// Returns a note that the record hardly distinguishes the delay or compliance of `taken` from that of
+/// `other`.
 std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
   const auto text = [](const FitPoint& p) {
     const double delay = p.values[fit_delay], compliance = p.values[fit_compliance];
@@ -45,7 +46,7 @@ std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
       text(taken), text(other), 1e6 * other.values[fit_length], 1e6 * taken.values[fit_length]);
 }
 
-/// Adds delay, compliance, or both, where they pay for their parameters.
+/// Adds delay, compliance, or both, where they lower the residuals enough to justify their parameters.
 FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   const auto explain = [&](FitParameter p, const std::string& why) { why_[p] = why; };
   if (options_.delay) explain(fit_delay, "held");
@@ -64,7 +65,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       from.values[fit_delay] = std::clamp(share * data_.sample_time, 1.1 * model_.lowest(fit_delay),
                                           0.9 * model_.highest(fit_delay));
     } else {
-      // Shares the total compliance, which stays the same, between stage and bristles.
+      // Splits the total compliance, which stays the same, between stage and bristles.
       const double whole = from.values[fit_length] / (from.values[fit_kinetic] * data_.mean_load);
       from.free.push_back(fit_compliance);
       from.values[fit_compliance] = std::clamp(0.5 * share * whole, 1.1 * model_.lowest(fit_compliance),
@@ -107,8 +108,8 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     const double count = samples_that_count(candidate);
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
-  // Tries a stage of different stiffness in the two directions. Bristles are symmetric, so it shows beside
-  // any of them.
+  // Tries a stage whose stiffness differs between the two directions. Bristles are symmetric, so the
+  // difference shows beside any of them.
   const bool may_soften =
       !options_.compliance && data_.axes == 1 && two_ways() && contains(core.free, fit_length);
   std::vector<FitValues> softer(2, best.values);
@@ -122,7 +123,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       if (criterion(point, count) < criterion(best, count)) best = point;
     }
   }
-  // Considers the other term alone, if it pays as well and fits as closely.
+  // Notes whether the other of delay and compliance alone would fit as closely and also be justified.
   const bool one = contains(best.free, fit_delay) != contains(best.free, fit_compliance);
   if (one && candidates.size() == 3) {
     const FitPoint& other = candidates[contains(best.free, fit_delay) ? 1 : 0];

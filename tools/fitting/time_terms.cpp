@@ -15,9 +15,9 @@ namespace {
 using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
-constexpr double rest_samples = 10.0;  // samples at one place that make a rest
-// Gain in twice the log likelihood that tells two forms apart; 4 would do if bristles did not differ by
-// chance.
+constexpr double rest_samples = 10.0;  // fewest samples at one place that count as a rest
+// Gain in twice the log likelihood from which two forms are distinct; 4 would do if bristles did not differ
+// by chance.
 constexpr double told_apart = 12.0;
 constexpr int tried_times = 4, tried_speeds = 5;
 
@@ -62,7 +62,7 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   };
   struct Scaled {
     double scale;
-    std::optional<Eigen::VectorXd> column;  // none: the term is left out
+    std::optional<Eigen::VectorXd> column;  // derivative of the force; none: the term is left out
   };
   std::vector<Scaled> ageing{{0.0, {}}}, strengthening{{0.0, {}}}, lubricant{{0.0, {}}};
   if (options_.rule == bristle::SnapRule::redraw) {
@@ -118,8 +118,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
           point.values[fit_strengthening_speed] = s.scale;
           point.free.push_back(fit_strengthening_speed);
         }
-        // Requires only half of the parameters' price to be promised: linear theory underestimates some
-        // gains.
+        // Requires of linear theory only half of the gain that justifies the parameters, because it
+        // underestimates some gains.
         const double count = static_cast<double>(samples()) / correlated_samples(found.left);
         const double most = std::max(count, base_count);
         const double gain =
@@ -143,7 +143,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   return starts;
 }
 
-/// Tries rest times of straight bristles before the record, in decades, where it matters.
+/// Tries rest times of 0.1 to 1e5 s before the record, if bristles age and start straight. Keeps the best if
+/// it fits clearly better.
 FitPoint Fitter::try_rests(FitPoint point) {
   if (!contains(point.free, fit_ageing) || point.past.start != StartState::straight) return point;
   FitPoint best = point;
@@ -182,8 +183,8 @@ FitPoint Fitter::try_saturating(FitPoint point) {
   return chosen;
 }
 
-/// Adds time terms where they pay. `core` is the fit without lubricant and damper; `base` has those of them
-/// that pay.
+/// Adds ageing and strengthening where they lower the residuals enough to justify their parameters. `core` is
+/// the fit without lubricant and damper; `base` has those of the two that were justified.
 FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   const FitParameter terms[] = {fit_ageing, fit_ageing_time, fit_strengthening, fit_strengthening_speed};
   const auto explain = [&](const std::string& why) {
@@ -219,8 +220,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   return best;
 }
 
-/// Adds friction that differs with direction. It needs several loads: under one load it equals an offset of
-/// the sensor.
+/// Adds friction that differs with direction, if the record has several loads: under one load it equals an
+/// offset of the sensor.
 FitPoint Fitter::add_asymmetry(const FitPoint& point) {
   if (data_.axes == 2) {
     why_[fit_asymmetry] = "a record in the plane is fitted as one isotropic contact";

@@ -9,15 +9,15 @@
 namespace rivals {
 
 struct Cone {
-  Pair coefficient{0.4, 0.4};    ///< coefficients along x and along y
+  Pair coefficient{0.4, 0.4};    ///< friction coefficients along x and along y
   double creep_velocity = 1e-5;  ///< m/s, speed from which friction is full
 
   Pair scaled(Pair a) const noexcept { return {coefficient.x * a.x, coefficient.y * a.y}; }
 };
 
 /// MuJoCo's elliptic cone, F_x^2 / mu_x^2 + F_y^2 / mu_y^2 <= N^2 (its documentation, Computation, friction
-/// cones). The force is that of the ellipse that dissipates most, F = -N M^2 v / |M v| with M = diag(mu_x,
-/// mu_y).
+/// cones), where N is the load. The force at slip velocity v is that of the ellipse that dissipates most,
+/// F = -N M^2 v / |M v| with M = diag(mu_x, mu_y).
 struct EllipticCone : Cone {
   Force step(Pair displacement, double dt_s, double load_n) const noexcept {
     const Pair v = (1.0 / dt_s) * displacement, scaled_v = scaled(v);

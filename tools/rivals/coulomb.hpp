@@ -2,6 +2,8 @@
 //
 //   F = N mu v / max(|v|, v_creep) + sigma2 v
 //
+// F is friction, N the load, mu the kinetic coefficient, v the speed, sigma2 the viscous coefficient.
+//
 // Source: Coulomb, Theorie des machines simples, 1785; the ramp is the usual regularisation (Olsson et al.,
 // Friction models and friction compensation, Eur. J. Control 4, 1998). The model has no state, so its force
 // does not depend on the step length. Under a force F < mu N a body creeps at v_creep F / (mu N), for ever.

@@ -1,6 +1,8 @@
 // Coulomb friction of a disc under uniform pressure that slides and spins, in closed form.
 //
-// eps = v / (omega R), E and K complete elliptic integrals of the modulus given:
+// Force F and torque T of a disc of radius R under the load N with coefficient mu, whose centre moves at v
+// and which turns at omega; eps = v / (omega R), E and K are complete elliptic integrals of the modulus
+// given:
 //   eps <= 1: F = mu N 4 [(eps^2 + 1) E(eps) + (eps^2 - 1) K(eps)] / (3 pi eps)
 //             T = mu N R 4 [(4 - 2 eps^2) E(eps) + (eps^2 - 1) K(eps)] / (9 pi)
 //   eps > 1:  F = mu N 4 [(eps^2 + 1) E(1/eps) - (eps^2 - 1) K(1/eps)] / (3 pi)

@@ -8,10 +8,12 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_pieces = 800;  // cover a path of fifty steady deflections; the rest is steady sliding
+// Pieces that a step is cut into; they cover a path of fifty steady deflections, after which sliding is
+// steady.
+constexpr int most_pieces = 800;
 
 struct Band {
-  double elastic, steady;  // zba (break-away) and zss (steady deflection)
+  double elastic, steady;  // m, deflections at break-away (zba) and in steady sliding (zss)
 
   double plasticity(double size) const noexcept {
     if (size <= elastic) return 0.0;
@@ -51,7 +53,7 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
                   steady};
   if (way > 0.0) {
     const Pair e = (1.0 / way) * displacement;
-    Pair sum;  // integral of z over the path
+    Pair sum;  // integral of the deflection z over the path
     double rest = way;
     for (int pieces = 0; rest > 0.0; ++pieces) {
       const double back = -dot(z, e);
@@ -67,7 +69,8 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
         z = z + piece * e;
       } else {
         double a = band.plasticity(size);
-        const bool aligned = -back > (1.0 - 1e-9) * size;  // otherwise z shrinks while it turns
+        // Whether the deflection z points along the motion; otherwise z shrinks while it turns.
+        const bool aligned = -back > (1.0 - 1e-9) * size;
         if ((a > 1.0 - 1e-9 && aligned) || pieces > most_pieces) {
           a = 1.0;
         } else {

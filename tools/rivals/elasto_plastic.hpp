@@ -4,6 +4,9 @@
 //   alpha = 0 where z and v oppose or |z| <= zba;  1 where |z| >= zss;
 //           (1 + sin(pi (|z| - (zss + zba)/2) / (zss - zba))) / 2 between
 //
+// F is friction, z the deflection, v the velocity, sigma0, sigma1 and sigma2 stiffness, damping and viscous
+// coefficient; zba and zss are the deflections at break-away and in steady sliding.
+//
 // Source: Dupont, Hayward, Armstrong, Altpeter, Single state elastoplastic friction models, IEEE TAC 47(5),
 // 2002. zba is a share of the deflection Fs / sigma0 (but below zss(v) at every speed). Elastic parts of a
 // step are exact straight lines. In the plastic band alpha is frozen over pieces of at most an eighth of the
@@ -19,7 +22,7 @@ namespace rivals {
 struct ElastoPlastic {
   Surface surface;
   double elastic_share = 0.9;  ///< zba over Fs / sigma0, 0 to 1
-  Pair z;                      ///< m, deflection
+  Pair z;                      ///< m, deflection of the bristle
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

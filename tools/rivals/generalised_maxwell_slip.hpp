@@ -5,6 +5,10 @@
 //   slip:   dF_i/dt = C (a_i e - F_i / s(v))         until the motion reverses or stops
 //   F = sum F_i + sigma2 v        s(v) = Fc + (Fs - Fc) exp(-(v/vs)^2),   sum a_i = 1
 //
+// F is friction, v the velocity, e its direction; F_i, k_i and a_i are force, stiffness and share of element
+// i; s is the Stribeck curve from static friction Fs to kinetic friction Fc, with Stribeck velocity vs;
+// sigma2 is the viscous coefficient, C the rate of approach.
+//
 // Source: Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE TAC 50(11), 2005. Ten
 // elements of equal stiffness, with a_i in proportion to 0.5, 1.5, ... as in maxwell_slip.hpp. At constant v
 // over the step both phases are exact: a straight line to the limit, then an exponential with rate C/s. In
@@ -21,7 +25,8 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  double attraction_rate = 100.0;  ///< 1/s, C over Fc: how fast slipping elements approach the Stribeck curve
+  /// 1/s, C over Fc: rate of approach of slipping elements to the Stribeck curve.
+  double attraction_rate = 100.0;
   std::array<Pair, elements> force{};  ///< N, friction of each element, against the motion
   std::array<bool, elements> slips{};
 

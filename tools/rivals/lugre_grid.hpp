@@ -4,6 +4,9 @@
 //   F_i = p_i (sigma0 z_i + sigma1 dz_i/dt + sigma2 v_i)
 //   F = sum F_i,   T = sum r_i x F_i
 //
+// v and omega are velocity and rate of turn of the body, F and T force and torque; cell i has place r_i,
+// velocity v_i, deflection z_i and the share p_i of the load. The other letters are those of lugre.hpp.
+//
 // Source: Arslan Waltersson and Karayiannidis, Planar friction modelling with LuGre dynamics and limit
 // surfaces, IEEE Transactions on Robotics (arXiv 2308.01123), and their code,
 // github.com/Gabrieleenx/FrictionModelling: 21 x 21 cells, explicit Euler, deflections and stiffness per unit
@@ -37,7 +40,7 @@ class LuGreGrid {
   std::size_t cells() const noexcept { return cells_.size(); }
 
  private:
-  /// Deflection after the step, and force per share of the load.
+  /// Deflection of a cell's bristle after the step, and the cell's force per share of the load.
   struct Moved {
     Pair z;
     Force force;
@@ -51,8 +54,8 @@ class LuGreGrid {
   Surface surface_;
   PressedCells cells_;
   StepRule rule_;
-  std::vector<double> zx_, zy_;  // m
-  double turned_ = 0.0;          // rad
+  std::vector<double> zx_, zy_;  // m, deflection of each cell's bristle
+  double turned_ = 0.0;          // rad, angle by which the body has turned
 };
 
 }  // namespace rivals

@@ -7,12 +7,12 @@
 namespace rivals {
 namespace {
 
-// Drags a block over `way` along e by a spring of length `limit`. Its angle a to e obeys da/ds =
-// -sin(a)/limit.
+// Drags a block over a path `way` along the unit vector e by a spring of length `limit`. The angle a between
+// spring and e obeys da/ds = -sin(a)/limit, where s is the path.
 Relaxed drag(Pair z, Pair e, double limit, double way) noexcept {
   const Pair aside_axis{-e.y, e.x};
   const double ahead = dot(z, e), aside = dot(z, aside_axis);
-  const double t0 = aside / (limit + ahead);  // tan(a/2), |a| <= 90 degrees
+  const double t0 = aside / (limit + ahead);  // tan(a/2) at the beginning; |a| <= 90 degrees
   const double t1 = t0 * std::exp(-way / limit);
   const auto on_circle = [&](double along, double across) { return along * e + across * aside_axis; };
   const Pair end = on_circle(limit * (1.0 - t1 * t1) / (1.0 + t1 * t1), limit * 2.0 * t1 / (1.0 + t1 * t1));

@@ -1,4 +1,5 @@
-// Vector in the tangent plane, and the force of a step: the inputs and outputs of all rival models.
+// Vector in the tangent plane, and the force of a step: inputs and outputs of all friction models of this
+// folder.
 #pragma once
 
 #include <cmath>
@@ -27,9 +28,9 @@ struct Surface {
   double kinetic_coefficient = 0.4;     ///< Fc / N, sliding friction over load
   double static_coefficient = 0.6;      ///< Fs / N, friction over load at speed 0
   double stiffness = 1e5;               ///< N/m, sigma0: of the whole contact, for any load
-  double damping = 316.22776601683796;  ///< N s/m, sigma1
-  double viscous_friction = 0.4;        ///< N s/m, sigma2
-  double stribeck_velocity = 1e-3;      ///< m/s, vs
+  double damping = 316.22776601683796;  ///< N s/m, sigma1: damping of the bristles
+  double viscous_friction = 0.4;        ///< N s/m, sigma2: force per speed
+  double stribeck_velocity = 1e-3;      ///< m/s, vs: over it friction falls from Fs to Fc
 
   /// Returns the steady friction without its viscous part, N: Fc + (Fs - Fc) exp(-(v/vs)^2).
   double stribeck_force(double speed_m_per_s, double load_n) const noexcept {

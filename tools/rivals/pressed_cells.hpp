@@ -32,7 +32,8 @@ struct Wrench {
   double torque = 0.0;
 };
 
-/// Wrench at the end of the step, and its mean, by which force . displacement + torque angle is the work.
+/// Force and torque at the end of the step, and their means, with which force . displacement + torque angle
+/// is the work of the step.
 struct SpinForce {
   Wrench end, mean;
 };
@@ -41,7 +42,7 @@ struct SpinForce {
 /// at both ends of the step, and the arm of its mean force.
 class Turn {
  public:
-  /// Sets the turn. `before`, rad, is the body's angle at the start.
+  /// Sets the turn. `before` is the body's angle at its start, rad.
   Turn(double before, double angle) noexcept
       : begin_{std::cos(before), std::sin(before)},
         end_{std::cos(before + angle), std::sin(before + angle)},
@@ -58,7 +59,8 @@ class Turn {
  private:
   static Pair turned(Pair c, double x, double y) noexcept { return {c.x * x - c.y * y, c.y * x + c.x * y}; }
 
-  Pair begin_, end_, middle_;  // cosine and sine of the angle
+  // Cosine and sine of the body's angle at the beginning, end and middle of the step.
+  Pair begin_, end_, middle_;
   double chord_;
 };
 

@@ -6,14 +6,15 @@
 namespace rivals {
 namespace {
 
-// State vector: u = sigma0 z / (a N), psi, and the time integral of u.
+// State of the contact: force of the spring u = sigma0 z / (a N), state psi of the law, and the time integral
+// of u.
 using Vector = std::array<double, 5>;
 enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
 struct Equations {
   double v0, mu0_over_a, b_over_a, length;
-  double per_metre;  // change of u per metre of the spring
-  Pair v;            // velocity of the body
+  double per_metre;  // change of u per metre of spring stretch
+  Pair v;            // m/s, velocity of the body
 
   struct Slip {
     double over_u, slope, speed;  // V / |u|, dV / d|u|, V, where V is the slider's speed
@@ -47,7 +48,7 @@ class Matrix {
     const Equations::Slip s = eq.slip(size, q[psi_]);
     const Pair e = size > 0.0 ? (1.0 / size) * u : Pair{1.0, 0.0};
     const double along = s.slope - s.over_u;
-    const double aged = eq.b_over_a * s.speed;  // -dV/dpsi
+    const double aged = eq.b_over_a * s.speed;  // -dV/dpsi, where V is the slider's speed
     m_ = {{{diagonal + eq.per_metre * (s.over_u + along * e.x * e.x), eq.per_metre * along * e.x * e.y,
             -eq.per_metre * aged * e.x},
            {eq.per_metre * along * e.x * e.y, diagonal + eq.per_metre * (s.over_u + along * e.y * e.y),
@@ -92,8 +93,9 @@ class Matrix {
   std::array<std::size_t, 3> pivot_{};
 };
 
-// Coefficients of Rodas4: stage i starts at q + sum a k and is driven by sum c k / h; the last two stages are
-// corrections, the very last is the error estimate.
+// Coefficients of the Rodas4 method. Stage i starts at the old state plus the earlier stages times a_, and is
+// driven by the earlier stages times c_ / h. The last two stages are corrections, the very last is the error
+// estimate.
 constexpr double gamma_ = 0.25;
 constexpr double a_[4][4] = {{1.544},
                              {0.9466785280815826, 0.2557011698983284},
@@ -106,7 +108,7 @@ constexpr double c_[5][5] = {
     {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
     {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054}};
 
-// Advances by one piece of the step; returns its estimated error in u and psi.
+// Advances by a piece of h seconds of the step; returns the estimated error of u and psi.
 double piece(const Equations& eq, Vector& q, double h) noexcept {
   const Matrix matrix(eq, q, 1.0 / (gamma_ * h));
   std::array<Vector, 6> k;
@@ -131,7 +133,7 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  constexpr int most_pieces = 100'000;  // a runaway slider on a soft spring needs some thousand
+  constexpr int most_pieces = 100'000;  // a slider that runs away on a soft spring needs some thousand pieces
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
     h = std::min(h, left);

@@ -5,6 +5,9 @@
 //   dtheta/dt = 1 - V theta / Dc        (the ageing law: theta = Dc / V in steady sliding, = time at rest)
 //   dz/dt     = v - V e,   F = sigma0 z,   e = z / |z|        (V: speed of the slider, along its spring)
 //
+// N is the load, v the velocity of the body, z the stretch of the spring, sigma0 its stiffness, theta the
+// state, Dc the distance over which it wears off.
+//
 // Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which gives V = 0 at F = 0 and
 // allows reversal: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice and Ruina, J. Appl. Mech.
 // 50, 1983. For V far above v0 exp(-mu0/a) the asinh is a logarithm, and the law the usual one, mu0 + a
@@ -19,13 +22,14 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< used: kinetic_coefficient = mu0 and stiffness = sigma0
+  Surface surface;                ///< the model uses kinetic_coefficient (mu0) and stiffness (sigma0) alone
   double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
   double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
-  double state_length = 2e-5;     ///< m, Dc
+  double state_length = 2e-5;     ///< m, Dc: distance over which the state wears off
   double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
   Pair z;                         ///< m, deflection of the spring
-  double psi = 0.0;               ///< ln(v0 theta / Dc); a new contact starts as after sliding at v0
+  /// State psi = ln(v0 theta / Dc); a new contact starts as after sliding at v0.
+  double psi = 0.0;
 
   static constexpr double tolerance = 1e-7;
 

@@ -8,14 +8,14 @@
 namespace rivals {
 
 struct Relaxed {
-  Pair end, mean;  ///< z at the end of the step, and its mean
+  Pair end, mean;  ///< the relaxed z at the end of the step, and its mean over the step
 };
 
 /// Relaxes z towards the target; `q` = rate times duration, >= 0. The result lies between z and target for
 /// any q, so any step length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   const double lost = -std::expm1(-q);                           // 1 - exp(-q)
-  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t)
+  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t) over the step
   const Pair away = z - target;
   return {z - lost * away, target + mean_left * away};
 }

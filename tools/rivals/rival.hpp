@@ -1,4 +1,4 @@
-// Interface of all rival models.
+// Interface of all rivals, which are the friction models beside the brush.
 #pragma once
 
 #include <string_view>
@@ -14,7 +14,7 @@
 
 namespace rivals {
 
-/// Rival model with its parameters and state: plain data, which may be copied to try a step.
+/// Friction model with its parameters and state: plain data, which may be copied to try a step.
 using Rival =
     std::variant<Coulomb, Dahl, LuGre, ElastoPlastic, MaxwellSlip, GeneralisedMaxwellSlip, RateState>;
 

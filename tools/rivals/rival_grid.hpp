@@ -1,10 +1,10 @@
-// Grid that puts any rival model into every cell of a contact area; sliding and spinning feel the sum of the
-// cells.
+// Grid that puts any friction model of this folder into every cell of a contact area. Friction in sliding and
+// spinning is the sum over the cells.
 //
-// Cell i is a rival of its own under its share of the load, with its share of stiffness, damper and
-// lubricant. It has its own velocity v_i = v + omega x r_i, and F = sum F_i, T = sum r_i x F_i. The cells
-// turn with the body, deflections keep the axes of the surface. `LuGreGrid` does this for LuGre alone,
-// without the cost of the variant.
+// Cell i at the place r_i is a model of its own under its share of the load, with its share of stiffness,
+// damping and viscous friction. Its velocity is v_i = v + omega x r_i. Its force F_i adds up to the force F =
+// sum F_i and the torque T = sum r_i x F_i. The cells turn with the body, deflections keep the axes of the
+// surface. `LuGreGrid` does this for LuGre alone, without the cost of the variant.
 #pragma once
 
 #include <vector>
@@ -28,7 +28,7 @@ class RivalGrid {
  private:
   PressedCells cells_;
   std::vector<Rival> rivals_;
-  double turned_ = 0.0;  // rad
+  double turned_ = 0.0;  // rad, angle by which the body has turned
 };
 
 }  // namespace rivals

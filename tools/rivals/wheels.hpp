@@ -10,19 +10,20 @@
 
 namespace rivals {
 
-/// Place over the half length; traction and its bound over the largest traction.
+/// Point of the contact: place over the half length; traction and its bound, both over the largest traction.
 using Traction = std::array<double, 3>;
 
-/// Force against the creep, N, and self-aligning moment, which turns the wheel into its motion, N m.
+/// Lateral force against the creep (N), and self-aligning moment (N m), which turns the wheel into its
+/// motion.
 struct WheelForce {
   double force = 0.0, moment = 0.0;
 };
 
 struct Wheel {
-  double load = 0.0, limit = 0.0;  ///< N
+  double load = 0.0, limit = 0.0;  ///< N, normal load and highest friction
   double half = 0.0;               ///< m, half length of the contact
-  double stiffness = 0.0;          ///< N per unit creepage
-  double low_speed = 0.0;          ///< m/s; below it rivals divide by it instead of by the speed
+  double stiffness = 0.0;          ///< N per unit of creepage (sideways slip over rolled distance)
+  double low_speed = 0.0;          ///< m/s, least speed by which creepage divides
   int cells = 32;
 
   double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which the whole contact slips
@@ -52,9 +53,9 @@ struct SlipFormula : Wheel {
 
 /// Lumped tyre model of Canudas de Wit and Tsiotras (CDC 1999), with Coulomb friction.
 struct LuGreTyre : Wheel {
-  double deflection = 0.0;  // m
+  double deflection = 0.0;  // m, deflection of the bristle
   WheelForce step(double aside, double rolled, double) {
-    const double spring = 7.0 / 6.0 * stiffness / (2.0 * half);  // N/m
+    const double spring = 7.0 / 6.0 * stiffness / (2.0 * half);  // N/m, stiffness of the bristle
     const double rate = std::fabs(aside) * spring / limit + 7.0 / 6.0 * std::fabs(rolled) / (2.0 * half);
     if (rate > 0.0) deflection = deflection * std::exp(-rate) - aside / rate * std::expm1(-rate);
     return {spring * deflection, 0.0};

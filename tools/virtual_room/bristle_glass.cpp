@@ -8,7 +8,8 @@ namespace room {
 namespace {
 
 constexpr float flash_lasts_s = 0.22f;
-constexpr float bent_after_flash = 0.25f;  // bend over snap length above which a snapped hair is not lit up
+// Deflection over snap length above which a snapped hair is not lit up.
+constexpr float bent_after_flash = 0.25f;
 
 // Places root i at the golden angle, which spreads any number of points evenly over a disc.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
@@ -31,7 +32,7 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// Finds bristles that snapped: all others move by one displacement, the median of all.
+// Finds bristles that snapped. All others move by the block's displacement, which is the median of all moves.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();
@@ -51,7 +52,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
     const bool redrawn =
         std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
-    // Skips the flash of a bristle that has bent again since: in fast sliding all snap between two pictures.
+    // Lights up a bristle that snapped, unless it has bent again since: in fast sliding all snap between two
+    // pictures.
     if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
     hairs_[i].age = 0.0f;
     ++snaps_;
@@ -85,8 +87,9 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
 }
 
-// Shows cohorts of the infinite brush as groups of hairs, in proportion to mass; bristles of one cohort bend
-// alike. A cohort that moved with the block since the last picture is the same one, any other is new.
+// Shows the infinite brush's cohorts (bristles last straight at the same place) as groups of hairs, in
+// proportion to their shares of the bristles; bristles of one cohort bend alike. A cohort that moved with the
+// block since the last picture is the same one, any other is new.
 void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);
@@ -109,7 +112,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     }
   }
   seen_ = found;
-  // Lays cohorts side by side in the order of their bending, each as wide as its mass.
+  // Lays cohorts side by side in the order of their bending, each as wide as its share of the bristles.
   std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
   hairs_.resize(found.size());
   float from = -0.86f * reach;

@@ -1,4 +1,5 @@
-// Magnifying glass: which bristles are shown where, how they lean, and which have just snapped.
+// Shows bristles in a magnifying glass: which ones are drawn where, how they lean, and which have just
+// snapped.
 #pragma once
 
 #include <cstddef>
@@ -9,36 +10,38 @@
 namespace room {
 
 /// Hair in the glass. For the infinite brush it stands for a cohort (bristles last straight at the same
-/// place), drawn as a sheet as thick as the cohort's mass. Lengths in hairs, axes of the patch.
+/// place), drawn as a sheet as thick as the cohort's share of the bristles. Lengths are in hair lengths, in
+/// the axes of the patch.
 struct Hair {
   float root[2] = {0, 0}, lean[2] = {0, 0};
   float bent = 0;                ///< deflection over snap length; for a cohort, over the mean snap length
-  float flash = 0;               ///< 1 at a snap, then fading
-  float half[2] = {thin, thin};  ///< half the thickness in x and y
-  float age_colour = 0;          ///< colour of `age` on the scale 0 to 1, for the renderer
+  float flash = 0;               ///< brightness of a flash: 1 at a snap, then fading
+  float half[2] = {thin, thin};  ///< half of the thickness in x and y
+  float age_colour = 0;          ///< place of `age` on the colour scale, 0 to 1, for the renderer
   float age = 0;                 ///< s since the hair was last straight, as far as observed
   static constexpr float thin = 0.030f;
 };
 
-/// Follower of the bristles from picture to picture; finds snaps.
+/// Follows the bristles from picture to picture and finds snaps.
 class BristleGlass {
  public:
-  static constexpr float reach = 2.3f;            ///< radius of the floor shown, hairs
-  static constexpr float lean_per_length = 0.8f;  ///< hairs of lean at a deflection of one mean snap length
+  static constexpr float reach = 2.3f;  ///< radius of the floor that is shown, in hair lengths
+  /// Lean in hair lengths at a deflection of one mean snap length.
+  static constexpr float lean_per_length = 0.8f;
 
   /// Updates the hairs. `elapsed` is the real time (s) since the last call; 0 while nothing moves.
   void update(const Snapshot& room, float elapsed);
 
   const std::vector<Hair>& hairs() const { return hairs_; }
   bool shows_cohorts() const { return cohorts_; }
-  bool by_age = false;  ///< colours by age instead of by bending
+  bool by_age = false;  ///< whether hairs are coloured by age instead of by bending
   /// Returns an age's place on the colour scale: 0 for 10 ms, 1 for 100 s.
   static float age_colour(float age_s);
   /// Returns the number of hairs seen to snap in the last update.
   std::size_t snaps() const { return snaps_; }
 
  private:
-  /// Cohort as last seen: share of the bristles, deflection (m).
+  /// Cohort in the last picture: share of the bristles, deflection (m), age (s).
   struct Cohort {
     float mass = 0, zx = 0, zy = 0, age = 0;
   };
@@ -48,8 +51,8 @@ class BristleGlass {
   void find_snaps(const BristleView& now);
 
   BristleView before_;
-  double time_ = 0;           // s, simulated time of before_
-  double place_[2] = {0, 0};  // m, place of the block
+  double time_ = 0;           // s, simulated time at which before_ was taken
+  double place_[2] = {0, 0};  // m, place of the block when before_ was taken
   bool cohorts_ = false;
   float grows_ = 0;
   std::vector<Cohort> seen_;

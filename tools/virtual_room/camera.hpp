@@ -6,7 +6,7 @@
 namespace room {
 
 struct Ray {
-  Eigen::Vector3f from, along;  ///< m; unit
+  Eigen::Vector3f from, along;  ///< m, origin of the ray; unit vector along it
 };
 
 /// Rectangle of the picture in pixels, y down.
@@ -17,10 +17,10 @@ struct Area {
 };
 
 struct Camera {
-  Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m
-  float distance = 0.99f;                         ///< m
+  Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m, point that the eye looks at
+  float distance = 0.99f;                         ///< m, from the eye to the target
   float azimuth = -1.93f, elevation = 0.40f;      ///< rad, direction of the eye seen from the target
-  float field_of_view = 0.56f;                    ///< rad, vertical angle of view
+  float field_of_view = 0.56f;                    ///< rad, vertical angle that the picture covers
 
   Eigen::Vector3f eye() const;
   Eigen::Matrix4f view() const;

@@ -8,7 +8,8 @@
 namespace room {
 namespace {
 
-constexpr double block_margin = 1e-3, tool_margin = 1e-4;  // m, gaps below which two bodies count as close
+// m, gaps below which block and tool count as close.
+constexpr double block_margin = 1e-3, tool_margin = 1e-4;
 
 struct Plane {
   Vector3 normal;
@@ -32,7 +33,7 @@ Vector3 corner_of(const RoomMeasures& m, int i) noexcept {
           (i & 4 ? 0.5 : -0.5) * m.block[2]};
 }
 
-// Collision world of Bullet. Objects are numbered: the surfaces, then block and tool.
+// Collision world of the library Bullet. Its objects are numbered: first the surfaces, then block and tool.
 struct Collision::Bullet {
   static constexpr int block_index = surfaces, tool_index = surfaces + 1, objects = surfaces + 2;
 

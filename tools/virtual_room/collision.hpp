@@ -28,14 +28,14 @@ inline constexpr int surfaces = 5;
 /// Place where two bodies touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< which surface of the room is touched; not for block_tool
-  int corner = 0;                    ///< corner of the block, for block_surface
-  /// m, on the moving body that touches a surface; on the block against the tool
+  Surface surface = Surface::floor;  ///< surface of the room that is touched; not for block_tool
+  int corner = 0;                    ///< index of the block's corner, for block_surface
+  /// m, place of the touch: on block or tool if a surface is touched; on the block if the tool touches it
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  ///< unit vector out of the other body, into the block (or the tool)
-  double gap = 0.0;                   ///< m; negative: depth of the overlap
+  double gap = 0.0;                   ///< m, distance of the bodies; negative: depth of their overlap
 
-  /// Returns a key that identifies the place for as long as it touches.
+  /// Returns a key that identifies the place of this touch for as long as it lasts.
   int key() const noexcept {
     if (pair == Pair::block_tool) return surfaces * corners;
     return pair == Pair::block_surface ? static_cast<int>(surface) * corners + corner
@@ -44,15 +44,15 @@ struct Touch {
 };
 inline constexpr int touch_keys = surfaces * corners + 1 + surfaces;
 
-/// Touches of one tick, in an order that depends on the poses alone.
+/// Touches of one tick, in an order that depends only on the bodies' poses.
 struct Touches {
   std::array<Touch, touch_keys> list;
   std::size_t count = 0;
 };
 
 struct Pose {
-  Vector3 position = Vector3::Zero();           ///< m, centre of mass of the block
-  Rotation orientation = Rotation::Identity();  ///< orientation of the block
+  Vector3 position = Vector3::Zero();           ///< m, place of the block's centre of mass
+  Rotation orientation = Rotation::Identity();  ///< orientation of the block's axes in the room's
 };
 
 /// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.

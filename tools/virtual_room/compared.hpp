@@ -11,8 +11,8 @@
 namespace room {
 
 struct ComparedScene {
-  const char* name;  ///< name in the button's list
-  const char* key;   ///< name in scripts
+  const char* name;  ///< name of the scene on its button
+  const char* key;   ///< name of the scene in scripts
   const char* says;
   std::size_t beside;  ///< number of blocks beside the first one
   bool driven;         ///< whether a carriage holds and moves all blocks
@@ -65,13 +65,14 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
 
 // ------------------------------------------------------------------------------------------- the carriage
 
-inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;  ///< cycles/s; in bristle lengths
+/// Cycles per second; amplitude in bristle lengths.
+inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
 /// s, rests between slides of one second each. The sequence then repeats in the other direction.
 inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
-inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s, s
+inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s and s, speed and duration of a slide
 
 struct RestPhase {
-  double place = 0.0;  ///< m
+  double place = 0.0;  ///< m, place of the carriage
   bool slides = false;
   double rested = 0.0;  ///< s, length of the rest before this slide; during a rest, its full length
 };
@@ -139,8 +140,8 @@ class Strength {
   /// Returns the strength (N): in the rubbing scene the highest friction of the last whole cycle, in the
   /// scene of rests that of the slide after the last rest. 0: none yet.
   double newton() const noexcept { return newton_; }
-  /// Returns the companion of newton(): in the rubbing scene its ratio to the first cycle, in the scene of
-  /// rests the length of the rest, s.
+  /// Returns the second figure beside newton(). In the rubbing scene: newton() over its value in the first
+  /// cycle. In the scene of rests: the length of the rest, s.
   double beside(Comparison scene) const noexcept {
     if (scene == Comparison::rubbing) return first_ > 0.0 ? newton_ / first_ : 0.0;
     return part_;

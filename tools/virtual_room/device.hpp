@@ -7,7 +7,7 @@ namespace room {
 /// State of the hand at a tick, in the room's axes.
 struct Hand {
   bool holds = true;               ///< whether the virtual spring connects hand and tool
-  double position[3] = {0, 0, 0};  ///< m
+  double position[3] = {0, 0, 0};  ///< m, position of the hand
   double force[3] = {0, 0, 0};     ///< N, force on the tool besides the spring
 };
 

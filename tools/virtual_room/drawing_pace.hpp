@@ -9,9 +9,9 @@ namespace room {
 
 struct Drawing {
   bool shadows = true;
-  bool half_resolution = false;  ///< of the room, not of panels
-  double period_s = 1.0 / 60;    ///< shortest time from picture to picture
-  const char* says = "";         ///< line for the person
+  bool half_resolution = false;  ///< whether the room, not the panels, is drawn at half resolution
+  double period_s = 1.0 / 60;    ///< s, shortest time from picture to picture
+  const char* says = "";         ///< note for the user on what is left out
 };
 
 /// Chooses a level of drawing by the time that pictures take. A level that turned out too slow is tried again
@@ -23,12 +23,13 @@ class DrawingPace {
        {false, false, 1.0 / 60, "no shadows"},
        {false, true, 1.0 / 60, "no shadows, half resolution"},
        {false, true, 1.0 / 15, "no shadows, half resolution, 15 pictures a second"}}};
-  static constexpr double too_slow_s = 0.04, fast_s = 0.02;  ///< of one picture
+  /// s, times of a picture beyond which drawing is made plainer, and below which it may be made richer.
+  static constexpr double too_slow_s = 0.04, fast_s = 0.02;
 
   const Drawing& now() const noexcept { return levels[level_]; }
 
-  /// Notes the time of a picture, s, and the share of real time at which the simulation ran meanwhile (1 if
-  /// unknown). Call it for every picture, at time `t`, s.
+  /// Notes the time (s) that a picture took, and the share of real time at which the simulation ran meanwhile
+  /// (1 if unknown). Call it for every picture, at time `t`, s.
   void take(double t, double picture_s, double share) noexcept {
     mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.1 * (picture_s - mean_s_);
     mean_share_ = count_ == 0 ? share : mean_share_ + 0.1 * (share - mean_share_);
@@ -51,7 +52,7 @@ class DrawingPace {
   }
 
   std::size_t level_ = 0;
-  long count_ = 0;      ///< pictures at this level
+  long count_ = 0;      ///< number of pictures drawn at this level
   bool tried_ = false;  ///< whether this level was tried from a plainer one
   double mean_s_ = 0.0, mean_share_ = 1.0, since_ = 0.0, wait_s_ = 5.0;
 };

@@ -92,14 +92,14 @@ class SpscRing {
   std::atomic<std::uint64_t> dropped_{0};
 };
 
-/// Channels between the threads. "Graphic" is the one thread that shows the room; "desk" the one beside the
-/// haptic thread (haptic_loop.cpp).
+/// Channels between the threads: the haptic thread; the graphic thread, which shows the room; and the desk,
+/// the thread beside the haptic one that allocates and reads files (haptic_loop.cpp).
 struct Exchange {
-  TripleBuffer<Snapshot> room;        ///< haptic to graphic: the end of each tick
+  TripleBuffer<Snapshot> room;        ///< haptic to graphic: state at the end of each tick
   SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: a point each tick; room for 16 s at 1 kHz
   TripleBuffer<Settings> settings;    ///< graphic to desk: all settings at once
   TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: the mouse as a device
-  SpscRing<Act, 64> acts;             ///< graphic to haptic: in order
+  SpscRing<Act, 64> acts;             ///< graphic to haptic: acts, in order
 };
 
 }  // namespace room

@@ -24,17 +24,19 @@ using Body = bristle::MovingBody<velocities>;
 using Velocity = bristle::BodyVector<velocities>;
 using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
 
-/// Contact that has a patch, with its load as input and its force as output.
+/// Contact of the block with a surface or the tool that has a patch; its load is an input, its force an
+/// output.
 struct PatchContact {
   std::size_t patch = 0;  ///< index of the patch, 0 to patch_count - 1
   TangentRows rows = TangentRows::Zero();
-  /// Spin . u is the block's rate of turn on the tool's pad, rad/s; unused for other contacts.
+  /// Row whose product with the velocities is the block's rate of turn on the tool's pad, rad/s; for a pad
+  /// only.
   Velocity spin = Velocity::Zero();
   double load = 0.0;         ///< N, normal load; 0 resets the patch's bristles
-  double force[2] = {0, 0};  ///< N, friction on the block; step() fills in this and the rest
+  double force[2] = {0, 0};  ///< N, friction on the block. step() sets this and the members below
   bristle::Status status = bristle::Status::ok;
-  double limit = 0.0;  ///< N, highest elastic force
-  /// N m, torque of a pad on the block about the normal, and its limit.
+  double limit = 0.0;  ///< N, highest elastic friction under this load
+  /// N m, torque of the pad on the block about the normal, and the highest torque.
   double torque = 0.0, torque_limit = 0.0;
 };
 
@@ -58,15 +60,16 @@ class Friction {
   bristle::PatchId patch(std::size_t i) const noexcept {
     return is_pad(i) ? pad_->cell_patches(pad_id_)[0] : ids_[i];
   }
-  /// Returns the number of representatives in contact, with its fraction; 0 for a rival.
+  /// Returns the number of the patch's representatives in contact, with its fraction; 0 if the model is no
+  /// brush.
   double active_bristles(std::size_t i) const noexcept;
-  /// Returns how many bristles on the floor snapped in the last step; 0 for a rival.
+  /// Returns how many bristles on the floor snapped in the last step; 0 if the model is no brush.
   std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }
-  std::uint64_t state_hash() const noexcept;  ///< hash of the brush's patches, or of the rival's states
+  std::uint64_t state_hash() const noexcept;  ///< hash of the patches, or of the other model's states
 
  private:
-  // Feet without a patch, each of which reports two of the nine velocities: their displacements return the
-  // solution.
+  // Contacts without friction, each of which reports two of the nine velocities: their displacements return
+  // the motion that the solver has found.
   static constexpr std::size_t probes = (velocities + 1) / 2;
 
   Velocity find_brush_motion(double dt_s, const Body& body, const Velocity& external,
@@ -84,7 +87,7 @@ class Friction {
   FrictionModel model_ = FrictionModel::brush;
   PatchIds ids_{};
   std::array<rivals::Rival, patch_count> rivals_{};
-  // Most feet of the solver: points, cells of the pad, and probes.
+  // Highest number of contacts of the solver: points, cells of the pad, and the frictionless probes.
   static constexpr std::size_t most_feet = patch_count + pad_cells + probes;
   std::array<bristle::BodyContact<velocities>, most_feet> feet_{};
   std::array<bristle::Motion, most_feet> motions_{};
@@ -93,7 +96,8 @@ class Friction {
   bristle::PatchId pad_id_;
   bristle::ExtendedMotion pad_motion_;
   std::uint64_t snaps_ = 0;
-  std::size_t points_ = 0, cells_ = 0;  // number of each among the feet; cells_ 0: the pad does not touch
+  // Numbers of points and of pad cells; cells_ 0: the pad does not touch.
+  std::size_t points_ = 0, cells_ = 0;
 };
 
 }  // namespace room

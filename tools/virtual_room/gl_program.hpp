@@ -1,4 +1,4 @@
-// Linked pair of shaders and its uniforms.
+// OpenGL program: a linked pair of shaders, and its uniforms.
 #pragma once
 
 #include <epoxy/gl.h>

@@ -11,7 +11,7 @@ namespace room {
 /// `delay`, without jump, kink or overshoot.
 class HandFilter {
  public:
-  static constexpr double delay = 0.04;  ///< s
+  static constexpr double delay = 0.04;  ///< s, mean delay of the filtered hand
 
   void begin(const double (&at)[4]) noexcept {
     for (int i = 0; i < 4; ++i) first_[i] = second_[i] = at[i];

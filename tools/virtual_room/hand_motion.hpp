@@ -19,7 +19,7 @@ struct HandRow {
 /// position and one without, the earlier row holds until the later.
 struct HandMotion {
   std::vector<HandRow> rows;
-  Hand at(double t) const noexcept;  ///< does not allocate
+  Hand at(double t) const noexcept;  ///< returns the hand at time t (s); does not allocate
   double end() const noexcept { return rows.empty() ? 0.0 : rows.back().t; }
 };
 

@@ -41,11 +41,11 @@ constexpr double fade_time = 0.05;      // s, time over which the hand's force f
 constexpr double message_time = 6.0;    // s, time for which a message is shown
 constexpr double farthest_hand = 10.0;  // m, largest hand coordinate accepted on each axis
 constexpr double strongest_hand = 1e3;  // N, largest hand force accepted on each axis
-// Sets a deadline that no tick misses: periods between ticks are only measured, and the cause of a late one
-// is not asked for.
+// Deadline (s) that no tick misses: the loop only measures the periods between ticks, and does not look for
+// the cause of a late one.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
-// Shares of ticks that step the world, for each speed of slow motion.
+// Speeds of slow motion, as shares of ticks that step the world.
 constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
 constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
@@ -68,7 +68,7 @@ struct Order {
   Parameters parameters, beside[most_compared];
   std::uint64_t revision = 0;
   bool reset = false;
-  Device* device = nullptr;  ///< null: keeps the present device
+  Device* device = nullptr;  ///< null: the present device stays
   Recording recording = Recording::as_it_is;
   Message message;
 };
@@ -190,7 +190,8 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
-      if (hand_recorded) recording = hand_recorded = false;  // the clock restarts here, before the desk knows
+      // The clock restarts here, before the desk knows, so recording stops.
+      if (hand_recorded) recording = hand_recorded = false;
       reset_worlds();
     }
     // Raises the force on the hand without a jump after a pause; the world feels the full force at once.
@@ -208,7 +209,7 @@ struct HapticLoop::Impl {
     for (std::size_t i = 0; i < most_compared; ++i) {
       beside[i]->world.take(order.beside[i]);
     }
-    // Resets the worlds: bent bristles of one scene would push the block of the next.
+    // Resets the worlds, because bent bristles of one scene would push the block of the next.
     if (begins) reset_worlds();
   }
 
@@ -280,15 +281,15 @@ struct HapticLoop::Impl {
     device->write(last_force);
   }
 
-  // Runs a tick of a pause: reads the device, so that packets do not queue up, and ignores them.
+  // Runs a tick while paused: reads the device, so that packets do not queue up, and ignores them.
   void stand_still() noexcept {
     Hand unused;
     device->read(world.time(), unused);
     release_device();
   }
 
-  // Sets the device's force to zero when a pause, a change of device or the end stops the stepping that
-  // computes it.
+  // Sets the device's force to zero where nothing computes it: in a pause, at a change of device, and at the
+  // end.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
     std::fill(last_force, last_force + 3, 0.0);
@@ -377,7 +378,7 @@ struct HapticLoop::Impl {
     row.revision = revision;
     row_waits = true;
   }
-  // Writes the forces of a step into the recording row of that step.
+  // Adds the forces of a step to its recording row, and sends the row.
   void finish_row() noexcept {
     if (!row_waits) return;
     row.patches = world.patch_forces(row.patch);
@@ -486,7 +487,7 @@ struct HapticLoop::Impl {
     return p;
   }
 
-  // Frees objects that an order replaced, once the haptic loop has taken the order.
+  // Frees objects that an order has replaced; called after the haptic thread has taken the order.
   void clear_up() {
     maker.remove_old();
     for (const auto& other : beside) other->maker.remove_old();
@@ -560,7 +561,7 @@ struct HapticLoop::Impl {
           order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          // Opens the files before the patches are made: once they are made, the order must be given.
+          // Opens the files first: once patches are made, the order that hands them over cannot be dropped.
           recorded = free_name(options.record_to);
           recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
@@ -586,7 +587,7 @@ struct HapticLoop::Impl {
         default:
           return;
       }
-    } catch (const std::exception& error) {  // a file cannot be read or written
+    } catch (const std::exception& error) {  // the act is dropped if a file cannot be read or written
       if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
@@ -602,8 +603,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes an order that resets the block and lets a hand of the room's own move it, under the present
-  // settings.
+  // Makes an order that resets the block and lets a hand of the program move it, under the present settings.
   Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
@@ -664,7 +664,7 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // out of memory: the request is dropped
+      } catch (const std::exception& error) {  // the request is dropped if memory runs out
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
       }
       std::this_thread::sleep_for(desk_pause);
@@ -688,12 +688,12 @@ struct HapticLoop::Impl {
   // hand_recorded: the recording includes the hand, not forces alone
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
-  double feedback = 1.0;  // share of the computed force that goes to the device
+  double feedback = 1.0;  // share of the computed force that is sent to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
-  std::size_t speed = 0;  // index into `speeds`
-  double progress = 0.0;  // fraction accumulated towards the next tick that steps
+  std::size_t speed = 0;  // index into `speeds`, the speeds of slow motion
+  double progress = 0.0;  // share of a step that slow motion has gathered; the world steps at 1
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -711,17 +711,17 @@ struct HapticLoop::Impl {
   std::atomic<bool> running{false};
   Recorder recorder;
 
-  // Members of the desk.
+  // Members of the desk, the thread that allocates and reads files.
   std::uint64_t orders_given = 0, revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool pulling = false;     // whether the present replay is the slow pull
+  bool pulling = false;     // whether the motion that is replayed is the slow pull
   std::string recorded;     // name of the last recording
-  Act waiting = Act::none;  // act that waits until a recording is closed
-  // Closing: a recording is to be closed; failed: a recording failed and that is not reported yet.
+  Act waiting = Act::none;  // act that waits until a recording has been closed
+  // Whether a recording is to be closed; whether a recording failed and the user has not been told yet.
   bool closing = false, failed = false;
-  std::string failure;  // message of the last failure
+  std::string failure;  // error text of the failed recording
 
   std::thread haptic_thread, desk_thread;
 };

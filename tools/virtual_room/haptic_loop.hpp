@@ -15,12 +15,13 @@
 namespace room {
 
 struct LoopOptions {
-  double rate_hz = 1000.0;      ///< Hz, 1000 to 10000
-  Settings settings;            ///< initial settings
+  double rate_hz = 1000.0;      ///< Hz, rate of ticks, 1000 to 10000
+  Settings settings;            ///< settings at time 0
   std::vector<Change> changes;  ///< changes of the settings at given times
   RoomMeasures measures;
   std::string record_to = "recording";  ///< name without ending of the files that Act::record writes
-  std::string forces_csv;               ///< file for forces, from the start; empty = none
+  /// File in which all forces are recorded from the start; empty = none.
+  std::string forces_csv;
 };
 
 /// Owner of the world and its exchange. One thread at a time calls start, stop and advance.
@@ -29,7 +30,7 @@ class HapticLoop {
   /// Allocates all patches. A null `device` means the mouse, fed through exchange().mouse. Throws
   /// bristle::Error or cli::UserError.
   explicit HapticLoop(const LoopOptions& options, std::unique_ptr<Device> device = nullptr);
-  ~HapticLoop();  ///< stops
+  ~HapticLoop();  ///< stops the loop
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 

@@ -15,12 +15,14 @@
 namespace room {
 namespace {
 
-constexpr std::uint64_t most_ticks_at_once = 1000;  // far below the capacity of the ring of plot points
+// Far below the number of plot points that the ring between the threads holds.
+constexpr std::uint64_t most_ticks_at_once = 1000;
 
-/// Summary of all ticks.
+/// Summary of all ticks of the run, from which the printed table comes.
 struct Summary {
-  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N
-  double farthest = 0.0;                                                             // m
+  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, over all ticks
+  // m, farthest place of the block.
+  double farthest = 0.0;
   std::string last_message;
 
   void take(Exchange& exchange, const DrawFrame& draw) {

@@ -10,8 +10,9 @@ namespace room {
 
 /// Drawing functions, called by a headless run; both empty where nothing is drawn.
 struct DrawFrame {
-  std::function<void(const PlotPoint& point)> see;                   ///< called for each tick, in order
-  std::function<void(const Snapshot& room, long frame)> draw_frame;  ///< `frame` counts from 0
+  std::function<void(const PlotPoint& point)> see;  ///< called for each tick, in order
+  /// Called for each picture; `frame` counts them from 0.
+  std::function<void(const Snapshot& room, long frame)> draw_frame;
 };
 
 /// Runs the room for options.seconds by the chosen clock; `draw` sees frames_per_second snapshots per

@@ -39,8 +39,8 @@ class History {
 class FirstBending {
  public:
   static constexpr std::size_t capacity = 4000;
-  static constexpr float lengths = 4.0f;  ///< range, in presliding lengths
-  static constexpr float back = 0.5f;     ///< presliding lengths of return after which recording ends
+  static constexpr float lengths = 4.0f;  ///< length of the curve, in presliding lengths
+  static constexpr float back = 0.5f;     ///< return of the block, in presliding lengths, that ends the curve
 
   /// Adds a point; call it for each tick once, in order. A time that goes back restarts the curve.
   void add(const PlotPoint& point);
@@ -62,7 +62,7 @@ class TimeHistogram {
  public:
   static constexpr int per_decade = 12, decades = 5;
   static constexpr int classes = per_decade * decades;
-  static constexpr double least = 1e-7;  ///< s, lower end of the first class
+  static constexpr double least = 1e-7;  ///< s, lower end of the histogram's first class
 
   void add(double seconds);
   void clear() {

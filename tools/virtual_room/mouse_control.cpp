@@ -10,11 +10,11 @@
 namespace room {
 
 namespace {
-constexpr double height_a_notch = 0.002;  // m
-constexpr double press_a_notch = 0.1;     // N
-constexpr double most_press = 10.0;       // N
+constexpr double height_a_notch = 0.002;  // m, change of the hand's height per notch of the wheel
+constexpr double press_a_notch = 0.1;     // N, change of the press per notch of the wheel
+constexpr double most_press = 10.0;       // N, highest press
 constexpr double fine_gain = 0.1;
-constexpr double key_speed = 0.01;  // m/s
+constexpr double key_speed = 0.01;  // m/s, speed of a hand moved by keys
 }  // namespace
 
 void MouseControl::move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera,

@@ -28,9 +28,9 @@ class MouseControl {
   /// message for the person, or nothing.
   std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
 
-  /// Returns whether a drag is under way, which the panels must not see.
+  /// Returns whether a drag is under way; the panels must then not get the mouse.
   bool busy() const { return drag_ != Drag::none; }
-  /// Returns true once after the hand changed.
+  /// Returns whether the hand changed since the last call.
   bool hand_changed();
   const MouseHand& hand() const { return hand_; }
 
@@ -43,10 +43,11 @@ class MouseControl {
   MouseHand hand_;
   bool changed_ = false;
   float last_x_ = 0, last_y_ = 0;
-  double height_ = 0.01;  ///< m, height of the hand over the floor; a low push hardly tips the block
+  /// m, height of the hand over the floor; a push at this height hardly tips the block.
+  double height_ = 0.01;
   bool fine_ = false;
-  double anchor_[2] = {0, 0},
-         pointer_[2] = {0, 0};  // m, hand and pointer when the drag or its fine mode began
+  // m, places of hand and pointer when the drag, or its fine mode, began.
+  double anchor_[2] = {0, 0}, pointer_[2] = {0, 0};
 };
 
 }  // namespace room

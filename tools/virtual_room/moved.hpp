@@ -10,7 +10,7 @@ namespace room {
 
 class Moved {
  public:
-  static constexpr double settles = 6.0;  ///< s, time after the beginning from which it counts
+  static constexpr double settles = 6.0;  ///< s, time after the beginning from which creep counts
 
   /// Restarts the count: motion that a hand causes is no creep.
   void begin(double time_s = 0.0) noexcept {
@@ -21,7 +21,7 @@ class Moved {
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
-      if (count_ > 0.0) {  // a pair of taps is over
+      if (count_ > 0.0) {  // the last pair of taps is over
         const double place = sum_ / count_;
         if (pair_ * tap_pair >= since_ + settles && begun_) {
           moved_ = place - from_;

@@ -20,7 +20,7 @@ class OffscreenRoom {
   ~OffscreenRoom();
 
   RoomView& view() { return *view_; }
-  /// Draws a picture. `elapsed`: s since the last one.
+  /// Draws a picture of the room. `elapsed`: time since the last picture, s.
   PixelImage draw(const Snapshot& room, float elapsed);
 
  private:

@@ -93,7 +93,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   // Stacks the labels where they are long, as for driven blocks, or the window is narrow.
   const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
-  // Puts a label at the offset `off` (m) from its block, so that no name covers another.
+  // Puts a label beside a block at the offset `off` (m), so that no label covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
                          const std::string& text, ImU32 colour) {
     float x, y;
@@ -156,7 +156,7 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
 
 // Draws the colour scale of the hairs: from straight to about to snap.
 void draw_age_scale(const Pen& pen, float x, float y, float width) {
-  // Square roots of the shader's colours, under the light that falls on hairs.
+  // Colours of the scale: square roots of those in the shader, under the light that falls on hairs.
   static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
                                     IM_COL32(102, 72, 165, 255)};
   const float high = 5 * pen.scale, half = 0.5f * width;

@@ -558,7 +558,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
-  // Both rates, small, under the time.
+  // Shows the rates of simulation and of pictures in small letters under the time.
   if (state.pictures > 0) {
     const std::string rates =
         fmt::format("{:.2f} of real time, {:.0f} pictures a second{}{}", state.share * room.speed,

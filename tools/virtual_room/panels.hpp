@@ -18,7 +18,7 @@ namespace room {
 /// Places of the panels and the room, in pixels.
 struct Layout {
   Picture picture;
-  Area settings, bar, plots;  ///< areas of settings, buttons and plots; width 0: hidden
+  Area settings, bar, plots;  ///< areas of settings, buttons and plots; width 0: not shown
   float scale = 1;
 };
 /// Computes the layout. `glass_left` puts the glass at the left of the room instead of the right.
@@ -26,11 +26,11 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
 
 /// Requests that the person made in the last picture.
 struct Wishes {
-  bool settings = false;  ///< whether settings changed
+  bool settings = false;  ///< whether the person changed settings
   Act act = Act::none;
   bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
   bool export_plots = false, save_scene = false, full_speed = false;
-  bool list_files = false;  ///< the button Load was pressed
+  bool list_files = false;  ///< whether the button Load was pressed
   std::optional<Comparison> scene;
   bool tour = false;
   std::string load;  ///< name of a file to load
@@ -62,15 +62,15 @@ struct Effective {
 int preset_of(const Settings& settings);
 
 struct GuiState {
-  Settings settings, beginning;  ///< `beginning` is what "Defaults" restores
+  Settings settings, beginning;  ///< `beginning`: the settings that "Defaults" restores
   SettingsUndo undo;
   PlotRanges ranges;
   float plot_seconds = 8;
-  std::vector<std::string> files;  ///< loadable files, as found when the list was opened
+  std::vector<std::string> files;  ///< files that can be loaded, as found when the list was opened
   FirstBending first_bending;
-  double share = 1.0;                 ///< share of real time at which the simulation runs, over its speed
-  double pictures = 0.0;              ///< number a second
-  const char* drawn = "";             ///< what pictures leave out to keep pace, or ""
+  double share = 1.0;                 ///< simulated over real time, as a share of the chosen speed
+  double pictures = 0.0;              ///< pictures per second
+  const char* drawn = "";             ///< text on what pictures leave out to keep pace, or ""
   float back_s = 0, back_most_s = 0;  ///< s, age of the moment shown during a pause, and its limit
 };
 

@@ -13,7 +13,8 @@ namespace {
 // N, loads at which all representatives are in contact; a greater load raises each one's force, not their
 // number.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
-// Most bristles of a wall patch: walls and roof are rarely touched, so more would only take memory.
+// Highest number of bristles in a patch of walls and roof: they are rarely touched, so more would only take
+// memory.
 constexpr std::uint32_t most_wall_bristles = 16384;
 
 constexpr double least_peak_over_kinetic = 1.001;
@@ -26,14 +27,14 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
                                    : wall_load)
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
-      .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)  // energy output for the floor:
-                                                                               // it counts snaps
+      // The floor's energy output counts snaps.
+      .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
 
-// Returns stiffness and damping for models with one bristle, equal to the brush's under the resting load of
-// one corner. LuGre's own damper is half critical there, as in its source.
+// Returns stiffness and damping for models with one bristle: those of the brush under the resting load of one
+// corner. LuGre's own damper is half critical there, as in its source.
 rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
   const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
   rivals::Surface surface;
@@ -98,7 +99,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
   if (s.keep && s.infinite) {
-    // Keeps the newer of two choices that exclude each other.
+    // Of two choices that exclude each other, keeps the one made last.
     (before.infinite ? s.infinite : s.keep) = false;
     say(s.infinite ? "infinitely many bristles are replaced at each snap: rule redraw taken"
                    : "rule keep is for a number of bristles: representatives taken");
@@ -148,7 +149,7 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
                      (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
     Made made = add_patches(next.settings, material, of_tool);
-    old_ = std::move(made_);  // these stay in use if add_patches() throws
+    old_ = std::move(made_);  // the old patches stay in use if add_patches() throws
     made_ = std::move(made);
     next.patches = made_.ids;
     next.pad = made_.pad.get();

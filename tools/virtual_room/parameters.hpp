@@ -41,7 +41,7 @@ inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
 }};
-/// Number of leading ranges that belong to the surface, including its snap rule.
+/// Number of setting_ranges that describe the surface, snap rule included; they come first.
 inline constexpr std::size_t surface_numbers = 10;
 static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {
@@ -65,16 +65,16 @@ inline constexpr std::size_t pad_cells = 27;
 struct Parameters {
   Settings settings;
   PatchIds patches;
-  bristle::ExtendedPatches* pad =
-      nullptr;  ///< the tool's pad; null: the tool's contact is a point, in `patches`
+  /// Tool's pad, a contact with an extent; null: the tool touches at a point, which is in `patches`.
+  bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
-  bool new_patches = false;           ///< whether the patches are fresh, without bent bristles
-  rivals::Surface surface;            ///< surface for LuGre and Coulomb
-  rivals::Surface tool_surface;       ///< surface of the tool for LuGre and Coulomb
-  double kinetic = 0.0, peak = 0.0;   ///< friction over load that follows from the bristles
+  bool new_patches = false;           ///< whether the patches are new, with no bristle bent
+  rivals::Surface surface;            ///< surface under the block, for LuGre and Coulomb
+  rivals::Surface tool_surface;       ///< surface under the tool, for LuGre and Coulomb
+  double kinetic = 0.0, peak = 0.0;   ///< coefficients of friction that follow from the bristles
   double presliding_length = 0.0;     ///< m, mean deflection at which a bristle snaps
-  double stiffness_per_newton = 0.0;  ///< 1/m, sticking stiffness over load
-  double bristle_stiffness = 0.0;     ///< N/m, of one bristle: sigma0
+  double stiffness_per_newton = 0.0;  ///< 1/m, stiffness of the sticking contact over its load
+  double bristle_stiffness = 0.0;     ///< N/m, stiffness sigma0 of one bristle
   char message[128] = {};
 };
 

@@ -197,7 +197,7 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
   const float line = fonts.small->FontSize;
-  if (in.height < 8 * line) return;  // the space is left to the legend
+  if (in.height < 8 * line) return;  // leaves the space to the legend
   const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
   draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
                      (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
@@ -277,7 +277,7 @@ AxisText length_axis(double low, double high) {
   AxisText axis;
   axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
   axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
-  // Gives an axis an offset where its numbers would have more than four digits.
+  // Gives an axis an offset if its numbers would have more than four digits.
   const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
   if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
   const double grain = std::pow(10.0, std::ceil(std::log10(span)));
@@ -356,7 +356,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
                        {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
   }
-  if (beside.driven) {  // hand forces are not shown; each block's name stands beside it in its curve's colour
+  if (beside.driven) {  // shows each block's name in its curve's colour, but no hand forces
     legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
   } else {
     legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
@@ -425,7 +425,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
 
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    const LoopStatistics& loop) {
-  // Range of the axis, 1 us to 10 ms as powers of ten.
+  // Range of the time axis, 1 us to 10 ms, as powers of ten.
   constexpr double decades_low = -6.0, decades_high = -2.0;
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));

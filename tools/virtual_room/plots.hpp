@@ -25,7 +25,7 @@ struct ValueRange {
 };
 ValueRange range_of_most(std::vector<float>& values, double sure);
 
-/// Labels of an axis: value = offset + number * scale.
+/// Labels of an axis, from which a value follows as offset + number * scale.
 struct AxisText {
   double scale = 1, offset = 0;
   std::string unit;  ///< unit, with the offset if there is one: "µm from 249 mm"
@@ -34,7 +34,7 @@ struct AxisText {
 /// be long.
 AxisText length_axis(double low, double high);
 
-/// Friction levels, N: in sliding, and the peak at first loading.
+/// Friction levels to draw (N): in sliding, and at the peak of first loading.
 struct FrictionLevels {
   double kinetic = 0, peak = 0;
 };
@@ -47,7 +47,7 @@ struct ShownBeside {
   const char* names[1 + most_compared] = {};
 };
 
-/// Axis ranges kept from picture to picture.
+/// Ranges of the plots' axes, kept from picture to picture.
 struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };

@@ -22,10 +22,10 @@ namespace room {
 
 struct RecordRow {
   double time = 0.0;  ///< s, time at the start of the tick
-  double dt = 0.0;    ///< s
+  double dt = 0.0;    ///< s, duration of the tick
   Hand hand;
   bool device_there = true;
-  std::uint64_t revision = 0;  ///< number of the settings in force
+  std::uint64_t revision = 0;  ///< running number of the settings under which the tick ran
   std::size_t patches = 0;
   std::array<World::PatchForce, patch_count> patch{};
 };
@@ -41,11 +41,12 @@ class Recorder {
   /// Announces settings, before rows that use them are drained.
   void know(std::uint64_t revision, const Settings& settings);
   void drain();
-  void finish();            ///< drains and closes; no effect if not started
-  void abandon() noexcept;  ///< closes the files without draining
+  void finish();            ///< writes the remaining rows and closes; no effect if not started
+  void abandon() noexcept;  ///< closes the files without writing the remaining rows
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
-  bool has_hand() const noexcept { return hand_.has_value(); }  ///< whether start_all() began the recording
+  /// Whether the recording has the hand, as start_all() began it.
+  bool has_hand() const noexcept { return hand_.has_value(); }
   std::uint64_t rows_written() const noexcept { return written_; }
   /// Returns the number of rows dropped because the ring was full, since the recording began.
   std::uint64_t lost() const noexcept { return rows_.dropped() - lost_before_; }

@@ -24,7 +24,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-// Colours in linear light.
+// Colours of bodies, in linear light.
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
     slab_paint(0.10f, 0.11f, 0.13f);
 const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
@@ -45,7 +45,8 @@ struct Body {
   Vector3f colour;
   int look = plain;
   float gloss = 0.1f, alpha = 1.0f;
-  bool by_block = true, by_tool = true, by_room = true;  // bodies whose shadow falls on this one
+  // Whether block, tool and room cast shadows on this body.
+  bool by_block = true, by_tool = true, by_room = true;
 };
 
 Affine3f placed(const Vector3f& at, const Vector3f& scale) {
@@ -63,7 +64,8 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
-// Multisampled frame buffer, resolved into the target, so that pictures with and without a window are equal.
+// Frame buffer with several samples per pixel, resolved into the target, so that pictures with and without a
+// window are equal.
 class DrawingBoard {
  public:
   explicit DrawingBoard(int samples) {
@@ -236,7 +238,7 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    constexpr GLint sizes[] = {4, 2, 3};  // components of each instance attribute: place, state, shape
+    constexpr GLint sizes[] = {4, 2, 3};  // components of each attribute of an instance: place, state, shape
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);
@@ -261,7 +263,8 @@ struct Renderer::Impl {
     for (int i = 0; i < pieces; ++i) {
       Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      const std::size_t side = 14;  // vertices around the strand; the ends between pieces are hidden
+      // Number of vertices around the strand of a hair; the ends between pieces are hidden.
+      const std::size_t side = 14;
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
         vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
@@ -353,7 +356,8 @@ struct Renderer::Impl {
     const Vector3f way = to - from;
     const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
     const Vector3f neck = to - way * (head / length);
-    for (const bool ghost : {false, true}) {  // ghost: seen faintly through the bodies in front of it
+    // Ghost: the arrow as seen faintly through bodies in front of it.
+    for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : shadowless;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
       list.back().alpha = ghost ? 0.22f : 1.0f;
@@ -369,7 +373,7 @@ struct Renderer::Impl {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
       float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
-      // The contact has an extent (a pad).
+      // Draws a pad, which has an extent, at its own radius.
       if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
@@ -403,7 +407,7 @@ struct Renderer::Impl {
     }
   }
 
-  // The outline in which each block began, and the way of its middle since.
+  // Draws the outline in which each block began, and the path of its centre since.
   void place_trails(const Trails& trails) {
     const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
       if ((to - from).norm() < 1e-5f) return;
@@ -479,7 +483,7 @@ struct Renderer::Impl {
     take(block_place.translation(), half_block().norm());
     for (std::size_t i = 1; i < first_unshadowing_; ++i) {
       const Affine3f& place = bodies[i].place;
-      if (bodies[i].mesh == &spring) continue;  // the spring between tool and hand casts no shadow
+      if (bodies[i].mesh == &spring) continue;  // the coil spring between tool and hand casts no shadow
       if (bodies[i].mesh == &block) {
         take(place.translation(), half_block().norm());
         continue;

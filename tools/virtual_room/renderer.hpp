@@ -13,9 +13,9 @@ namespace room {
 /// Places in a picture, in pixels from the upper left.
 struct Picture {
   int width = 1280, height = 800;
-  Area scene{0, 0, 1280, 800};                       ///< area that the camera fills
-  float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< radius 0: no glass
-  bool shadows = true, half_resolution = false;      ///< the latter where a pixel has one sample
+  Area scene{0, 0, 1280, 800};                       ///< area of the picture that the camera fills
+  float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< centre and radius of the glass; radius 0: no glass
+  bool shadows = true, half_resolution = false;      ///< half_resolution works where a pixel has one sample
 };
 
 class Trails;

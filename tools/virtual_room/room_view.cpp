@@ -12,7 +12,7 @@ RoomView::RoomView(const RoomMeasures& measures, int samples, float scale)
     : measures_(measures), renderer_(measures, samples), scale_(scale) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // no imgui.ini is written into the person's folder
+  ImGui::GetIO().IniFilename = nullptr;  // keeps ImGui from writing imgui.ini into the working folder
   ImGui::GetIO().LogFilename = nullptr;
   ImGui_ImplOpenGL3_Init("#version 330 core");
   fonts_ = set_style(scale_);
@@ -61,7 +61,7 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
-    // Lower edge of the glass and of the words below it.
+    // Lower edge of the glass and of the text below it.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;

@@ -25,10 +25,10 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;  ///< one line for the person, or empty
-  std::string title;   ///< line that replaces the scene's own, or empty
+  std::string notice;  ///< line for the user, or empty
+  std::string title;   ///< replaces the scene's own title, or empty
   bool shadows = true, half_resolution = false;
-  std::optional<bool> by_age;  ///< whether the glass colours by age; unset: if the material ages
+  std::optional<bool> by_age;  ///< whether the glass colours hairs by age; unset: if the material ages
   ///@}
 
   /// Adds a point to the plots; call it for each tick once, in order.
@@ -43,7 +43,7 @@ class RoomView {
   void set_scale(float scale);
 
   /// Draws a picture and returns the person's requests. Call it after ImGui's platform part has begun a
-  /// frame. `elapsed`: s since the last picture.
+  /// frame. `elapsed`: time since the last picture, s.
   Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
 
   bool colours_by_age(const Snapshot& room) const {
@@ -52,7 +52,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Returns the layout of the last picture.
+  /// Returns the layout of the picture drawn last.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 

@@ -123,7 +123,8 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     if (!script.hand.rows.empty()) {
       const HandRow& last = script.hand.rows.back();
       if (row.t < last.t) table.fail("t", "is before that of the last row");
-      // Keeps the end of the spring where it was when the hand lets go, since its force fades.
+      // Keeps the end of the hand's spring where it was when the hand lets go: the spring's force fades, and
+      // must not jump.
       if (!row.hand.holds) std::copy_n(last.hand.position, 3, row.hand.position);
     }
     script.hand.rows.push_back(row);

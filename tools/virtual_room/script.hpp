@@ -10,16 +10,16 @@
 namespace room {
 
 struct Change {
-  double t = 0.0;  ///< s
+  double t = 0.0;  ///< s, time of the change
   Settings settings;
 };
 
 struct Script {
-  Settings settings;            ///< initial settings
-  std::vector<Change> changes;  ///< complete settings, in order of time
+  Settings settings;            ///< settings at time 0
+  std::vector<Change> changes;  ///< changed settings, each complete, in order of time
   HandMotion hand;
-  double seconds = 0.0;                     ///< s, length; by default up to the last row or change
-  double lost_at = 1e300, back_at = 1e300;  ///< s, times between which the device fails
+  double seconds = 0.0;                     ///< s, length of the run; by default up to the last row or change
+  double lost_at = 1e300, back_at = 1e300;  ///< s, times between which the device counts as lost
 };
 
 /// Parses a script. Throws cli::UserError naming file, line and key. A table [material] without [settings]

@@ -14,8 +14,9 @@ namespace room {
 class Trails {
  public:
   static constexpr std::size_t blocks = 1 + most_compared;
-  static constexpr float spacing = 0.004f;  ///< m, between points of a path
-  static constexpr std::size_t most = 200;  ///< points of a path; beyond, the oldest go, but for the first
+  static constexpr float spacing = 0.004f;  ///< m, distance between points of a path
+  /// Highest number of points; beyond it the oldest are removed, but not the first.
+  static constexpr std::size_t most = 200;
 
   /// Adds the places of the blocks in a picture. Clears all paths if the scene begins again or a carriage
   /// moves it.
@@ -35,7 +36,7 @@ class Trails {
         ways_[i + 1].clear();
     }
   }
-  /// Returns the path of a block's centre, m, in the room's axes, as it is drawn.
+  /// Returns the path of a block's centre (m, in the room's axes) at the place where the block is drawn.
   const std::vector<Eigen::Vector3f>& way(std::size_t block) const { return ways_[block]; }
 
  private:

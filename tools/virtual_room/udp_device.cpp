@@ -19,14 +19,14 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
+constexpr std::int64_t most_ahead = 1 << 16;  // largest jump of the sequence number that is plausible
 constexpr int most_packets = 32;              // packets read in one tick; a flood must not stop the loop
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // little-endian machines only, as the library
+  std::memcpy(&bits, &value, sizeof value);  // little-endian machines only, as in the library
   std::memcpy(to, &bits, sizeof value);
 }
 template <class T>

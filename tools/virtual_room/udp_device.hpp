@@ -41,7 +41,7 @@ inline constexpr std::size_t hand_packet_size = 72, force_packet_size = 48;
 struct HandPacket {
   std::uint32_t sequence = 0;
   Hand hand;
-  std::uint64_t token = 0;  ///< key of the tag for encode; 0 = none. decode leaves it
+  std::uint64_t token = 0;  ///< key of the tag that encode() adds; 0 = no tag. decode() does not change it
 };
 struct ForcePacket {
   std::uint32_t sequence = 0;
@@ -78,7 +78,7 @@ class UdpDevice final : public Device {
   std::uint64_t token_;
   sockaddr_in peer_{};
   bool there_ = false, heard_ = false;
-  double heard_at_ = 0.0, time_s_ = 0.0;  // s, wall-clock time of the last packet; simulated time
+  double heard_at_ = 0.0, time_s_ = 0.0;  // s, wall-clock time of the last packet; s, simulated time
   HandPacket newest_;
   std::uint64_t refused_ = 0;
 };

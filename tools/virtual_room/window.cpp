@@ -41,7 +41,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kept_every_s = 0.05, kept_s = 60.0;  // of the simulation, to look back through
+// s, simulated: moments kept for looking back, and for how long.
+constexpr double kept_every_s = 0.05, kept_s = 60.0;
 constexpr double notice_lasts_s = 4.0;
 constexpr double answer_takes_s = 1.0;  // s, longest time between sending settings and their taking effect
 
@@ -169,7 +170,7 @@ class RoomWindow {
     keep_for_later();
   }
 
-  // Keeps the last minute, which the person can look through during a pause.
+  // Keeps the states of the last minute, through which the person can look during a pause.
   void keep_for_later() {
     if (room().paused) return;
     view_->gui.back_s = 0;
@@ -216,23 +217,24 @@ class RoomWindow {
   void begin_tour() {
     Settings to = settings_of(Comparison::none);
     to.bristles = view_->gui.settings.bristles;
-    to.presliding_length = 4e-3;  // as far as the eye sees
+    to.presliding_length = 4e-3;  // bristles long enough to be seen bending
     change_settings(to);
     act(Act::tour);
     touring_ = tour_begins_ = touched_ = true;
   }
 
-  // Ends the tour and its hand; the scene that follows goes on.
+  // Ends the tour and its hand; if the scene of the models has begun, it goes on.
   void end_tour() {
     if (std::exchange(touring_, false) && view_->gui.settings.compare == Comparison::none) act(Act::reset);
   }
 
-  // Shows the tour's line. When its hand has finished, starts the scene of the models.
+  // Shows the tour's line of text. When the tour's hand has finished, starts the scene that compares the
+  // models.
   void follow_tour() {
     view_->title.clear();
     if (!touring_) return;
     const bool compares = view_->gui.settings.compare == Comparison::models;
-    tour_begins_ = tour_begins_ && room().time > 1.0;  // until the reset has come through
+    tour_begins_ = tour_begins_ && room().time > 1.0;  // true until the room's time shows the reset
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);
@@ -271,7 +273,7 @@ class RoomWindow {
     }
     const double begin = glfwGetTime();
     ImGui_ImplGlfw_NewFrame();
-    // The panels see a key that was pressed and released between two slow pictures, too.
+    // Tells the panels also of keys that were pressed and released between two slow pictures.
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = true;
     const Wishes wishes = view_->draw(shown(), width, height, static_cast<float>(elapsed), 0);
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = is_down(key);
@@ -451,7 +453,7 @@ class RoomWindow {
   void send_hand() {
     if (!mouse_.hand_changed()) return;
     touched_ = true;
-    end_tour();  // who touches has the hand
+    end_tour();  // a person who touches the room takes over from the tour's hand
     exchange_.mouse.write(mouse_.hand());
   }
 
@@ -555,11 +557,11 @@ class RoomWindow {
   double sent_at_ = 0;  // s, time when settings were last sent; 0: the initial ones count as sent
   long pictures_ = 0;
   DrawingPace pace_;
-  double counted_at_ = 0,
-         simulated_ = 0;  // s, when the rates were counted last, and how far the room was then
+  // s, real and simulated time when the rates were last computed.
+  double counted_at_ = 0, simulated_ = 0;
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;
-  std::vector<int> pressed_;  // keys, since the last picture
+  std::vector<int> pressed_;  // keys pressed since the last picture
   std::deque<Snapshot> past_;
   Snapshot shown_;
 };

@@ -16,13 +16,14 @@ using Vector9 = Eigen::Matrix<double, velocities, 1>;
 using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 
 constexpr double gravity = 9.80665;  // m/s^2
-constexpr double tool_mass = 0.05;   // kg
+constexpr double tool_mass = 0.05;   // kg, mass of the tool
 constexpr double air_damping = 0.5;  // N s/m, damper between tool and air
-// N/m, stiffness of one contact; a block at rest sinks in by a few micrometres.
+// N/m, normal stiffness of one contact; a block at rest sinks in by a few micrometres.
 constexpr double normal_stiffness = 1e5;
-constexpr double fastest_target = 2.0;  // m/s, highest speed of the spring's end when the hand jumps
-constexpr double catching_up = 0.15;    // m/s, speed of the spring's end while it takes the tool from afar
-// s, time between taps, which alternate down and up the slope, and their length
+constexpr double fastest_target = 2.0;  // m/s, highest speed of the hand spring's end when the hand jumps
+// m/s, speed of the hand spring's end while it takes the tool from afar.
+constexpr double catching_up = 0.15;
+// s, time between taps, which go down and up the slope in turn, and the length of a tap
 constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;
 // m, distance from the middle at which the block counts as lost
 constexpr double far_away = 5.0;
@@ -57,7 +58,8 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   return row;
 }
 
-// Returns the row that gives the block's spin against the tool; the hand keeps the tool from turning.
+// Returns the row whose product with the velocities is the block's spin against the tool; the tool itself
+// does not turn.
 Vector9 spin_row(const Touch& touch) {
   Vector9 row = Vector9::Zero();
   if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
@@ -283,7 +285,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
   if (touch.pair == Touch::Pair::block_surface) {
     place.along = along_of(touch.surface);
-  } else {  // carries the axes along as the normal turns
+  } else {  // turns the tangent axes along with the normal
     Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
     if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
     place.along = along.normalized();
@@ -315,8 +317,8 @@ TangentRows World::tangent_rows(const Touch& touch, const Place& place) const no
   return rows;
 }
 
-// Lists the contacts of this step. A place gets a patch when it first presses, and returns it one step after
-// it stops pressing: in that step, with zero load, the bristles are reset.
+// Lists the contacts of this step. A contact gets a patch when it first presses, and returns it one step
+// after it stops pressing: in that step, with zero load, the bristles are reset.
 void World::collect_patches() noexcept {
   std::array<bool, touch_keys> near{};
   contact_count_ = 0;
@@ -392,7 +394,8 @@ Vector3 World::friction() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  for (std::size_t corner = 0; corner < corners; ++corner) {  // the places of the floor's corners come first
+  // Corners on the floor are the first of all places.
+  for (std::size_t corner = 0; corner < corners; ++corner) {
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
   }
@@ -474,7 +477,7 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
-      // The tool's contact is shown only if no other exists.
+      // Shows the tool's contact only if no other exists.
       if (k == surfaces * corners && shown_key_ != 0) break;
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;

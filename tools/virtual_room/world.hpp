@@ -21,7 +21,7 @@ inline constexpr double tap_pair = 0.5;
 /// locks or throws.
 class World {
  public:
-  /// Binds the world to the patches of `batch`, which it steps once a tick.
+  /// Binds the world to the patches of `batch`, which every tick steps once.
   World(const RoomMeasures& measures, bristle::PatchBatch& batch);
 
   void take(const Parameters& parameters) noexcept;
@@ -34,7 +34,8 @@ class World {
 
   /// Fills the fields of the snapshot that belong to the world.
   void show(Snapshot& to) const noexcept;
-  /// Samples bristles of the patch under the highest load. Too slow for every tick: it visits the bristles.
+  /// Samples bristles of the patch under the highest load. Too slow for every tick, as it visits the
+  /// bristles.
   void show_bristles(BristleView& to) noexcept;
 
   double time() const noexcept { return time_; }
@@ -42,9 +43,9 @@ class World {
   const Vector3& block_position() const noexcept { return block_.position; }
   const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
-  Vector3 friction() const noexcept;  ///< N, sum over all patches on the block except the tool's
+  Vector3 friction() const noexcept;  ///< N, friction of all patches on the block except the tool's
   Vector3 applied() const noexcept;   ///< N, force of the tool on the block
-  /// Bristles on the floor that snapped in the last tick.
+  /// Number of bristles on the floor that snapped in the last tick.
   std::uint64_t snaps() const noexcept { return friction_.snaps(); }
   double holds() const noexcept;  ///< N, highest elastic friction of the floor under the present load
   const Vector3& device_force() const noexcept { return device_force_; }
@@ -56,9 +57,9 @@ class World {
   struct PatchForce {
     std::size_t patch;
     int key;
-    double force[2], load;  ///< N
-    double point[2];        ///< m, displacement of the block in the patch's axes since it touched
-    double bristles;        ///< representatives in contact
+    double force[2], load;  ///< N, friction and normal load
+    double point[2];        ///< m, displacement of the block in the patch's axes since the touch began
+    double bristles;        ///< number of representatives in contact
     bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
@@ -68,14 +69,14 @@ class World {
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // N, force of the patch on the block
-    double load = 0.0, limit = 0.0;   // N
-    // N m, torque of a pad on the block about the normal, and its limit.
+    Vector3 force = Vector3::Zero();  // N, friction of the patch on the block
+    double load = 0.0, limit = 0.0;   // N, normal load and highest elastic friction
+    // N m, torque of a pad on the block about the normal, and its highest value.
     double torque = 0.0, torque_limit = 0.0;
-    double way[2] = {0, 0};  // m, displacement in the tangent plane
+    double way[2] = {0, 0};  // m, displacement along the tangent axes since the touch began
   };
   struct NormalContact {
-    Velocity row;  // row . u is the speed at which the gap opens
+    Velocity row;  // row whose product with the velocities is the speed at which the gap opens
     double depth, damping;
     bool presses;
   };
@@ -103,18 +104,18 @@ class World {
   double time_ = 0.0;
   Pose block_;
   Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
-  bool held_ = false;        // whether the spring has pulled since the reset
-  bool caught_up_ = false;   // whether the spring's end has reached the hand since the hand took the tool
-  Body body_;                // velocities, and mass without contacts
-  Body coupled_;             // as body_, with hand and normal contacts in the mass
-  Touches touches_, found_;  // contacts in force in this tick; contacts found at its end, for the next
+  bool held_ = false;        // whether the hand's spring has pulled since the reset
+  bool caught_up_ = false;   // whether the spring's end has reached the hand since the tool was taken
+  Body body_;                // velocities of block and tool, and their mass
+  Body coupled_;             // body_ with the hand's spring and the normal contacts added to the mass
+  Touches touches_, found_;  // contacts that act in this tick; those found at its end, for the next
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
   std::array<PatchContact, patch_count> contacts_{};
-  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_
+  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_ of each contact
   std::size_t contact_count_ = 0;
-  double spring_ = 0.0, damper_ = 0.0;  // N/m, N s/m of the hand in this tick
+  double spring_ = 0.0, damper_ = 0.0;  // N/m and N s/m, the hand's spring and damper in this tick
   Vector3 device_force_ = Vector3::Zero();
   std::uint64_t shown_key_ = 0;
 };
