@@ -43,7 +43,7 @@ struct Cell {
   std::function<std::string(std::uint64_t seed)> record;
   std::function<Truth(const cli::FitResult&)> truth;
   cli::FitReading reading = {};
-  bool joint = false;  ///< Whether the record is the log of a joint.
+  bool joint = false;  ///< Whether the record is the log of a robot joint instead of a contact.
 };
 
 /// Returns the usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
@@ -144,8 +144,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with an elastic stage or a late sensor between contact and file. Brush and sensor run at
-/// 1 kHz, recorded at 100 Hz.
+/// Adds records with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor are
+/// simulated at 1 kHz and recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;

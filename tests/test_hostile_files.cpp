@@ -65,7 +65,7 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
-/// Returns the text of patches, each with a motion of the given keys.
+/// Returns the text of `count` patches, and for each a motion with the lines `motion_keys`.
 std::string patches_with(int count, const std::string& motion_keys) {
   std::string all;
   for (int i = 0; i < count; ++i) {
@@ -83,7 +83,7 @@ std::string thousands_of_materials() {
   return all;
 }
 
-/// Returns a scene that runs, with the given keys of its patch.
+/// Returns a small valid scene of one patch, with `patch_keys` added to the patch.
 std::string scene_with(const std::string& patch_keys) {
   return "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.005\n"
          "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"

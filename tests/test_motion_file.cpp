@@ -58,7 +58,8 @@ TEST_CASE("Loads may come in micronewtons and in gram-force", "[motion file]") {
   CHECK(file.rows[0].load == 0.00025);
   CHECK(file.rows[1].load == 1.5);
   file = parse_motion_file("t,x,load[gf]\n0,0,1\n1,0,50\n", "hand.csv");
-  CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));  // a load in grams, by standard gravity
+  // Gf: a load as weight in grams, with standard gravity
+  CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));
   CHECK(file.rows[1].load == Approx(0.4903325).epsilon(1e-15));
   CHECK(refusal("t,x,load[kg]\n0,0,1\n1,0,1\n") ==
         "hand.csv:1: unit of column load is 'kg'; allowed: N, mN, uN, kN, gf, kgf");

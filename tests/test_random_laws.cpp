@@ -20,8 +20,8 @@ using namespace bristle_test;
 namespace {
 
 using Random = std::mt19937_64;
-constexpr double transient_error = 0.025;  // largest error of the infinite brush with its default pieces,
-                                           // mean snap lengths
+// Largest error of the infinite brush with its default pieces after a turn, mean snap lengths
+constexpr double transient_error = 0.025;
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 /// Draws ascending quantiles of a mixture, mean snap lengths: one to four parts, each an atom, narrow or
@@ -56,8 +56,9 @@ Quantile straight_between(const std::vector<double>& nodes) {
   };
 }
 
-/// Whether the force falls by more than a fiftieth of a mean snap length within 1/64 before or after the
-/// place of `truth`. The infinite brush spreads an atom of the law over that distance.
+/// Whether the force changes by more than a fiftieth of a mean snap length within a path of 1/64 before or
+/// after the state `truth`. The infinite brush spreads an atom (many bristles of one length) over that path,
+/// so it cannot be judged there.
 bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, double ey, double piece) {
   constexpr double way = 1.0 / 64.0, most = 0.02;
   SmallPieces after = truth;
@@ -68,7 +69,7 @@ bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, 
   return fall(before, truth) > most || fall(truth, after) > most;
 }
 
-/// A law given by its number, with the other parameters drawn from it.
+/// A random law. Its number is the seed of all parameters.
 struct RandomLaw {
   explicit RandomLaw(unsigned long number) : random(number), quantiles(draw_quantiles(random)) {
     residual = random() % 2 == 0 ? 0.0 : 0.5 * flat(random);
@@ -90,7 +91,8 @@ struct RandomLaw {
   SnapLength law;
 };
 
-/// Returns the relative error of the force at the end of a long slide, whose waves have died.
+/// Returns the relative error of the force after a slide of 600 mean lengths, long enough for the waves of a
+/// law with atoms to die.
 double kinetic_error(const RandomLaw& r, Brush& brush) {
   for (double gone = 0.0; gone < 600.0; gone += 1.7)
     brush.step(1.7 * std::cos(r.turn), 1.7 * std::sin(r.turn));
@@ -119,7 +121,7 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
                 << drawn.renewal << ", turn " << drawn.turn);
     const Material material = drawn.material();
     Brush infinite(material);
-    std::optional<Brush> finite;  // representatives, which take no law wider than cv 1.25
+    std::optional<Brush> finite;  // a brush of representatives, which takes no law wider than cv 1.25
     if (law.cv() <= 1.25) {
       finite.emplace(material, plain_options(representatives));
       finite->load = representatives;
@@ -154,12 +156,13 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
     CHECK(of_finite < 0.004 + noise);
     CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
-  CHECK(judged > 4 * laws);  // most of the six places of each law were judged
+  // Of the six places of each law, at least four on average were away from a fall of the force
+  CHECK(judged > 4 * laws);
 }
 
 TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
-  // Laws with pairs of atoms, whose waves die slowly (259, 261, 292), and with atoms among other lengths and
-  // strong renewal.
+  // Laws with pairs of atoms (groups of bristles of one length), whose waves die slowly: 259, 261, 292. The
+  // others have atoms among other lengths and strong renewal.
   for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
     const RandomLaw drawn(number);
     Brush brush(drawn.material());
@@ -184,7 +187,7 @@ TEST_CASE("Small pieces of a path agree with bristles one by one", "[redraw][phy
 
 namespace {
 
-/// Bristles on one axis that know their order of entering contact: the last to enter is the first to leave.
+/// Bristles on one axis, ranked by their order of entering contact: the last to enter is the first to leave.
 class RankedBristles {
  public:
   RankedBristles(std::size_t all, Quantile quantile, std::uint64_t seed)
@@ -248,8 +251,8 @@ double error_under_loads(double cv, double resolution, bool back_and_forth) {
 
 namespace {
 
-/// Returns the error as error_under_loads(), for a material that renews, in the plane, against
-/// representatives.
+/// Returns the error as error_under_loads() does, for a material with shared renewal that moves in the plane.
+/// The reference is a patch of representatives.
 double error_with_renewal() {
   constexpr std::uint32_t count = 20000;
   const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
@@ -275,7 +278,8 @@ double error_with_renewal() {
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
-    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);   // hardly any bristle snaps
+    // Small steps, in which hardly any bristle snaps
+    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);
     CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }

@@ -79,10 +79,10 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       const std::uint64_t left_out = clock.wait();
       points += 1 + left_out;
       if (overran) CHECK(left_out >= 3);
-      // The next point is on the grid after any number of ticks.
+      // Whatever number of ticks was left out, the next due time is on the grid.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // the point lay in the future
+      CHECK(clock.due_s() > called - rounding);  // the due time lay in the future when wait() was called
     }
   }
 }
@@ -103,12 +103,12 @@ TEST_CASE("A paced run gives the bits of the same steps back to back, whatever w
     REQUIRE(paced.realtime);
     CHECK(paced.monitor.count() == 300);
     CHECK(paced.realtime->bare.monitor.count() == 300);
-    // Four segments of 75 ticks: 74 periods each, except for pauses in which the accounts took too long.
+    // Four segments of 75 ticks have 74 periods each. A pause in which the program's own accounting took too
+    // long is left out.
     CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
     CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
-    CHECK(paced.seconds == paced.realtime->ours.seconds);  // excludes the time of the bare loop
-    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its point of the grid or
-                                                           // later
+    CHECK(paced.seconds == paced.realtime->ours.seconds);  // the time of the bare loop is excluded
+    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its due time or later
   }
 }
 
@@ -158,7 +158,8 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   INFO(ours);
   CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
   CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
-  // If the machine counts an event meanwhile, such as a page fault, that event is reported instead.
+  // If the system counts an event in the meantime, such as a page fault, the report names that event. So this
+  // tries up to 100 times for a tick without one.
   std::string woken;
   for (int k = 0; k < 100 && !has(woken, "an interrupt"); ++k)
     woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
@@ -203,7 +204,8 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["scene_dt"] == 1e-3);
   CHECK(realtime["busy_wait_s"] == Approx(1e-4));
   CHECK(realtime["stopped"] == false);
-  // No machine that runs this has core 1023; the other settings depend on the user's rights.
+  // The request for core 1023 is refused on every machine. Whether the other requests succeed depends on the
+  // user's rights.
   CHECK(realtime["core"].is_null());
   std::string refused;
   for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
@@ -368,7 +370,7 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
     CHECK(std::count(message.begin(), message.end(), '\n') == 1);
     CHECK(read_file(folder.at("out")).empty());
   }
-  // The rate is that of the scene if no other is given.
+  // Without --rate the loop takes the rate of the scene.
   std::string fast = read_file(stroke);
   fast.replace(fast.find("dt = 1e-3"), 9, "dt = 1e-10");
   const std::string command = "'" BRISTLE_CLI "' run '" + folder.write("fast.toml", fast) + "' --realtime";

@@ -11,7 +11,7 @@ namespace fuzz {
 void record(Bytes bytes) {
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   try {
-    // A folder that does not exist, because a script may name files.
+    // Names a folder that does not exist, so that files named by a fuzzed script are never read.
     const room::Script script = room::parse_script(text, "/nowhere/record.toml", room::RoomMeasures{});
     check(script.seconds >= 0.0 && std::isfinite(script.seconds), "a recording has a length");
     double before = 0.0;
