@@ -81,7 +81,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
     double taken = 0.0;
     for (const bristle::Motion& motion : stepper.motions())
       taken += static_cast<double>(stepper.batch().info(motion.id).memory_bytes);
-    // The estimate adds some 2 kB a patch to the library's own count.
+    // estimate_memory() adds some 2 kB for each patch to the bytes that the library counts.
     const auto copies = static_cast<double>(stepper.motions().size());
     CHECK(static_cast<double>(cli::estimate_memory(scene)) == Approx(taken + 1900.0 * copies).epsilon(0.05));
   }
@@ -113,7 +113,7 @@ TEST_CASE("A limit given by hand lifts the limits of numbers", "[cli][memory]") 
   CHECK_THROWS_WITH(cli::parse_scene(text + material("m7", "presliding_length = 1e-5"), "s"),
                     Contains("bristles"));
   text = head + patch("tip", "material = \"m7\"\ncount = 2000000\nbristles = 1");
-  for (int i = 0; i < 1001; ++i)  // one law for all patches, so that set-up is fast
+  for (int i = 0; i < 1001; ++i)  // all materials have one law of snap lengths, so that set-up is fast
     text += material("m" + std::to_string(i), "bristle_stiffness = 80.0");
   CHECK_THROWS_WITH(cli::parse_scene(text, "s"), Contains("1000 in a scene, or any number with --memory"));
   const cli::Scene scene = cli::parse_scene(text, "s", {std::uint64_t{1} << 30});
