@@ -286,7 +286,7 @@ TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]")
     CHECK(number(table, row, "tip.dissipated[J]") == patch["energy"]["dissipated"].get<double>());
     CHECK(number(table, row, "tip.snaps") == patch["energy"]["snaps"].get<double>());
     CHECK(number(table, row, "tip.kinetic_in_theory") == Approx(row == 0 ? 0.3 : 0.4));
-    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // path of 1 mm/s for 0.3 s
+    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // 1 mm/s for 0.3 s
     CHECK(number(table, row, "tip.load_mean[N]") == Approx(0.8));
   }
 }
@@ -385,8 +385,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   CHECK(second.run_row(1) != row);
 }
 
-// ------------------------------------------------------------------------------------------------ one table
-// whoever runs
+// ----------------------------------------------------------------------------- one table whoever runs
 
 TEST_CASE("A sweep's table is the same with any number of threads, on any instruction set",
           "[sweep][determinism]") {
@@ -432,7 +431,7 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
     for (std::uint64_t i = 0; i < 4; ++i) {
       rows.push_back(study.run_row(i));
       journal.add(rows.back());
-      journal.add(rows.back());  // a second copy of the row does not count
+      journal.add(rows.back());  // a repeated row counts once
     }
   }
   const std::string whole = read_file(path);
@@ -480,7 +479,7 @@ TEST_CASE(
   CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
-  // Rows with a right hash that are not rows of the study.
+  // Lines with a right hash whose contents are not rows of the study.
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
   const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
   for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),

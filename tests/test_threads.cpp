@@ -36,8 +36,8 @@ namespace {
 
 #if BRISTLE_WITH_TBB
 
-/// Patches whose step takes some tens of milliseconds of slow kernels. With more threads than cores, eight
-/// threads all get their turn only if pieces of work take about a millisecond each (measured).
+/// Patches whose step takes some tens of milliseconds with slow kernels. Pieces of work take about a
+/// millisecond each: with shorter ones, eight threads on fewer cores did not all get one (measured).
 struct LongStep {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -70,7 +70,7 @@ std::map<int, std::string> other_threads(const char* key) {
       if (line.rfind(key, 0) == 0) found[thread] = line.substr(std::strlen(key));
   }
 #if defined(__SANITIZE_THREAD__)
-  if (!found.empty()) found.erase(found.begin());  // the first is the sanitizer's own
+  if (!found.empty()) found.erase(found.begin());  // the first thread is the sanitizer's
 #endif
   return found;
 }
@@ -134,7 +134,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       std::set<std::thread::id> threads;
       int done = 0;
     } seen;
-    // Pieces take 3 ms on any core, so that each of eight threads on two cores does some.
+    // Pieces take 3 ms on any core, so that each of eight threads gets some on two cores.
     const auto piece = [](void* context, int) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
       Seen& s = *static_cast<Seen*>(context);
@@ -228,10 +228,10 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
 
 TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
-  // Paths of one piece and of several, turns, and long slides that are mostly carried.
+  // Paths of one and of several pieces, turns, and long slides that are mostly carried by their steady state.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = 70000;  // several ranges of blocks, of which the last has fewer
+  const std::uint32_t n = 70000;  // several ranges of blocks for the threads, the last one shorter
   setenv("BRISTLE_SHARING", "0,4096,100", 1);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const bool ages : {false, true}) {
@@ -304,7 +304,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
     REQUIRE(wait_for_sleep());
     before = switches();
-    REQUIRE(!before.empty());  // the worker exists
+    REQUIRE(!before.empty());  // the library's worker thread exists
     large.displacement[0] = 0.0;
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
@@ -319,7 +319,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
-    wait_for_sleep();  // a switch is counted when the thread goes to sleep
+    wait_for_sleep();  // the system counts a switch when a thread goes to sleep
   }
   CHECK(switches() != before);
 }
@@ -391,7 +391,8 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     }
     const Motion gone = motions[30];
     batch.remove(gone.id);
-    add(90);                            // the new patch takes the slot, so that the slot is named twice
+    // The new patch takes the removed one's slot, so the step names this slot twice
+    add(90);
     motions[60].displacement[0] = NAN;  // motion of a large patch
     motions[61].normal_load = -1.0;     // motion of a small patch
     motions[100].id = bristle::PatchId{};
@@ -422,7 +423,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
       const auto shared = run(threads, repeats);
       CHECK(std::get<0>(shared) == status);
       CHECK(std::get<1>(shared) == std::get<1>(alone));
-      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step was shared
+      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step ran on several threads
     }
   }
 }
@@ -433,7 +434,7 @@ TEST_CASE("A step whose patches all hold still was done by the calling thread", 
                  plain_options(n), BatchOptions{}.with_threads(2));
   patch.step(0.1 * dbar, 0.0, n);
   for (int k = 0; k < 10; ++k) {
-    patch.step(1e-6 * dbar, 0.0, n);  // a step within every bound
+    patch.step(1e-6 * dbar, 0.0, n);  // shorter than the path to any snap, so no bristle is visited
     CHECK(patch.report.patches_stepped == 1);
     CHECK(patch.report.tasks >= 1);
     CHECK(patch.report.threads >= 1);
@@ -446,7 +447,8 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
   }
   if (std::thread::hardware_concurrency() < 2) {
     std::printf("skipped: one core only, no other to keep to\n");
-    CHECK(scene.batch.unbound_workers() > 0);  // reported, and stepped all the same
+    // The library reports that it could not bind a worker, and steps
+    CHECK(scene.batch.unbound_workers() > 0);
     return;
   }
   CHECK(scene.batch.unbound_workers() == 0);
@@ -485,9 +487,7 @@ TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]"
 }
 
 TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
-    return;  // among the workers of other tests it proves
-             // nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
   const std::vector<int> mine = cores_of_thread(0);
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
@@ -551,6 +551,6 @@ TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
                             Catch::Matchers::Contains(std::to_string(core)) &&
                             Catch::Matchers::Contains("0 to 1023"));
   }
-  // With one thread there are no workers to bind.
+  // With one thread there are no workers that could fail to be bound.
   CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
 }
