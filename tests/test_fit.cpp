@@ -124,9 +124,9 @@ TEST_CASE("The force along a path follows a large brush through small loops and 
 }
 
 TEST_CASE("The force along a path follows rubbed bristles through loops and strokes", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/100 lengths and the
-  // pieces of the infinite brush (1/16) give errors of second order, 0.1 %. Allows five deviations plus these
-  // errors.
+  // Tolerance: 20,000 bristles fluctuate by 0.5 % of the kinetic force at most, of which five deviations are
+  // allowed. The bristles' steps of 1/100 lengths and the solver's pieces of 1/16 add errors of second order,
+  // 0.1 %.
   const double length = 1e-5;
   const struct {
     double cv, residual, renewal;
@@ -268,8 +268,8 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
 }
 
 TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly known", "[fit]") {
-  // A record of fit_coverage.cpp in which renewal is known to hardly more than its size, so its interval
-  // begins at 0.
+  // In this record of fit_coverage.cpp the standard error of the renewal is about as large as the renewal
+  // itself, so its interval begins at 0.
   const RubbedStrokes s;
   const Fitted fitted = fit(s.csv(1020));
   check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
@@ -442,15 +442,16 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
     for (int i = 0; i < n; ++i)
       if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
   }
-  // The point does not matter, because the derivatives of a line are constant.
+  // The residuals may be taken at any parameters, here (2, 1), because the derivatives of a line are
+  // constant.
   const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
   CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
-  // Eight repeats of three parameters: fewer than 18 of 24 intervals that hold the true value have a
-  // probability below 1e-3 at 95 %, and of 1 % at the 88 % that the worst parameter reached in long series
-  // (tools/fitting/VALIDATION.md).
+  // Eight repeats of three parameters give 24 intervals. If 95 % of intervals hold the true value, fewer than
+  // 18 do so with a probability below 1e-3; if 88 %, as for the worst parameter in long series
+  // (tools/fitting/VALIDATION.md), with 1 %.
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;

@@ -58,8 +58,8 @@ std::string spiral(double kinetic, double length, double spread, double offset_x
 }  // namespace
 
 TEST_CASE("The force along a path follows bristles that age, through slides, rests and reversals", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force, of which five are allowed; pieces of 1/16
-  // lengths have an error of second order.
+  // The tolerance is five times the fluctuation of 20,000 bristles, 0.5 % of the kinetic force, and the
+  // second-order error of pieces of 1/16 lengths.
   const double length = 1e-5, spread = 0.3, strength = 0.05, time = 0.01;
   AgedBristles bristles(
       20000, lognormal_quantile(length, spread),

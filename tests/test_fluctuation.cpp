@@ -49,7 +49,8 @@ const Path straight{0.08, 0.0, 30000};
 // turn with the circle for ever.
 const Path circle{0.08, 0.3, 50000};
 
-/// Records the force of a brush along a path, once it has forgotten its start. `move(dx, dy)` gives x and y.
+/// Records the mean deflection of a brush along a path, once the brush has forgotten its start. `move(dx,
+/// dy)` takes a step and returns the deflection along x and y.
 template <class Move>
 std::vector<Deflection> follow(const Path& path, const Move& move) {
   std::vector<Deflection> answers;
@@ -115,8 +116,8 @@ double variance_of_one(const SnapLength& law) {
   return m3 / (3.0 * m1) - m2 / (2.0 * m1) * (m2 / (2.0 * m1));
 }
 
-// 2400 mean lengths of path hold some 8000 independent values, which give a variance to 1.6 % and the
-// correlation length to 2 %.
+// Tolerances. 2400 mean lengths of path hold some 8000 independent deflections, which give their variance to
+// 1.6 % and the correlation length to 2 %.
 constexpr double of_variance = 0.05;
 constexpr double of_length = 0.10;
 

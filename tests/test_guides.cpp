@@ -25,14 +25,14 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns the part of a program between its marks, or all of it.
+/// Returns the part of a program between the marks `// begin` and `// end`, or all of it.
 std::string shown_part(const std::string& program) {
   const auto begin = program.find("// begin\n"), end = program.find("// end\n");
   if (begin == std::string::npos) return program;
   return program.substr(begin + 9, end - begin - 9);
 }
 
-/// Returns the cells of the rows of a Markdown table, which begin after `header`.
+/// Returns the cells of the rows of a Markdown table, which begin after the line `header`.
 std::vector<std::vector<std::string>> rows_after(const std::string& page, const std::string& header) {
   std::istringstream lines(page.substr(page.find(header)));
   std::string line;

@@ -294,8 +294,8 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
 
 TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago with the same damper",
           "[haptic]") {
-  // A single length that nothing reaches acts as a spring. At constant speed its mean over a tick is its
-  // force half a tick ago.
+  // The bristles have one length, which the motion does not reach, so they act as a spring. At constant speed
+  // a spring's mean force over a tick is its force half a tick ago.
   const Material spring = Material{}.with_snap_length(SnapLength::single(1e-3)).with_viscous_friction(200.0);
   const double step = 10e-6;
   Vector3d sent[2];
@@ -372,7 +372,8 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
       for (int i = 0; i <= 3; ++i) step({1e-6 * i, 0.0, 0.0}, up, 1000.0);
       CHECK(step(bad.position, up, bad.wall) == Vector3d::Zero());
       CHECK(has(patch.report.status, Status::bad_input));
-      // New axes about a normal that leans along x would begin with y, so the frame must keep its old ones.
+      // The normal now leans along x. New axes for it would begin with y, so the expected force shows that
+      // the frame keeps its old axes.
       const Vector3d leaning(0.01, 0.0, 1.0);
       step({5e-6, 0.0, 0.0}, leaning, 1000.0);
       CHECK(patch.report.status == Status::ok);

@@ -83,7 +83,8 @@ struct Judge {
     share.assign(strata.share.begin(), strata.share.end());
     length.assign(strata.length.begin(), strata.length.end());
   }
-  /// Returns losses whose first number is `base`, for motion in the direction `way`.
+  /// Returns the losses at the torques `motor` and `outside`, for motion in the direction `way`. `base` is
+  /// the index of their first number, the loss without torque.
   T losses(unsigned base, T motor, T outside, int way) const {
     const unsigned direction = motor * T(way) > 0 ? joint_driving : joint_driven;
     return number[base] + number[base + 1 + direction] * std::abs(motor) +
@@ -396,7 +397,8 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs for each number, which differ in it by a relative 2e-6, or by 2e-6 if it is 0.
+    // Two runs for each number of the material, with that number lowered and raised by a relative 1e-6, or by
+    // 1e-6 if it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);

@@ -35,7 +35,8 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
         const double h = number(row, "h_over_dbar");
         if (h < 0.05) continue;  // smaller steps give an equal result but need longer runs
         const bool single = law.law.law() == bristle::SnapLaw::single;
-        if (single && whole(1.0 / h)) continue;  // excludes a tie that rounding decides
+        // Skips steps of a whole fraction of a single length, where rounding decides.
+        if (single && whole(1.0 / h)) continue;
         const SnapRule rule = row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw;
         INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", step of " << h
                                 << " mean lengths");

@@ -1,5 +1,5 @@
-// A material that changes while the patch slides continues its state: draws, overload. Also the key of the
-// random phase of a step that is too long to have a phase.
+// A material that changes while the patch slides: later draws of snap lengths and an overload go on as
+// without the change. Also the random phase that each bristle gets in a step too long to compute one.
 #include <catch2/catch.hpp>
 
 #include <cmath>

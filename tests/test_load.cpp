@@ -421,7 +421,8 @@ TEST_CASE("Every change of the load at rest closes the energy balance by contact
       INFO("load " << load << " N");
       const double before = patch.energy();
       const Response r = patch.step(0.0, 0.0, load);
-      // Raising a fraction from f0 to f1 at unchanged force loses energy too: f z^2 becomes f0/f1 of it.
+      // A bristle that counts by a fraction loses energy even if its force stays: raising the fraction from
+      // f0 to f1 reduces its energy, f z^2 / 2, to f0/f1 of it.
       expect_near(r.contact_loss, before - patch.energy(),
                   (precision == Precision::single ? 1e-6 : 1e-11) * before, "contact loss");
       expect(r.contact_loss >= -1e-6 * before, "a change of load at rest loses energy or keeps it");

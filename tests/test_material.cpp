@@ -48,7 +48,7 @@ SnapRule reference_rule(const std::string& name) {
   return name == "fixed" ? SnapRule::keep : SnapRule::redraw;
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material whose friction coefficient equals the mean deflection in mean snap lengths.
 Material reduced_material(const SnapLength& law, SnapRule rule) {
   return Material{}
       .with_snap_length(law)

@@ -44,7 +44,8 @@ TEST_CASE("Units in the header scale a column, in any order, with or without spa
   const MotionFile file =
       parse_motion_file("load [mN],x[mm], y[um] ,t[ms]\n250,1.5,30,0\n500,-1.5,-60,2\n", "hand.csv");
   REQUIRE(file.rows.size() == 2);
-  // A division by a power of ten rounds once, so it gives the double nearest to the intended decimal.
+  // Units are converted by division by a power of ten, which rounds once. So values are the doubles nearest
+  // to the decimals meant.
   CHECK(file.rows[0].x == 0.0015);
   CHECK(file.rows[0].y == 0.00003);
   CHECK(file.rows[0].load == 0.25);

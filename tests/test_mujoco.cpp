@@ -15,7 +15,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// A scene moved with bristles, whose friction has almost no peak and no damper, with access to its data.
+/// A MuJoCo scene moved with bristles. Their friction has almost no peak and no damper.
 class World {
  public:
   static bristle::Coefficients law() {
@@ -240,7 +240,7 @@ TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, howe
   World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
   world.run(0.2);
   const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
-  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // spins by 2e-7 rad in each step
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // turns by 2e-7 rad in each step
   world.run(2.0);
   const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
   const double angle = before.cross(frame.along()).dot(frame.normal());
@@ -276,7 +276,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Point contacts would let the box turn until it hangs below the fingers.
+  // Discs at the contacts hold the box. Point contacts would let it turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);

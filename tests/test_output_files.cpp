@@ -133,7 +133,8 @@ TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
     CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
     CHECK(read_file(journal) == text);
   }
-  // An empty journal, left by a sweep killed in its first line, is taken over; a link is refused.
+  // A link in the journal's place is refused. An empty journal, which a sweep killed in its first line
+  // leaves, is continued.
   fs::remove(folder.at("t.csv.journal"));
   fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
   CHECK(run_cli(folder, study).code == 2);

@@ -274,7 +274,7 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
     CHECK(a.batch.info(a.id).detail == (k < 3 ? 170u : 500u));
   }
   CHECK(a.hash() == b.hash());
-  // A trial load and the step are computed from the same patch.
+  // find_force() and step() compute from the reduced patch alike.
   Motion motion;
   motion.id = a.id;
   motion.normal_load = 300.0;
@@ -425,7 +425,7 @@ TEST_CASE("What was shed comes back when there is room, highest priority first, 
 }
 
 TEST_CASE("No swinging where bristles cost more than they seemed to", "[overload][shedder]") {
-  // A cliff: beyond 1500 bristles the cache is full and each bristle takes three times as long.
+  // Beyond 1500 bristles each takes three times as long, as if the cache were full.
   Loop loop({4000}, {0}, LoadShedderOptions{}.with_budget(2e-6).with_wait_steps(10));
   const auto cliff = [](double bristles) { return 1e-9 * (bristles < 1500.0 ? 0.5 : 1.5) * bristles; };
   std::vector<int> misses(5, 0);
@@ -457,7 +457,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
   Loop loop({100000}, {0}, LoadShedderOptions{}.with_budget(40e-6).with_wait_steps(20));
   double scale = 1.0;
   const auto time = [&](double b) { return scale * one_nanosecond_each(b); };
-  /// Returns the number of steps between the last two decisions.
+  /// Returns the number of steps between the last two decisions, of which the last gives bristles back.
   const auto wait_for_gift = [&] {
     const std::uint32_t before = loop.detail(0);
     for (int k = 0; k < 1000 && loop.detail(0) == before; ++k) loop.tick_once(time);
@@ -786,7 +786,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
   PatchBatch batch;
   StepReport report;
-  report.bristles_visited = 1000;  // and no patch, which would add its fixed cost
+  report.bristles_visited = 1000;  // no patch is counted, because each would add its fixed time
   const auto step = [&](double per_bristle) {
     shedder.after_step(batch, {}, per_bristle * 1000.0, report);
     return shedder.report(batch).rate_s;
@@ -797,6 +797,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));  // a single slow step does not raise the rate
-  CHECK(step(0.8e-6) == Approx(0.8e-6));              // two slow steps raise it to the smaller of the two
+  // A single slow step does not raise the time per bristle
+  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
+  CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise it to the smaller of the two
 }

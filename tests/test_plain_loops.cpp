@@ -127,8 +127,8 @@ TEST_CASE("The plain loops slide at the kinetic force of the model", "[bench]") 
       PlainLoop keep(plain(count, 2, Rule::keep, true, style));
       CHECK(steady_force(keep, step, true) == Approx(0.5).margin(2e-3));
       PlainLoop redraw(plain(count, 2, Rule::redraw, true, style));
-      // A bristle's deflection has a deviation of 0.35 dbar: 0.0025 for 20000 of them, four times that is
-      // allowed.
+      // A bristle's deflection has a standard deviation of 0.35 dbar, so the mean of 20000 has one of 0.0025
+      // dbar. Four times that is allowed.
       CHECK(steady_force(redraw, step, true) == Approx(13.0 / 24.0).margin(1e-2));
       CHECK(steady_force(redraw, step, false) == Approx(13.0 / 24.0).margin(1e-2));
     }

@@ -293,7 +293,7 @@ class Copies(unittest.TestCase):
         for other in others:
             np.testing.assert_array_equal(slide(other, ids, 3e-6, 20), forces)
             self.assertEqual(other.state_hash(), batch.state_hash())
-            other.set_material(ids[0], bristle.Material())  # at the weight of its first material
+            other.set_material(ids[0], bristle.Material())  # the weight of a bristle stays that of the first material
         batch.set_material(ids[0], bristle.Material())
         forces = slide(batch, ids, 3e-6, 5)
         for other in others:
@@ -530,7 +530,7 @@ class Environments(unittest.TestCase):
 
     def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
         blocks = self.make(2, contacts=8)
-        # Friction of all contacts around the middle: the highest torque that holds.
+        # Highest torque that friction holds, N m: the limits of all contacts times their distances from the middle.
         arms = np.linalg.norm(blocks.places, axis=1).mean()
         holds = 0.4 * blocks.mass * 9.81 * arms
         push = np.array([[0.0, 0.0, 0.7 * holds], [0.0, 0.0, 2.0 * holds]])
@@ -899,7 +899,8 @@ class Scenes(unittest.TestCase):
     def test_another_thread_can_end_a_run(self):
         # A process in the background of a script has SIGINT ignored.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
-        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))  # it needs the interpreter's lock
+        # The timer's thread can run only if the scene releases the interpreter's lock
+        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
         start = time.perf_counter()
         timer.start()
         with self.assertRaises(KeyboardInterrupt):

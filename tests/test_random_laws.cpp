@@ -1,5 +1,6 @@
-// Random laws (tables of groups, atoms and wide parts, with and without residual and renewal) against small
-// pieces of the path (brute_pieces.hpp). Random loads against bristles that know their order of entering.
+// Random laws of snap lengths: tables of groups, atoms (many bristles of one length) and wide parts, with and
+// without residual and renewal, compared with brute force in small pieces of the path (brute_pieces.hpp).
+// Random loads, compared with bristles that know their order of entering contact.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -24,8 +25,8 @@ using Random = std::mt19937_64;
 constexpr double transient_error = 0.025;
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
-/// Draws ascending quantiles of a mixture, mean snap lengths: one to four parts, each an atom, narrow or
-/// wide.
+/// Draws ascending quantiles, in mean snap lengths, of a mixture of one to four parts. A part is an atom
+/// (bristles of one length), narrow or wide.
 std::vector<double> draw_quantiles(Random& random) {
   const std::size_t count = 2 + random() % 256;
   const std::size_t parts = 1 + random() % 4;
@@ -102,9 +103,9 @@ double kinetic_error(const RandomLaw& r, Brush& brush) {
 
 }  // namespace
 
-// BRISTLE_LAWS: number of laws; BRISTLE_FIRST_LAW: the first of them. With 324 laws all checks of the
-// infinite brush hold, and seven of representatives fail: where atoms of the law meet shared renewal, pieces
-// of a quarter length give errors up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
+// BRISTLE_LAWS is the number of laws, BRISTLE_FIRST_LAW the number of the first. With 324 laws all checks of
+// the infinite brush hold, and seven of representatives fail: where atoms (many bristles of one length) meet
+// shared renewal, pieces of a quarter length give errors up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
 TEST_CASE("Laws at random slide and turn as every piece of their path does", "[cohorts][redraw][physics]") {
   constexpr double piece = 1.0 / 400.0;
   constexpr std::uint32_t representatives = 4096;
@@ -127,8 +128,8 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
       finite->load = representatives;
     }
     SmallPieces truth(drawn.quantiles, drawn.residual, drawn.renewal);
-    // Mean of a power of the deflection of one bristle in steady sliding without renewal (MODEL.md, section
-    // 27), the case with the least scatter.
+    // Expected scatter of the deflection of one bristle, from its mean powers in steady sliding without
+    // renewal (MODEL.md, section 27). Renewal adds to it.
     const auto mean_of = [&](int k) { return law.moment(k) / std::pow(dbar, k); };
     const double deviation = std::sqrt(mean_of(3) / 3.0 - std::pow(0.5 * mean_of(2), 2));
     const double noise = 5.0 * (deviation + 0.1) / std::sqrt(representatives);

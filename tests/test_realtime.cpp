@@ -65,7 +65,7 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
     cli::PacedClock clock(period, busy_wait);
     clock.start();
     const double start = clock.due_s();
-    // Rounding of times: the nanoseconds of the clock, or the resolution of a double for the time since the
+    // Rounding of times, s: the clock's nanosecond, or the resolution of a double for the time since the
     // machine started.
     const double rounding = 2e-9 + 4.0 * std::numeric_limits<double>::epsilon() * start;
     std::uint64_t points = 0;
@@ -120,9 +120,9 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  // Grid points used and skipped span the time of the loop, so late ticks were not caught up. The time
-  // includes what is before and after each segment's grid, in which the machine may stop the loop; five tries
-  // allow for that.
+  // Ticks stepped and left out together span the time of the loop, so late ticks were not made up for in a
+  // burst. The time includes the start and end of each segment, in which the machine may stop the loop, hence
+  // five tries.
   bool spanned = false;
   for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
     const cli::RunResult result = cli::run_scene(scene, options);

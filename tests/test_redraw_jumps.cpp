@@ -198,7 +198,8 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
     for (double length : {1e3, 3e3, 1e5, 1e9, 1e14}) {
       for (Precision precision : precisions()) {
         INFO(law.name << ", " << name_of(precision) << ", a step of " << length << " mean lengths");
-        // At cv 0.05 the virgin start decays as exp(-2 pi^2 cv^2 x): 4e-22 of it is left at 1000.
+        // At cv 0.05 the memory of the start decays as exp(-2 pi^2 cv^2 x), x the path in mean lengths: 4e-22
+        // of it is left at 1000.
         OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision));
         patch.step(0.0, 0.0, n);
         patch.step(0.6 * length * dbar, -0.8 * length * dbar, n);
@@ -208,7 +209,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
                     critical, "distance of the deflection's law from the stationary one");
         expect_near(ks_distance(a.delta, [&](double d) { return stationary.delta_cdf(d); }), 0.0, critical,
                     "distance of the snap length's law from the length-biased one");
-        // Given its length, a bristle's deflection is uniform on it.
+        // Among bristles of a given snap length, deflections are uniform from 0 to that length.
         std::vector<double> share;
         double covariance = 0.0;
         const Sample d = describe(a.delta);

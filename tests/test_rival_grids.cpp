@@ -1,5 +1,5 @@
-// The rivals with an extent (Coulomb's disc in closed form, the grid of Coulomb cells, the grid of LuGre
-// cells) against the tables of the limit surface, quadrature, and figures of the published LuGre grid.
+// Other friction models with an extent (Coulomb's disc in closed form, grids of Coulomb cells and of LuGre
+// cells), compared with the tables of the limit surface, quadrature, and figures of the published LuGre grid.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -150,11 +150,12 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
           "[rivals][spin]") {
   const double side = 0.05;
   RivalGrid pad = coulomb_grid(rivals::rectangle_cells(101, 101, side, side), 1e-9);
-  // Mean distance of a square's points from its centre, and from a corner.
+  // Mean distance of a square's points from its centre, for spin about the centre; below, from a corner.
   const double from_centre = (std::sqrt(2.0) + std::asinh(1.0)) / 6.0 * side;
   const SpinForce spin = pad.step({}, 1e-9, 1e-5, 2.5);
   CHECK(-spin.mean.torque == Approx(from_centre * 0.4 * 2.5).epsilon(2e-4));
-  // The centre moves about the corner at (side, side) / 2: the torque about the corner adds arm x force.
+  // Spin about the corner at (side, side) / 2 also moves the centre. The torque about the corner is that
+  // about the centre plus arm x force.
   const double turn = 1e-9;
   const Pair arm{-0.5 * side, -0.5 * side};
   const SpinForce f = pad.step({-turn * arm.y, turn * arm.x}, turn, 1e-5, 2.5);
@@ -186,7 +187,8 @@ TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "
     expect_near(f.end.force.y, expected.end.y, 1e-9, "force y");
     expect_near(f.mean.force.x, expected.mean.x, 1e-9, "mean force x");
     expect_near(f.end.torque, rivals::cross(place(turned), expected.end), 1e-11, "torque");
-    // The work of force and torque is that of the cell along its chord.
+    // Force and torque of the grid do the work of the cell's force along the straight line between its
+    // places.
     expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, way),
                 1e-12, "work");
   }
@@ -275,8 +277,8 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
       SpinForce f;
       for (long k = 0; k < steps; ++k) f = grid.step(dt * v, dt * omega, dt, 1.0);
       INFO(shape << " after " << row.at("duration") << " s at " << omega << " rad/s");
-      // The published frame does not turn, which changes 0.1 % at most over the 0.01 rad of the run; Euler's
-      // error is |v| dt / zss.
+      // In the published grid the axes do not turn with the body, which changes 0.1 % at most over the 0.01
+      // rad of a run. Euler's method has a relative error of |v| dt / zss, zss being the steady deflection.
       CHECK(f.end.force.x == Approx(number(row, "fx")).margin(8e-4));
       CHECK(f.end.force.y == Approx(number(row, "fy")).margin(8e-4));
       CHECK(f.end.torque == Approx(number(row, "torque")).margin(4e-6));

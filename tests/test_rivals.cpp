@@ -1,5 +1,5 @@
-// The rival friction models: their steps against closed forms, against a fine numerical solution of their
-// differential equations written independently, and against the tables of drift.
+// The other friction models that bristle is compared with: their steps against closed forms, against an
+// independent fine solution of their differential equations, and against the tables of drift.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
   expect_near(a.mean.y, b.mean.y, tolerance, what);
 }
 
-// A stretch of a path that goes forwards, back, round corners, slowly and fast.
+// A part of a path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
 struct Stretch {
   Pair way;  // m
   double dt;
@@ -78,7 +78,7 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
   model.stiffness_share[7] = 0.2;
   model.slip_length[2] = 0.4;
   model.slip_length[7] = 3.0;
-  // Mu N / sigma0, m: displacement that the slip lengths are multiples of
+  // Displacement (m) that the slip lengths are multiples of, mu N / sigma0.
   const double unit = 0.5 * 2.0 / 1e5;
   double a = 0.0, b = 0.0;
   for (const double way : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {
@@ -253,8 +253,8 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
     for (int k = 0; k < 15; ++k) {
       INFO("after " << 11 + k << " s");
       const Force f = model.step(10.0 * direction, 1.0, 1.0);
-      // Tolerance: half a unit of the last printed digit; ours is integrated to 1e-7 of a, and of psi (times
-      // b/a in the speed).
+      // The margin is half a unit of the tables' last digit, 1e-8. The library integrates friction to 1e-7 of
+      // a, and the state psi likewise (times b/a in the speed).
       CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
       CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
       CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);

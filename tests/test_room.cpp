@@ -272,7 +272,8 @@ TEST_CASE("A block let go with a speed stops where kinetic friction says", "[roo
 
 TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   Settings settings = few_bristles();
-  // Pushes the block to the wall, then presses with 5 N and aside with more than the floor alone can hold.
+  // Pushes the block to the wall and presses it there with 5 N, then pushes along the wall with more than the
+  // floor's friction alone holds.
   const double aside = 1.4 * settings.peak * settings.mass * g;
   std::vector<HandRow> hand = {at_place(0.0, -0.06, 0, 0.03), at_place(1.5, 0.195, 0, 0.03),
                                with_force(1.501, 5.0, 0, 0), with_force(2.5, 5.0, 0, 0),
@@ -419,7 +420,8 @@ TEST_CASE("After rests a block that ages starts stronger, by the growth per deca
   const Snapshot& now = run.until(5.3);
   CHECK(now.strength_beside == 1.0);
   const double after_long = now.strength;
-  // In sliding, bristles reach an age of about 1 mm / 8 mm/s = 0.13 s, so 1.1 s more is about a decade.
+  // Sliding bristles are renewed at an age of about 1 mm / 8 mm/s = 0.13 s, to which rests of 0.1 and 1 s are
+  // added.
   const double growth = settings.growth_per_decade * std::log10((0.1 + 1.0 + 0.13) / (0.1 + 0.1 + 0.13));
   CHECK((after_long - after_short) / kinetic > 0.4 * growth);
   CHECK((after_long - after_short) / kinetic < 1.2 * growth);
@@ -568,7 +570,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   const double place = run.now().block_position[0];
   CHECK(run.now().settings.infinite);
   REQUIRE(run.now().bristles.count == bristles_shown);
-  // Bristles that were straight now hold the block.
+  // The bristles, which were straight before, are bent and hold the block.
   CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
   CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
   run.until(1.0);
@@ -599,7 +601,8 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   settings.ageing_time = 0.01;
   settings.hand_stiffness = 40.0;
   settings.hand_damping = 20.0;
-  // ln 10 beta is the fall with speed per decade, and half the growth at rest.
+  // Strength beta of ageing per e-fold. Per decade, friction falls with speed by ln 10 beta, and the peak
+  // grows at rest by twice as much.
   const double beta = 0.5 * settings.growth_per_decade / std::log(10.0);
   double highest[2] = {0.0, 0.0}, factor[2];
   const double rests[2] = {0.3, 10.0};

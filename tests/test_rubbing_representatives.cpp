@@ -182,7 +182,8 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
         bend += rub.mean_bend(r) / steps;
         snaps += static_cast<double>(r.snaps) / n / step / steps;
       }
-      // Over 20 lengths sampling errors shrink to a third. Pieces may add 0.5 %.
+      // Averaging over 20 lengths reduces sampling errors to a third. Cutting the path into pieces may add
+      // 0.5 %.
       expect_near(bend, f, 0.005 * f + sampling_error(n), "kinetic friction");
       expect_near(snaps, rate, 0.01 * rate + sampling_error(n), "snaps per length");
     }
@@ -413,8 +414,8 @@ TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against
 
 namespace {
 
-/// Brute force, in pieces of path so short that order does not matter: bristles snap one by one, then each is
-/// renewed with the probability that these snaps give.
+/// Brute force in short pieces of path. In each, bristles snap one by one, then each bristle is renewed with
+/// the probability that these snaps give.
 class BruteRub {
  public:
   BruteRub(std::size_t n, Quantile quantile, bool redraw, double residual, double renewal, std::uint64_t seed)
@@ -758,7 +759,8 @@ TEST_CASE("A bristle that counts in part is renewed alike on one thread and on s
 }
 
 TEST_CASE("The error of renewal in long steps falls with the number of bristles", "[rubbing][physics]") {
-  // Steps of 0.4 dbar in random directions; the reference takes small pieces of the path, without noise.
+  // Takes steps of 0.4 dbar in random directions. The reference solves for the mean of infinitely many
+  // bristles in small pieces of the path, so it has no sampling noise.
   std::vector<double> quantiles, lengths;
   for (int i = 0; i <= 256; ++i) {
     lengths.push_back(SnapLength::lognormal(dbar, 0.3).quantile((i + 0.5) / 257.0));

@@ -213,7 +213,8 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
-      sum += (now[i] - residual) / length;                // share of the step since its slip
+      // Share of the step that followed this bristle's snap
+      sum += (now[i] - residual) / length;
       ++slips;
     }
     before = now;

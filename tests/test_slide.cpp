@@ -606,7 +606,8 @@ TEST_CASE("after a fall of the load bristles turn over the limit that is left", 
   OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, 0.5 * load);
-  // The tractrix from a right angle: tan(angle / 2) = exp(-way / limit), where the limit is half of dbar.
+  // Tractrix after a turn by a right angle: tan(angle / 2) = exp(-path / limit), where the limit is half of
+  // dbar under half the load.
   const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
   CHECK(out.end[0] / out.end[1] == Approx(std::tan(2.0 * std::atan(std::exp(-0.8)))).epsilon(1e-4));
 }

@@ -196,7 +196,7 @@ TEST_CASE("Moments are the integrals of the quantile function", "[snap_length]")
   for (const Named& named : all_laws()) {
     INFO(named.name);
     const double mean = named.law.mean();
-    // A sum over u does not resolve the sixth moment of a wide lognormal law.
+    // The midpoint sum does not resolve the higher moments of a wide lognormal law.
     const int most = named.law.cv() > 0.9 && named.law.law() == SnapLaw::lognormal ? 2 : 6;
     for (int k = 0; k <= most; ++k) {
       INFO("k = " << k);
@@ -232,7 +232,8 @@ TEST_CASE("Moments have their closed forms to twelve digits", "[snap_length]") {
   CHECK(normal.moment(2) == Approx(mean + 1.0).epsilon(1e-14));
   CHECK(normal.moment(3) == Approx(mean + 1.0 + 2.0 * mean).epsilon(1e-14));
   CHECK(normal.cv() == Approx(std::sqrt(mean + 1.0 - mean * mean) / mean).epsilon(1e-13));
-  // A narrow law is not cut, and its spread survives the subtraction of squares.
+  // A narrow normal law is not cut at 0. Its spread is not lost in the difference of squares that gives the
+  // variance.
   CHECK(SnapLength::normal(1.0, 1e-9).cv() == Approx(1e-9).epsilon(1e-12));
   CHECK(SnapLength::lognormal(1.0, 1e-9).quantile(0.975) - 1.0 == Approx(1.959963984540054e-9).epsilon(1e-6));
   const std::vector<double> table{1.0, 1.0, 3.0};  // half of the lengths are 1, half uniform on [1, 3]

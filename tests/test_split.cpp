@@ -67,8 +67,9 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
                   "mean force of the parts, weighted by their length");
     }
   }
-  // Only a bristle within rounding of its snap length at the split or at the end may differ. In double none
-  // is expected; in float the chance is about 2^-22 x path / delta per bristle and step.
+  // A bristle may differ only if it is within rounding of its snap length at the split or at the end. In
+  // double none is expected. In float a bristle is with a chance of about 2^-22 x path / delta in each step,
+  // delta being its snap length.
   const double shorter =
       // Bound on E[dbar / delta], delta the snap length
       law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;

@@ -236,7 +236,7 @@ TEST_CASE("A contact that ages and slides in jerks takes no more than the spring
   CHECK(jerks.slowest < 0.05);
   CHECK(jerks.fastest > 10.0);
   CHECK(jerks.energy_error < 1e-9 * jerks.work);
-  // Without ageing the same spring pulls the block steadily.
+  // Without ageing a spring of equal stiffness pulls the block steadily.
   cli::SpringPull plain = pull;
   plain.material.ageing_strength = 0.0;
   CHECK(cli::critical_stiffness(plain) == 0.0);

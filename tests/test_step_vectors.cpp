@@ -115,8 +115,8 @@ TEST_CASE("Random steps follow the brute-force patch bristle by bristle with kee
         const Response r = patch.step(dx, dy, n);
         const BruteStep expected = brute.step(dx, dy);
         const Bristles now = read(patch, n);
-        // A bristle within rounding of its snap length may fall to either side, and is then one snap off on
-        // its lattice. None is expected in 300 steps of a continuous law.
+        // Rounding may decide whether a bristle near its snap length snaps, after which it is one snap length
+        // off. None is expected in 300 steps of a continuous law.
         const double tolerance = 1e-12 * (dbar + travelled);
         int apart = 0;
         for (std::uint32_t i = 0; i < n; ++i) {

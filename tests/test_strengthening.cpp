@@ -110,7 +110,8 @@ struct Glider : RailBody {
   }
 };
 
-/// Integrates m v' = push - a N asinh(v / (2 v*)) by the Runge-Kutta method in a thousandth of the tick.
+/// Integrates m v' = push - a N asinh(v / (2 v*)), the motion of a body under strengthening alone, by the
+/// Runge-Kutta method in thousandths of the tick.
 struct Flight {
   double v, x = 0.0;
   void step(double push) {

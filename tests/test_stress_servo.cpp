@@ -1,9 +1,7 @@
-// A servo thread under stress: its number of bristles, patches that come and go, the worst motions, and
-// rivals for the cores.
-//
-// Where the machine's speed matters, a plain loop over equally many bristles is timed in turns with bristle
-// (bench/plain_loops.hpp). The ratio may be at most three times the least that was measured on a quiet
-// machine, so a step that takes three times as long fails.
+// A servo thread under stress: its number of bristles, patches that come and go, the slowest motions, and
+// other threads that take cores or memory. Where the machine's speed matters, a plain loop over equally many
+// bristles is timed in turns with bristle (bench/plain_loops.hpp). The allowed ratio is at most three times
+// the least that was measured on a quiet machine, so a step that takes three times as long fails.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -288,7 +286,8 @@ double time_of_changing(BusyServo& servo, int ticks) {
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
     while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
-    asked.store(k);                                     // asks for those of tick k during this step
+    // Tells the adder to replace patches for tick k during this step
+    asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
         all_known && servo.report.status == Status::ok && servo.report.patches_stepped == 4u * come_and_go;
@@ -447,7 +446,7 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // Workers come when the system lets them, so not in every step.
+    // A worker comes when the system gives it a core, so not every step is shared.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);

@@ -122,7 +122,7 @@ std::string complaint_of(Call call) {
   return "";
 }
 
-/// A sweep of twelve rows, milliseconds each.
+/// Arguments of a sweep of twelve rows, which take milliseconds each.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
 
@@ -136,8 +136,7 @@ cli::StudyOptions study_options(const std::string& scene) {
 
 }  // namespace
 
-// -------------------------------------------------------------------------------------------------------------
-// ranges
+// ---------------------------------------------------------------------------------------------- ranges
 
 TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOML value", "[sweep]") {
   CHECK(numbers_of("0.1:0.5:5") == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
@@ -166,7 +165,8 @@ TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sw
   const std::vector<double> points = cli::sobol_points(2, 6, 0);
   // Expected points from Numerical Recipes and ACM 659.
   CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
-  // Each of the 4 x 4 cells holds one of the first 16 points, with or without a shift of digits.
+  // The first 16 points fall into the 4 x 4 cells of the unit square one each, whether or not a seed shifts
+  // their digits.
   for (const std::uint64_t seed : {0u, 7u}) {
     const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
     std::set<int> cells;
@@ -196,8 +196,7 @@ TEST_CASE("A Latin hypercube has one point in every part of every axis, in anoth
   CHECK(sample == cli::latin_points(3, points, 5));
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// keys
+// ------------------------------------------------------------------------------------------------ keys
 
 TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   toml::table root = cli::parse_toml(
@@ -262,8 +261,7 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// rows
+// ------------------------------------------------------------------------------------------------ rows
 
 TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]") {
   const Folder folder;
@@ -417,8 +415,7 @@ TEST_CASE("Measured times are columns of a sweep, but no part of its table's has
   CHECK(report("--report peak,time.cpu")["table_hash"] != first["table_hash"]);
 }
 
-// -------------------------------------------------------------------------------------------------------------
-// journal
+// --------------------------------------------------------------------------------------------- journal
 
 TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, none is run twice",
           "[sweep]") {
@@ -489,7 +486,7 @@ TEST_CASE(
     CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
   }
 
-  // A comment in the scene changes nothing; a number does.
+  // A comment added to the scene leaves the hash of the study, a changed number changes it.
   folder.write("slide.toml", "# a comment\n" + slide_scene);
   CHECK(cli::Study(study_options(scene)).hash() == study.hash());
   std::string changed = slide_scene;
@@ -547,8 +544,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the file has every row once, and the header
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// files
+// ----------------------------------------------------------------------------------------------- files
 
 TEST_CASE("A sweep's table is CSV, and another ending is refused before the study", "[sweep]") {
   const Folder folder;

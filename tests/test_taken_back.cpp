@@ -1,4 +1,4 @@
-// A patch restores any state that it saved, even at the edge of what numbers can represent: a few units of
+// A patch restores any state that it saved, even where numbers reach their limits: a load of a few units of
 // mass, times at which the clock hardly advances or stands still, one bristle that others renew. Forged
 // states are refused.
 #include <catch2/catch.hpp>
@@ -187,8 +187,8 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
   const std::vector<std::byte> good = saved(patch.batch);
-  // Offset, in bytes, of the oldest hold in a saved state (core/patches/SAVED_STATE.md): it follows both
-  // heads, the contact, the remainders and the two numbers of the patch's time.
+  // Byte offset of the oldest hold (time at rest) in a saved state (core/patches/SAVED_STATE.md). It follows
+  // both heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
       bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;
@@ -310,7 +310,7 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
     for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
     expect_taken_back(patch);
   }
-  // In contact again, it slides as a patch that was never saved.
+  // When contact is regained, the restored patch slides to the bit as one that was never saved.
   for (int k = 0; k < 5; ++k) {
     for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
     expect_taken_back(patch);

@@ -178,7 +178,8 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
 }
 
 TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
-  // The worker's first task lasts until all others are done, so no other thread may wait for the worker.
+  // The worker holds its first task until all others are done, so the caller must do these and not wait for
+  // the worker.
   constexpr int tasks = 64;
   bristle::detail::Workers workers(2);
   workers.warm_up();
@@ -297,8 +298,8 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
   return;
 #endif
-  // A worker on its way to sleep may be put on a core once more on a busy machine, so this tries up to five
-  // times.
+  // On a busy machine a worker on its way to sleep may get a core once more, which counts as a switch. So
+  // this tries up to five times.
   auto before = switches();
   bool undisturbed = false;
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
@@ -309,13 +310,14 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
       expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
-      // A large step at rest wakes no worker either.
+      // A large step whose motion is 0 wakes no worker either.
       if (k % 10 == 0) batch.step(tick, {&large, 1}, {&response, 1});
     }
     undisturbed = switches() == before;
   }
   CHECK(undisturbed);
-  // A large step wakes a worker, so the count above would have shown one.
+  // A large step that slides wakes a worker. This shows that the count of switches above would have noticed
+  // one.
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
@@ -352,8 +354,8 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
     while (!retreat.is_over()) ++count;
     return count;
   };
-  // Alternates steps without a wait and steps in which the caller waits for the last piece as long as it
-  // worked.
+  // The caller's wait for the last piece alternates between 0 and as long as its own work. That must not make
+  // it step alone.
   for (int k = 0; k < 100; ++k) {
     CHECK(retreat.is_over());
     retreat.judge(1e-3, k % 2 == 0 ? 0.0 : 1e-3);
@@ -469,9 +471,10 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
   CHECK(cores({2, 3}, {3}, 3) == List{2});
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});  // a servo core that the process does not have
-  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});      // all cores are servo cores, so it stays off its own at
-                                                   // least
+  // A servo core that the process may not use leaves the others
+  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
+  // All cores are servo cores, so the worker stays off its caller's only
+  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
   CHECK(cores({1}, {1}, 1).empty());
 }
 
