@@ -216,7 +216,7 @@ int c_program_finds_all_as_it_was(void) {
   motion.displacement[0] = 1e-6;
   motion.normal_load = n;
   hash = bristle_state_hash(batch, id);
-  memset(&report, 0, sizeof report); /* a struct that was not initialised */
+  memset(&report, 0, sizeof report); /* leaves `report` without the size that its init function sets */
   EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
          BRISTLE_BAD_ARGUMENT);
   EXPECT(strstr(bristle_last_error(), "report") == bristle_last_error());
@@ -474,7 +474,8 @@ int c_program_sheds_and_replays(void) {
   size_t count;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK && bristle_create(NULL, &replay) == BRISTLE_OK);
   EXPECT(bristle_add(batch, &material, &patch, &motion.id) == BRISTLE_OK);
-  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK); /* equal calls give an equal id */
+  /* equal calls give an equal patch id */
+  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK);
   EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_warm_up(replay) == BRISTLE_OK);
   bristle_init_shedder_options(&options, sizeof options);
   bristle_init_shed_report(&shed, sizeof shed);

@@ -112,7 +112,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     }
     return std::string("(none)");
   };
-  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms
+  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms as too short
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

@@ -22,7 +22,7 @@ namespace {
 struct Sample {
   double t, x, load, force;
 };
-/// Returns sixty samples, 10 ms apart.
+/// Returns a record of sixty samples, 10 ms apart.
 std::vector<Sample> samples() {
   std::vector<Sample> all;
   for (int i = 0; i < 60; ++i)
@@ -262,7 +262,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   const RecordedFriction first = record(s, 3);
   s.motion = [](double t) { return 5e-3 + loops_and_strokes(t + 3.0); };
   const RecordedFriction second = record(s, 4);
-  // The third file begins in the middle of a slide.
+  // The third record begins in the middle of a slide, with bent bristles.
   s.motion = [](double t) { return 1e-3 * std::fmin(t, 3.0) - 0.5e-3 * std::fmax(t - 3.0, 0.0); };
   RecordedFriction third = record(s, 5);
   for (std::vector<double>* column : {&third.t, &third.x, &third.load, &third.force})
@@ -323,7 +323,7 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   const cli::MotionFile motion = cli::parse_motion_file(cli::fit_motion(data), "fitted_motion.csv");
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
-  // The table states how the data were read.
+  // The printed table states how the fit has read the data.
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

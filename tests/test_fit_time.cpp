@@ -21,7 +21,7 @@ using bristle::SnapRule;
 
 namespace {
 
-constexpr double beta = 0.02, tau = 1e-3;  // ageing per e-fold, from 1 ms on
+constexpr double beta = 0.02, tau = 1e-3;  // strength of ageing per e-fold; s, rest from which bristles age
 
 double grown(double age) { return logarithmic_growth(age, beta, tau); }
 
@@ -337,7 +337,7 @@ TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
   for (std::size_t i = 30; i + 30 < speed.size(); ++i) {
     CAPTURE(i);
     REQUIRE(std::abs(data.velocity[i] - speed[i]) < 0.25 * 300e-6);
-    // A moving sample must not be taken for a rest.
+    // A sample at more than 0.3 of the highest speed must not be taken for a rest.
     if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
   }
 }

@@ -59,7 +59,7 @@ std::vector<Deflection> follow(const Path& path, const Move& move) {
   for (int k = 0; k < before + path.steps; ++k) {
     angle += path.turn * path.step;
     const double ex = std::cos(angle), ey = std::sin(angle);
-    const Deflection z = move(path.step * ex, path.step * ey);  // force along x and y
+    const Deflection z = move(path.step * ex, path.step * ey);  // deflection along x and y
     if (k >= before) answers.push_back({z.along * ex + z.across * ey, z.across * ex - z.along * ey});
   }
   return answers;
@@ -176,7 +176,7 @@ TEST_CASE("On a path that turns the force fluctuates along and across it as that
         wanted.variance *= 100.0;
         const Noise noise = noise_of(answers, axis, circle.step);
         INFO((axis == &Deflection::along ? "along" : "across") << ", n = " << n);
-        // Both variances have sampling errors.
+        // The measured and the expected variance both have sampling errors.
         expect_near(noise.variance * n, wanted.variance, 1.5 * of_variance * wanted.variance,
                     "n times the variance");
         expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");

@@ -117,7 +117,8 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     double gone = 0.0, worst = 0.0, after = 0.0;
     int glides = 0;
     for (; gone < 2.0 * law.forget; gone += way) {
-      pair.direction += way * 0.02 * std::sin(gone / 12.0);  // rad per length
+      // Curvature of up to 0.02 rad per mean snap length
+      pair.direction += way * 0.02 * std::sin(gone / 12.0);
       pair.step(way);
       if (gone < law.forget) continue;
       glides += pair.is_gliding();
@@ -242,7 +243,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     INFO(what.name);
     OnePatch quick(what.material, what.options);
     OnePatch eager(what.material, what.options, stepped_eagerly());
-    int unasked = 0;  // steps in which no bristle was visited
+    int unasked = 0;  // steps that visited no bristle
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);
       motion.id = quick.id;

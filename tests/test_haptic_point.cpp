@@ -106,7 +106,7 @@ TEST_CASE("What the patch is moved by adds up to what the device moved, noise an
   const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
   CHECK(sum[0] == Approx((position - first).dot(along)).margin(1e-15));
   CHECK(sum[1] == Approx((position - first).dot(aside)).margin(1e-15));
-  // restart() drops a jump that the hand did not make.
+  // After restart() the next position is a new beginning: a jump of the device is no displacement.
   floor.point.restart();
   floor.step(position + Vector3d(1.0, 0.0, 0.0));
   CHECK(floor.motion.displacement[0] == 0.0);
@@ -121,8 +121,8 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   int limited = 0;
   for (int i = 0; i < 20000; ++i) {
     position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
-    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N
-    if (i % 1000 < 3) position[0] += 1e-3;               // moves in jerks of 1 m/s
+    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N at most
+    if (i % 1000 < 3) position[0] += 1e-3;               // jerks of 1 mm in each of three ticks
     const Vector3d force = floor.step(position);
     expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
     limited += floor.point.limited() ? 1 : 0;
@@ -197,7 +197,7 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
     CHECK(v == Approx(-0.1));
     CHECK(window.window() == i);
   }
-  // Repeats with ticks of unequal length.
+  // Checks the velocity over a window for ticks of unequal length too.
   window.restart();
   double x = 0.0;
   for (int i = 0; i < 40; ++i) {
@@ -282,7 +282,8 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   CHECK_FALSE(point.limited());
   CHECK(force[2] == 1.0);
   CHECK(force.norm() == Approx(std::sqrt(1.0 + 0.01 + 0.04)));
-  // A wall of 5 N is capped at 2 / sqrt(1.25).
+  // A wall force of 5 N is capped, so that friction with the coefficient 0.5 keeps within the limit of 2 N: 2
+  // / sqrt(1.25).
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
   CHECK(motion.normal_load == Approx(2.0 / std::sqrt(1.25)));
   CHECK(point.finish(Response{}).norm() == Approx(2.0 / std::sqrt(1.25)));

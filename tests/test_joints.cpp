@@ -692,7 +692,7 @@ TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {
   options.bristles = 65;
   CHECK(names(message_of([&] { JointFriction(1, {&m, 1}, options); }), {"bristles", "65"}));
   CHECK(names(message_of([&] { JointFriction(1, {}); }), {"material"}));
-  // Parameters that no joint uses have no column.
+  // A gradient has columns only for the parameters that a joint uses.
   JointMaterial coulomb;
   coulomb.stiffness = 1;
   coulomb.kinetic.base = 1;

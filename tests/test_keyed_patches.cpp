@@ -269,7 +269,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
       many.end_step();
     }
     CHECK(compared > 1000);
-    CHECK(slots.size() > 20);  // the contacts used many slots
+    CHECK(slots.size() > 20);  // the contacts used many slots of the pool in turn
     CHECK(many.refused() == 0);
   }
 }
@@ -526,7 +526,7 @@ struct Engine {
   void step(int k, std::vector<std::uint64_t>& bits) {
     std::vector<ContactPoint> contacts;
     for (int c = 0; c < 7; ++c) {
-      if ((k + 3 * c) % 11 < 3) continue;  // this contact is missing in this step
+      if ((k + 3 * c) % 11 < 3) continue;  // contact c pauses in this step
       contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
     }
     std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());

@@ -86,7 +86,7 @@ Motion moved(PatchId id, double x, double y, double normal_load = load) {
   return motion;
 }
 
-/// Turns the displacement of a motion.
+/// Returns a motion with its displacement turned by `angle` rad.
 Motion turned(Motion motion, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   const double x = motion.displacement[0], y = motion.displacement[1];
@@ -438,7 +438,7 @@ TEST_CASE("bristles with a lay are read in the axes of the patch", "[lay]") {
   for (const Lay& lay : {Lay{0.5, 1.8, 0.0, 1.0}, Lay{0.5, 1.8, 0.6, 1.0}, Lay{0.5, 1.8, 0.0, 3.0}}) {
     Kind kind = sliding(Precision::double_);
     OnePatch patch(kind.material, kind.options.with_lay(lay));
-    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step in which nothing slides
+    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step so short that no bristle slides
     Bristles all = read(patch.batch, patch.id, 32);
     for (std::size_t i = 0; i < 32; ++i) {
       expect_near(all.zx[i], 0.05 * dbar, 1e-13 * dbar, "x");

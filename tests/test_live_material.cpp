@@ -185,7 +185,8 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   // without a snap.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(r.snaps > n / 5);  // two of five snap lengths are shorter than 0.45
+    // Of the new snap lengths, two fifths are shorter than 0.45, where the bristles were bent to
+    CHECK(r.snaps > n / 5);
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));
     CHECK(before - after > 0.1 * before);

@@ -496,7 +496,7 @@ class Outputs(unittest.TestCase):
 
 
 class Environments(unittest.TestCase):
-    """The example of robot learning: tools/python/robot_environments.py."""
+    """Tests of tools/python/robot_environments.py, the example of robot learning."""
 
     @classmethod
     def setUpClass(cls):
@@ -897,7 +897,7 @@ class Scenes(unittest.TestCase):
                 scene.run(**options)
 
     def test_another_thread_can_end_a_run(self):
-        # A process in the background of a script has SIGINT ignored.
+        # A shell starts background processes with SIGINT ignored, so this sets the default handler.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         # The timer's thread can run only if the scene releases the interpreter's lock
         timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))

@@ -249,7 +249,7 @@ TEST_CASE("run --realtime gives the bare sleep loop the share of ticks it is ask
   const json realtime =
       paced_report(folder, "--rate 2000 --bristles 100 --steps 200 --bare-share 0.1")["realtime"];
   CHECK(realtime["bristle"]["ticks"] == 200);
-  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // 20 ticks: four turns of 50, a tenth of each
+  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // a tenth of each of four turns of 50 ticks
 }
 
 #if BRISTLE_WITH_TBB
@@ -325,14 +325,14 @@ wait $pid
 TEST_CASE("A second interrupt ends the program when the first is half a second old", "[realtime]") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
-  if (child == 0) {  // the child must not use Catch
+  if (child == 0) {  // the child ends by _exit() and uses no assertion, which belong to the parent's test
     cli::stop_on_signals();
     if (cli::stop_requested()) _exit(1);
     for (int i = 0; i < 5; ++i) raise(i % 2 ? SIGTERM : SIGINT);
     if (!cli::stop_requested()) _exit(2);
     usleep(600'000);
     raise(SIGTERM);
-    usleep(2'000'000);  // the thread sanitizer delivers signals late
+    usleep(2'000'000);  // waits, because the thread sanitizer delivers signals late
     _exit(3);
   }
   int status = 0;

@@ -130,7 +130,8 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
     for (const double v : {2e-3, 5e-4, -1e-3, -4e-3, 3e-4, 0.02, -1e-4}) {
       const double dt = 4e-6 / std::fabs(v) + 1e-3;
       const double u = v / 1e-3;
-      const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;  // Fc = 1 N, Fs = 1.5 N
+      // Kinetic friction of 1 N, static friction of 1.5 N
+      const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;
       const double zba = std::min(0.9 * 1.5e-5, 0.99 * zss);
       const auto alpha = [&](double q) {
         if (!plastic) return 1.0;

@@ -582,7 +582,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   wishes.write(settings);
   run.until(1.2);
   CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
-  // The rule keep needs a number of bristles.
+  // SnapRule::keep needs a finite number of bristles, so the room leaves the infinite brush.
   settings.keep = true;
   wishes.write(settings);
   run.until(1.3);
@@ -855,7 +855,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   const double begin = time_after(50);
   const double slow = time_after(400) - begin;
   CHECK(slow > 0.0);
-  CHECK(slow < 0.02);  // 4 ms, and the delays of a busy machine
+  CHECK(slow < 0.02);  // s; 4 ms expected, plus the delays of a busy machine
   loop.stop();
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
   loop.advance(1);
@@ -1014,7 +1014,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   while (run.now().time < end - 5e-4) run.tick();
   CHECK(run.loop().state_hash() == hash);
 
-  // The recorded files can be played as a script.
+  // The files of a recording can be played as a script.
   const std::string base =
       (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
   const Script script = read_script(base + ".toml", RoomMeasures{});
@@ -1079,7 +1079,8 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     REQUIRE(run_to(loop, "left the room"));
     CHECK(run_to(loop, "recorded"));
   }
-  const Script script = read_script(base + ".toml", RoomMeasures{});  // refuses times that go back
+  // Read_script() would refuse times that go back
+  const Script script = read_script(base + ".toml", RoomMeasures{});
   CHECK(script.seconds > 0.25);
   CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
 }
@@ -1145,7 +1146,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
     CHECK_THAT(now().message, Catch::Contains("replay has ended"));
     CHECK(now().settings.kinetic == 0.3);
   }
-  // The script that was being played before continues.
+  // The script that was played before the replay continues.
   run_until(0.7);
   CHECK(now().settings.kinetic == 0.25);
 }
@@ -1582,7 +1583,8 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted, so its numbers begin at 1
+  // The device server has restarted, so its packet numbers begin at 1
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }
@@ -1632,7 +1634,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   double before = exchange.room.latest().time, went_on = 0.0;
   for (int k = 0; k < 20 && went_on <= 0.05; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody reads the room's state meanwhile
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // meanwhile nobody reads the room's state
     exchange.room.refresh();
     went_on = exchange.room.latest().time - std::exchange(before, exchange.room.latest().time);
   }

@@ -350,7 +350,7 @@ TEST_CASE("Coefficients without both make the material that they made before the
   const Material material = Material::from_coefficients(paper);
   CHECK(material.residual_length == 0.0);
   CHECK(material.shared_renewal == 0.0);
-  // A recorded value, with 17 digits.
+  // A recorded spread, with all 17 digits: the conversion must not change.
   CHECK(material.snap_length.cv() == 0.29291044799401739);
   CHECK(material.snap_length.mean() == 10e-6);
 }

@@ -87,8 +87,8 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
-      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);  // 2e-6 lengths per cycle, over the last
-                                                                    // tenth
+      // At most 2e-6 lengths of creep per cycle, in the last tenth of the cycles
+      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);
     }
   }
 }

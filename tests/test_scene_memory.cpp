@@ -89,7 +89,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
 
 TEST_CASE("A scene beyond the memory that it may take is refused with what it needs", "[cli][memory]") {
   const TemporaryFolder folder;
-  // 20 bytes a bristle: 640 MB.
+  // 32 million bristles of 20 bytes need 640 MB.
   const std::string file =
       folder.write("large.toml", head + wood + patch("tip", "material = \"wood\"\nbristles = 32000000"));
   Said said = at_terminal("'" BRISTLE_CLI "' run '" + file + "' --memory 100M");

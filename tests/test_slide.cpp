@@ -536,7 +536,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
   CHECK_THAT(message_of([] { plain_material(uniform, SnapRule::keep).with_drop(0.1).validate(); }),
              Contains("drop"));
 
-  // growth_per_decade is the growth of the peak, to first order.
+  // The peak's growth per decade of rest equals growth_per_decade, to first order.
   const Material aged = Material::from_coefficients(
       Coefficients(slide).with_spread(0.1).with_drop(0.3).with_growth_per_decade(1e-4).with_ageing_time(
           1e-3));
@@ -691,7 +691,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
 }
 
 TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
-  // 192 cells of 32 bristles, of 1/100 of the radius.
+  // Discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
   for (const Row& row : read_table("spin_limit.csv")) {
     const auto pressure =
         row.at("pressure") == "hertz" ? bristle::Pressure::hertz : bristle::Pressure::uniform;

@@ -360,7 +360,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   {
     std::vector<std::byte> same = good;
     reseal(same);
-    REQUIRE(same == good);  // the format's checksum is the documented one
+    REQUIRE(same == good);  // the independent checksum equals the library's
   }
   const std::uint64_t before = batch.state_hash();
   const auto refusal = [&](std::size_t at, const void* what, std::size_t size) {

@@ -141,11 +141,11 @@ TEST_CASE("Dampers and lubricant add to the kinetic force what the table of spee
       const double load = load_of(row);
       OnePatch patch(damped_material(row, decay),
                      PatchOptions{}.with_max_normal_load(load).with_bristles(900).with_outputs(Outputs::all));
-      // Oblique motion: the damper acts along the velocity, by its magnitude.
+      // In oblique motion the damper force depends on the magnitude of the velocity, and acts along it.
       const double dt = 1e-4;
       const Response r = patch.step(0.6 * v * dt, -0.8 * v * dt, load, dt);
       const double damper = number(row, column) - number(row, "Fk_N");
-      const double tolerance = 1e-10 * number(row, column);  // the table has 12 digits
+      const double tolerance = 1e-10 * number(row, column);  // the table's values have 12 digits
       expect_near(-r.damper[0], 0.6 * damper, tolerance, "damper force x");
       expect_near(-r.damper[1], -0.8 * damper, tolerance, "damper force y");
       expect_near(r.end[0], r.elastic[0] + r.damper[0], 1e-15, "end = elastic + damper");

@@ -167,7 +167,7 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         check_below(time_ratio([&](int k) { usual.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); },
                                [&](int k) { shrunk.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); }),
                     2.0, "denormal deflections against others");
-        // Forces and energies in the range of denormal doubles.
+        // Bristles so soft that forces and energies are denormal doubles.
         OnePatch faint = make(Material(material)
                                   .with_bristle_stiffness(1e-15)
                                   .with_normal_stiffness(1e15)

@@ -209,7 +209,7 @@ double median(Times& times) {
   return times[times.size() / 2];
 }
 
-constexpr int come_and_go = 1000;  // patches exchanged in each tick
+constexpr int come_and_go = 1000;  // patches that come, and patches that go, in each tick
 constexpr std::uint32_t small = 100;
 
 /// Replaces, in each tick of the adding thread, the patches of four ticks ago.

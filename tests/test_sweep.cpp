@@ -233,7 +233,8 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
   cli::set_key(root, "material.a.peak", 0.5);
-  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);  // a scene takes only one of the two keys
+  // Replaces `peak`, because a scene takes only one of the two keys
+  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
 }
 
@@ -295,7 +296,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
   const auto table = csv_rows(table_of(folder, "'" + scene + "' " + twelve_rows + " --report state_hash"));
   std::set<std::string> hashes;
   for (std::size_t row = 0; row < 12; ++row) hashes.insert(cell(table, row, "state_hash"));
-  CHECK(hashes.size() == 12);  // repeats have seeds of their own
+  CHECK(hashes.size() == 12);  // each repeat has a seed of its own, so all states differ
   const Outcome written = run_cli(
       folder, "sweep '" + scene + "' " + twelve_rows + " --row 7 --out '" + folder.at("row.toml") + "'");
   REQUIRE(written.code == 0);
@@ -317,7 +318,7 @@ TEST_CASE("Values that a scene refuses make a row that says so, and the others r
     CHECK(cell(table, row, "tip.kinetic").empty());
     CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
     CHECK(cell(table, row, "failure").find(folder.path.string()) ==
-          std::string::npos);  // the message is identical on every machine
+          std::string::npos);  // a failure's text has no path, so it is identical on every machine
   }
 }
 
@@ -369,7 +370,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   options.scene = folder.write("trace.toml", scene);
   options.vary = {"material.wood.kinetic=0.3,0.4"};
   const cli::Study first(options);
-  // A study repeated from the recipe alone, in another folder.
+  // Another study is made from the recipe of the first alone, in another folder.
   const Folder elsewhere;
   const cli::Study copy(first.recipe(), elsewhere.path.string());
   CHECK(copy.hash() == first.hash());

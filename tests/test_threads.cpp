@@ -197,7 +197,7 @@ TEST_CASE("What a worker that is held up has not begun, the caller does", "[thre
           if (std::this_thread::get_id() != s.caller && s.held_up.exchange(1) == 0) {
             while (s.done < tasks - 1) std::this_thread::yield();
           } else if (s.held_up == 0) {
-            // The worker may need a while to come.
+            // Waits up to 50 us for the worker to begin its task.
             const auto start = std::chrono::steady_clock::now();
             while (s.held_up == 0 &&
                    std::chrono::steady_clock::now() - start < std::chrono::microseconds(50)) {
@@ -267,7 +267,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
 TEST_CASE("A small step wakes no worker", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);
-  // The paper's patch, and a scene of a few small ones.
+  // A patch of 900 bristles, as in the paper, and nine small ones.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
     Motion motion;
@@ -395,11 +395,11 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     batch.remove(gone.id);
     // The new patch takes the removed one's slot, so the step names this slot twice
     add(90);
-    motions[60].displacement[0] = NAN;  // motion of a large patch
-    motions[61].normal_load = -1.0;     // motion of a small patch
+    motions[60].displacement[0] = NAN;  // makes a large patch's motion invalid
+    motions[61].normal_load = -1.0;     // makes a small patch's motion invalid
     motions[100].id = bristle::PatchId{};
     if (!repeats) motions.erase(motions.begin() + 30);
-    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // motion of a large patch
+    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // names a large patch twice
     std::vector<Response> responses(motions.size());
     std::vector<Status> seen;
     std::uint32_t tasks = 0;
@@ -515,14 +515,13 @@ TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[thre
 }
 
 TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
-    return;  // among the workers of other tests it proves
-             // nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
   const std::vector<int> mine = cores_of_thread(0);
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // the machine has no such core
+    // Servo core 1023, which the machine lacks
+    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {
         for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {

@@ -65,7 +65,8 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
             const double to = number(row, "x_over_dbar");
             const Deflection f = brush.step((to - x) * e.x, (to - x) * e.y);
             x = to;
-            if (!row.at("note").empty()) continue;  // a tie that rounding decides
+            // Skips rows marked in the table, where rounding decides whether bristles snap
+            if (!row.at("note").empty()) continue;
             INFO("x = " << x << " mean snap lengths");
             double tolerance = sampling_tolerance(number(row, "mc_se"), n, precision);
             if (rule == SnapRule::keep && !brush.single()) {
