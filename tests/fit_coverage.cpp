@@ -363,7 +363,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   std::fprintf(stderr, "\n");
 }
 
-/// Returns the 95 % interval of a share (Wilson).
+/// Returns the 95 % interval of the share `held` of `count`, by Wilson's formula.
 std::pair<double, double> share_interval(int held, int count) {
   const double n = count, p = held / n, z = 1.96, z2 = z * z;
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -371,7 +371,8 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Prints the table as Markdown. A share is called outside if its own interval does not meet 90 to 98 %.
+/// Prints the table as Markdown. It marks a share of intervals as outside if the share's own 95 % interval
+/// does not meet 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

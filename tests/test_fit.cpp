@@ -311,7 +311,7 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     return cli::Judgement{};
   };
   const cli::Judgement maxwell = of("Maxwell-slip");
-  // N, held-out error; the noise is 5 mN, and 22 parameters were fitted to 351 samples
+  // N, held-out error; the noise is 5 mN, and 22 parameters were fitted to 351 samples.
   CHECK(maxwell.judged.all < 1.2 * 0.005);
   for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
     INFO(other);
@@ -506,7 +506,7 @@ TEST_CASE("What the data do not determine is named and stays at its default", "[
     CHECK_FALSE(fitted[cli::fit_length].fitted);
     CHECK_FALSE(fitted.result.peak.fitted);
     const double truth =
-        // Stiffness over load: kinetic coefficient over mean deflection in sliding
+        // Stiffness over load: kinetic coefficient over mean deflection in sliding.
         s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);
     check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
   }
@@ -593,7 +593,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK(virgin.result.peak.fitted);
   const std::vector<double>& force = virgin.data.force;
   const double highest = *std::max_element(force.begin(), force.end()) / 2.0;
-  // The highest sample has noise of 10 mN and the fluctuation of 1800 bristles
+  // The highest sample has noise of 10 mN and the fluctuation of 1800 bristles.
   CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));
 }
 

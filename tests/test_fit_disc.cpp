@@ -73,7 +73,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     path.push_back({60e-6 * std::sin(0.031 * i) * i / 300.0, 2.0, true, 0.01 * i});
   cli::PathForce disc(path, 1, true), point(path);
   const struct {
-    // Error, allowed share of the force; larger for the narrow law, whose force has corners
+    // Error, allowed share of the force; larger for the narrow law, whose force has corners.
     double spread, error;
   } cases[] = {{0.15, 4e-3}, {0.4, 1e-3}};
   for (const auto& [spread, error] : cases) {

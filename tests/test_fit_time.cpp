@@ -139,8 +139,8 @@ TEST_CASE("A length holds where few samples show the spread", "[fit]") {
 TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
-  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {  // in sliding, samples are
-                                                                                  // 10 and 20 um apart
+  // While the body slides, samples are 10 and 20 um apart.
+  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {
     s.rate = rate;
     const Fitted found = fit(record(s, seed).csv());
     CAPTURE(rate);

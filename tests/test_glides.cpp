@@ -117,7 +117,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     double gone = 0.0, worst = 0.0, after = 0.0;
     int glides = 0;
     for (; gone < 2.0 * law.forget; gone += way) {
-      // Curvature of up to 0.02 rad per mean snap length
+      // Curvature of up to 0.02 rad per mean snap length.
       pair.direction += way * 0.02 * std::sin(gone / 12.0);
       pair.step(way);
       if (gone < law.forget) continue;

@@ -270,7 +270,7 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  // The elastic part is not cut, only the damper's
+  // The elastic part is not cut, only the damper's.
   CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);
   response.elastic[0] = -4.0;
   force = point.finish(response);

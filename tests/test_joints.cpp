@@ -277,7 +277,7 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(joint.by_angle == Approx(-200).epsilon(1e-14));
   joint.go(1.5 * length, 0, 0, 0);
   CHECK(joint.torque == Approx(-1.5).epsilon(1e-14));
-  // Over half of the step the torque rises from 0.75 to 1.5, then it is 1.5
+  // Over half of the step the torque rises from 0.75 to 1.5, then it is 1.5.
   CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));
 }
 
@@ -723,8 +723,7 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   std::uint32_t status[n] = {9, 9, 9};
   bristle_joint_step step;
   REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
-  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // refused, because `angle` is
-                                                                               // missing
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // no array `angle`
   step.angle = angle;
   step.speed = speed;
   step.motor = motor;

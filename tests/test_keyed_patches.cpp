@@ -93,7 +93,7 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
   for (const PatchCase& c : every_variant_and_few_infinite(70, 5)) {
     INFO(c.name);
     ++script;
-    // A third of the scripts reset to the seed that the patch has
+    // A third of the scripts reset to the seed that the patch has.
     const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);
     const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
     const PatchId used = used_batch.add(c.material, c.options);
@@ -333,7 +333,7 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
 TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
   std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  // Another pair of bodies, with points at equal places
+  // Another pair of bodies, with points at equal places.
   const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);
   points.insert(points.end(), second.begin(), second.end());
   std::vector<std::uint64_t> keys(points.size());
@@ -409,7 +409,7 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
       old_taken[e.i] = taken[e.j] = true;
       expected[e.j] = e.i;
     }
-    // With equal distances several matchings are right, so only the number of matches is compared
+    // With equal distances several matchings are right, so only the number of matches is compared.
     const bool ties = trial % 2 != 0;
     if (!ties) expect(matched == expected.size(), "as many matches");
     std::size_t found = 0;

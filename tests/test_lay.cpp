@@ -477,9 +477,7 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
   const double radius = 100.0 * dbar;
   Kind kind = sliding(Precision::double_);
   for (const double to_over_fro : {1.0, 3.0}) {
-    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // automatic number of
-                                                                                   // bristles, 32 in each
-                                                                                   // cell
+    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // 32 bristles in each cell
     PatchBatch batch;
     bristle::ExtendedPatches pads(batch);
     const PatchId id =

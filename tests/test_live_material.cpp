@@ -145,7 +145,7 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
                             batch.add(material, PatchOptions(options).with_seed(6)),
                             batch.add(material, PatchOptions(options).with_seed(5))};
-    // So far that a double does not resolve the place to within a snap length
+    // So far that a double does not resolve the place to within a snap length.
     const double way = dbar * 0x1p43;
     std::vector<Motion> motions;
     for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
@@ -162,7 +162,7 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
       CHECK(phase >= 0.0);
       CHECK(phase <= 1.0);
     }
-    // Mean of a uniform law, with 4 standard errors
+    // Mean of a uniform law, with 4 standard errors.
     CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));
     CHECK(alike < 25);  // chance makes 3 of 1500 alike
   }
@@ -185,7 +185,7 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   // without a snap.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
-    // Of the new snap lengths, two fifths are shorter than 0.45, where the bristles were bent to
+    // Of the new snap lengths, two fifths are shorter than 0.45, where the bristles were bent to.
     CHECK(r.snaps > n / 5);
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));

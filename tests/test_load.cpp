@@ -55,7 +55,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
           const double kinetic = number(find_row(summary, key), "f_kinetic");
           const double steady_variance = number(find_row(summary, key), "var_z_steady_per_bristle");
-          // Largest variance on the first loading, a bound for the bristles that enter
+          // Largest variance on the first loading, a bound for the bristles that enter.
           double virgin_variance = 0.0;
           for (const Row& row : virgin) {
             if (row.at("dist") == law.name && row.at("variant") == table_name(rule))

@@ -387,7 +387,7 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
       const double peak = material(with).peak_coefficient();
       if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
       CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
-      // Tiny lengths cause more renewals, but no bristle holds more than without them
+      // Tiny lengths cause more renewals, but no bristle holds more than without them.
       CHECK(peak < material(others).peak_coefficient() * 1.0001);
     }
   }
@@ -573,7 +573,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
   for (const SnapLength& law : laws) {
     for (SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
       for (bool rubs : {false, true}) {
-        // The library refuses such a material
+        // The library refuses such a material.
         if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;
         INFO(to_string(law.law()) << ", cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
                                   << (rubs ? ", with residual and renewal" : ""));

@@ -144,7 +144,7 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
     CHECK(run_ball(speed, 0.0) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(speed, 0.0, 4) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(0.0, speed) == Approx(std::min(lost, until_rolling)).margin(0.02 * lost));
-    // Rolls from the start; it sinks in by 2e-4 of its radius
+    // Rolls from the start; it sinks in by 2e-4 of its radius.
     CHECK(run_ball(speed, speed) == Approx(speed).epsilon(3e-4));
   }
 }
@@ -189,7 +189,7 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
   for (const double speed : {1.0, 0.1, 0.02}) {
     INFO(speed << " m/s");
     constexpr double step = 0.004;
-    // Stiffness times (time step)^2 over mass is 32, and six times that against turning
+    // Stiffness times (time step)^2 over mass is 32, and six times that against turning.
     World world(on_floor(plate, 0.001, 0.5, step));
     world.run(0.2);
     const double start = world.data->qpos[0];
@@ -267,8 +267,7 @@ TEST_CASE(
   scene.seconds = 4.0;
   const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
   const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
-  const auto slip = [](const Run& r) {  // Returns the slip of the box in the fingers, after these have
-                                        // closed.
+  const auto slip = [](const Run& r) {  // Returns how far the box slips after the fingers have closed on it.
     return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
   };
   CHECK(turn(runs[0]) > 5.0);
@@ -369,14 +368,14 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
   world.run(0.5);
-  // Not 0: the ball swings on its bristles, because they have no dampers here
+  // Not 0: the ball swings on its bristles, because they have no dampers here.
   CHECK(std::fabs(world.data->qvel[5]) < 1e-4);
   // A torque of half the torsional friction is held.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(0.5);
-  // The bristles are bent by 4e-4 in all, so only a drift is excluded
+  // The bristles are bent by 4e-4 in all, so only a drift is excluded.
   CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }
@@ -451,7 +450,7 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
     while (data->time < 0.5) {
       scene.drive(*model, *data);
       mj_step(model.get(), data.get());
-      // An extra call, as viewers make it, which must not count as a step
+      // An extra call, as viewers make it, which must not count as a step.
       mj_forward(model.get(), data.get());
     }
   };

@@ -97,7 +97,7 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
            limit + ' ' + limit + " 0.1'/>";
   };
   World lugre("0", "0", motor("shoulder", "12") + motor("elbow", "5"));
-  // Explicit integration is unstable with the stiffness of LuGre's bristles
+  // Explicit integration is unstable with the stiffness of LuGre's bristles.
   lugre.model->opt.integrator = mjINT_IMPLICITFAST;
   CHECK(creep(lugre, nullptr) > 0.01);
   CHECK(lugre.data->warning[mjWARN_BADQACC].number == 0);

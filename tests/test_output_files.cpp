@@ -96,7 +96,7 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
     CHECK(outcome.code == 2);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK_THAT(outcome.err, Contains("another"));
-    // Refused before any computation
+    // Refused before any computation.
     CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));
     CHECK(read_file(s) == scene);
     CHECK(read_file(m) == motion);

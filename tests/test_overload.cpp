@@ -300,7 +300,7 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
 
 TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
-  // A load that is below one bristle, so that fewer and heavier bristles leave none in contact
+  // A load that is below one bristle, so that fewer and heavier bristles leave none in contact.
   patch.step(0.1 * dbar, 0.0, 1e-28);
   for (std::uint32_t detail : {1u, 600u, 2u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
@@ -578,7 +578,7 @@ struct InfiniteLoop {
   int tick_once() {
     Response response;
     if (++steps % 3 == 0)
-      // Reverses, because a steady slide would visit no pieces
+      // Reverses, because a steady slide would visit no pieces.
       motion.displacement[0] = -motion.displacement[0];
     const StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
     return shedder.after_step(batch, {&motion, 1}, time_s, report);
@@ -770,7 +770,8 @@ TEST_CASE("With the real clock, work of four times the budget comes below it", "
 
 TEST_CASE("A load shedder takes any id and no more record than it can keep", "[overload]") {
   bristle::LoadShedder shedder;
-  // An id is 64 bits that anybody may pass, so memory must follow the number of patches, not their slots.
+  // Any 64 bits may be passed as an id. So the shedder's memory must follow the number of patches, not the
+  // slot numbers in their ids.
   for (std::uint64_t k = 1; k <= 1000; ++k)
     shedder.add(bristle::PatchId{k << 32 | (0xFFFFFFFFu - 7 * k)}, static_cast<int>(k % 3), 1);
   for (std::uint64_t k = 1; k <= 1000; k += 2)
@@ -797,7 +798,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  // A single slow step does not raise the time per bristle
+  // A single slow step does not raise the time per bristle.
   CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
   CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise it to the smaller of the two
 }

@@ -158,7 +158,7 @@ TEST_CASE("The paper's loop adds the damper of every bristle", "[bench]") {
 TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") {
   StreamLoop stream(1000, 3, 2);
   CHECK(stream.bytes() == 1000 * 4 * (3 + 2));
-  // The first step turns two columns of zeros into ones, the second turns them back
+  // The first step turns two columns of zeros into ones, the second turns them back.
   CHECK(stream.step() == 2.0 * 1000.0);
   CHECK(stream.step() == 0.0);
 }

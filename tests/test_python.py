@@ -158,7 +158,7 @@ class Model(unittest.TestCase):
         surface = material(bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), "slide")
         limit = surface.kinetic_coefficient() * LOAD
         batch = bristle.PatchBatch()
-        # Forces over the limit, on an ellipse about (0.5, 0)
+        # Forces over the limit, on an ellipse about (0.5, 0).
         for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):
             lay = bristle.Lay(limit_ratio=0.4, to_over_fro=3.0)
             id_ = batch.add(surface, bristle.PatchOptions(max_normal_load=LOAD, precision="double", lay=lay))
@@ -335,7 +335,7 @@ class Copies(unittest.TestCase):
         for thing in things:
             kind, state = type(thing), thing.__getstate__()
             fresh = lambda: kind.__new__(kind)
-            # An empty dict is valid: it means every default
+            # An empty dict is valid: it means every default.
             forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]
             if isinstance(state, tuple):
                 forged += [state[:n] for n in range(len(state))]
@@ -357,7 +357,7 @@ class Copies(unittest.TestCase):
             refused = 0
             for other in forged:
                 try:
-                    # Some forged states are valid, such as True for 1 or a changed unused parameter
+                    # Some forged states are valid, such as True for 1 or a changed unused parameter.
                     fresh().__setstate__(other)
                 except ValueError as error:
                     refused += 1
@@ -537,7 +537,7 @@ class Environments(unittest.TestCase):
         for _ in range(200):
             blocks.step(push)
         self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
-        # Rad/s: the half of the torque that friction does not hold acts for 0.2 s
+        # Rad/s: the half of the torque that friction does not hold acts for 0.2 s.
         turned = holds / blocks.inertia[2, 2] * 0.2
         self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
         np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)
@@ -597,7 +597,7 @@ class Extent(unittest.TestCase):
         damped.bristle_damping = c
         patches = bristle.ExtendedPatches()
         pad = patches.add(damped, bristle.Outline([[a, 0.0], [-a, 0.0]], [0.5, 0.5]), self.options)
-        # A step of 1e6 s, so slow that the damper force is 0
+        # A step of 1e6 s, so slow that the damper force is 0.
         out = patches.step(1e6, [pad], [[0.0, 0.0, spin, 1000.0]])
         torque = 1000.0 * a * a * spin
         np.testing.assert_allclose(out["elastic"][0], [0.0, 0.0, -torque], rtol=1e-6, atol=1e-6 * torque)
@@ -732,7 +732,7 @@ class Fit(unittest.TestCase):
             self.assertLess(estimate.high - estimate.low, width * max(truth, 1.0), name)
         self.assertAlmostEqual(self.found.material.kinetic_coefficient(), self.found.parameters["kinetic"].value)
         self.assertGreater(self.found.explained, 0.999)
-        # The sign was "by the body", so the fit reverses the measured force
+        # The sign was "by the body", so the fit reverses the measured force.
         np.testing.assert_array_equal(self.found.force, -self.force)
         residuals = self.found.force - self.found.curve
         self.assertAlmostEqual(np.sqrt(np.mean(residuals**2)), self.found.residual_rms, places=12)
@@ -770,7 +770,7 @@ class Fit(unittest.TestCase):
             self.assertEqual(held.parameters[name].value, value)
             self.assertEqual(held.not_determined[name].why, "held")
         self.assertEqual((held.material.residual_length, held.material.shared_renewal), (0.0, 0.25))
-        # The true values are 0.1 (residual) and 1 (renewal)
+        # The true values are 0.1 (residual) and 1 (renewal).
         self.assertGreater(held.residual_rms, self.found.residual_rms)
 
     def test_a_file_and_arrays_of_the_same_numbers_give_the_same_fit(self):
@@ -899,7 +899,7 @@ class Scenes(unittest.TestCase):
     def test_another_thread_can_end_a_run(self):
         # A shell starts background processes with SIGINT ignored, so this sets the default handler.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
-        # The timer's thread can run only if the scene releases the interpreter's lock
+        # The timer's thread can run only if the scene releases the interpreter's lock.
         timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
         start = time.perf_counter()
         timer.start()
@@ -1121,7 +1121,7 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(monitor.jitter_p50, 0.2e-3, delta=0.016 * 0.2e-3 + 1e-9)
         self.assertEqual(monitor.jitter_p99, monitor.jitter_p50)  # there is only one interval between ticks
         before = monitor.snapshot()
-        # Ends 1.5 ms after it was due, of which 0.5 ms before its start
+        # Ends 1.5 ms after it was due, of which 0.5 ms before its start.
         monitor.record_tick(due=10.002, start=10.0025, end=10.0035, cpu=1e-3)
         monitor.record_skipped(2)
         self.assertEqual((monitor.misses, monitor.misses_machine, monitor.skipped, monitor.longest_run), (1, 1, 2, 3))
@@ -1136,7 +1136,7 @@ class Interface(unittest.TestCase):
         monitor.refresh_events()
         monitor.pause()
         monitor.record_tick(due=20.0, start=20.0, end=20.0001)
-        # A pause does not count as an interval between ticks
+        # A pause does not count as an interval between ticks.
         self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
@@ -1239,7 +1239,7 @@ class Sweeps(unittest.TestCase):
             outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
             table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
                                   report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
-            # A journal is kept only if the caller names one
+            # A journal is kept only if the caller names one.
             self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])
             self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
             with open(outs[1], newline="") as file:

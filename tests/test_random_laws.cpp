@@ -21,7 +21,7 @@ using namespace bristle_test;
 namespace {
 
 using Random = std::mt19937_64;
-// Largest error of the infinite brush with its default pieces after a turn, mean snap lengths
+// Largest error of the infinite brush with its default pieces after a turn, mean snap lengths.
 constexpr double transient_error = 0.025;
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
@@ -157,7 +157,7 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
     CHECK(of_finite < 0.004 + noise);
     CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
-  // Of the six places of each law, at least four on average were away from a fall of the force
+  // Of the six places of each law, at least four on average were away from a fall of the force.
   CHECK(judged > 4 * laws);
 }
 
@@ -279,7 +279,7 @@ double error_with_renewal() {
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
-    // Small steps, in which hardly any bristle snaps
+    // Small steps, in which hardly any bristle snaps.
     CHECK(error_under_loads(0.3, resolution, true) < 3e-4);
     CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);

@@ -1,4 +1,5 @@
-// Redraw at bounded cost: a step that holds many snaps jumps over them in law (core/MODEL.md, section 12).
+// Redraw at bounded cost: a step with many snaps draws its end state from the law of that state, and not each
+// snap (core/MODEL.md, section 12).
 // The law is tested against brute force (every snap drawn, brute_force.hpp), against the stationary law of a
 // renewal process, and against renewal-reward theory: deflection, snap length, force, dissipated energy and
 // its variance.
@@ -49,7 +50,7 @@ std::array<double, 5> normal_moments(double cv) {
 }
 
 std::vector<JumpLaw> jump_laws() {
-  // Table with the mean 1, four intervals of equal probability
+  // Table with the mean 1, four intervals of equal probability.
   const std::vector<double> table{0.3, 0.7, 1.0, 1.3, 1.7};
   std::array<double, 5> table_moment{};
   std::vector<double> metres;

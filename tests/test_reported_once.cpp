@@ -52,7 +52,7 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   const Response first = patch.step(0.0, 200.0);
   CHECK(first.dissipated == Approx(before - after).epsilon(1e-5));
   CHECK(first.snaps > 0);
-  // Moves a little, because a step at rest would repeat the stored response
+  // Moves a little, because a step at rest would repeat the stored response.
   const Response second = patch.step(1e-4 * dbar, 200.0);
   CHECK(second.dissipated == 0.0);
   CHECK(second.snaps == 0);
@@ -63,7 +63,7 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   Lone other(shorter, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.4 * dbar, 200.0);
-  // All bristles are bent beyond their new lengths and snap once
+  // All bristles are bent beyond their new lengths and snap once.
   patch.batch.set_material(patch.motion.id, shorter);
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
@@ -82,7 +82,7 @@ TEST_CASE("What a change of detail loses is reported once, by a step that sticks
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
   REQUIRE(std::abs(lost) > 1e-6 * before);
-  // Reported although the step is within the bound
+  // Reported although the step is within the bound.
   CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));
   for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }

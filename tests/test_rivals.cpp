@@ -130,7 +130,7 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
     for (const double v : {2e-3, 5e-4, -1e-3, -4e-3, 3e-4, 0.02, -1e-4}) {
       const double dt = 4e-6 / std::fabs(v) + 1e-3;
       const double u = v / 1e-3;
-      // Kinetic friction of 1 N, static friction of 1.5 N
+      // Kinetic friction of 1 N, static friction of 1.5 N.
       const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;
       const double zba = std::min(0.9 * 1.5e-5, 0.99 * zss);
       const auto alpha = [&](double q) {
@@ -323,7 +323,7 @@ TEST_CASE("A rate-and-state slider sticks and slips below the critical stiffness
     rivals::RateState model;  // a 0.02, b 0.04, Dc 20 um, load 2.5 N: 2500 N/m
     model.surface.stiffness = over * (0.04 - 0.02) * 2.5 / 2e-5;
     model.z = {(1.0 + 0.0005) / model.surface.stiffness, 0.0};
-    // N, largest deviation of the force from 1 N among early and among late steps
+    // N, largest deviation of the force from 1 N among early and among late steps.
     double early = 0.0, late = 0.0;
     for (int k = 0; k < 4000; ++k) {
       const double f = -model.step({1e-6, 0.0}, 1e-3, 2.5).end.x;

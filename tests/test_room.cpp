@@ -488,7 +488,7 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
-  // A hand beyond the block, and one inside it, as after a click on the block
+  // A hand beyond the block, and one inside it, as after a click on the block.
   for (const double hand_x : {0.10, -0.02}) {
     HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
     let_go.hand.holds = false;
@@ -574,7 +574,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
   CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
   run.until(1.0);
-  // The block swings back
+  // The block swings back.
   CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);
 
   settings.shared_renewal = 2.0;
@@ -788,7 +788,7 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     const Snapshot& end = now_of(loop);
     CHECK_FALSE(end.held);
     CHECK(end.block_position[0] > options.settings.presliding_length);
-    // The block is not flung away when the mouse replaces the tour's hand
+    // The block is not flung away when the mouse replaces the tour's hand.
     CHECK(end.block_position[0] < 0.03);
     // A hand of the mouse replaces the tour's.
     loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
@@ -881,7 +881,7 @@ namespace {
 /// exceeds the moment of the floor's friction about it.
 struct OffCentrePull {
   static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
-  // N m, moment of the floor's friction about the finger, which does not depend on the finger's load
+  // N m, moment of the floor's friction about the finger, which does not depend on the finger's load.
   static constexpr double moment = floor * 1.0 * g * aside;
   // Turn of the block at the end, rad, and mean torque during the pull, N m. Positive is about the finger's
   // outward normal, which points down.
@@ -1079,7 +1079,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     REQUIRE(run_to(loop, "left the room"));
     CHECK(run_to(loop, "recorded"));
   }
-  // Read_script() would refuse times that go back
+  // Read_script() would refuse times that go back.
   const Script script = read_script(base + ".toml", RoomMeasures{});
   CHECK(script.seconds > 0.25);
   CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
@@ -1267,7 +1267,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const bristle_test::TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
-  // Strong friction, so the block holds and the hand's spring pushes steadily
+  // Strong friction, so the block holds and the hand's spring pushes steadily.
   options.settings.kinetic = 1.0;
   options.settings.peak = 1.1;
   options.record_to = folder.at("recording");
@@ -1295,7 +1295,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   CHECK(felt->force.back() == Approx(before).epsilon(0.05));
   HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
   straight.advance(900);
-  // The room was paused in between, which must not change its state
+  // The room was paused in between, which must not change its state.
   CHECK(loop.state_hash() == straight.state_hash());
 
   acts.push(Act::record);
@@ -1354,7 +1354,7 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
     loop.start();
     bool recording = true;
-    // The recording's buffer of 1 MB is full after half a second
+    // The recording's buffer of 1 MB is full after half a second.
     for (int k = 0; k < 20000 && recording; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
@@ -1448,7 +1448,7 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  // A timeout of 60 s, so that a delay of a busy machine does not count as silence
+  // A timeout of 60 s, so that a delay of a busy machine does not count as silence.
   UdpDevice device(0, "127.0.0.1", 60.0);
   Sender sender(device.port());
   Hand hand;
@@ -1583,7 +1583,7 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  // The device server has restarted, so its packet numbers begin at 1
+  // The device server has restarted, so its packet numbers begin at 1.
   sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});
   CHECK(read());
   CHECK(hand.position[0] == 0.05);

@@ -229,7 +229,7 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
 
 TEST_CASE("What does nothing is known, and so is the preset that is in force", "[room]") {
   room::Settings s;
-  // The Stribeck velocity matters for a damper only, and there is none
+  // The Stribeck velocity matters for a damper only, and there is none.
   CHECK_FALSE(room::Effective(s).stribeck);
   CHECK_FALSE(room::Effective(s).ageing_time);
   s.damping_per_newton = 0.5;
@@ -403,7 +403,7 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
     add(0.001f * static_cast<float>(i), 0.3f + 1e-5f * static_cast<float>(i), 0.5f);
   for (int i = 0; i <= 200; ++i)
     add(0.3f + 0.001f * static_cast<float>(i), 0.302f - 1e-5f * static_cast<float>(i), 0.5f);
-  // When rubbed, the curve of first loading ends at the first reversal
+  // When rubbed, the curve of first loading ends at the first reversal.
   CHECK(first[first.size() - 1].first > 1.49e-3f);
   CHECK(first[first.size() - 1].first < 1.53e-3f);
 }
@@ -617,7 +617,7 @@ TEST_CASE("A block's trail begins where it stood and follows it; a scene that be
   CHECK(trails.way(0).size() == 1);
   REQUIRE(trails.way(1).size() == 1);
   CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
-  // In this comparison a carriage moves the blocks, which leave no trails
+  // In this comparison a carriage moves the blocks, which leave no trails.
   room.settings.compare = room::Comparison::rubbing;
   trails.update(room);
   CHECK(trails.way(0).empty());

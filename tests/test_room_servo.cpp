@@ -80,7 +80,7 @@ TEST_CASE(
           loop->exchange().room.refresh();
           return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
         },
-        // A tick calls getrusage if it is late, and once at the beginning
+        // A tick calls getrusage if it is late, and once at the beginning.
         {SYS_clock_gettime, SYS_getrusage});
     check_clean(seen);
     CHECK(seen.value > 100000);  // um: the block has moved far

@@ -220,7 +220,7 @@ TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one b
     const char* name;
     SnapLength law;
     Quantile quantile;
-    // Additional error; for a table with many bristles of nearly one length 1e-3 plus the piece of path
+    // Additional error; for a table with many bristles of nearly one length 1e-3 plus the piece of path.
     double tolerance;
   };
   const std::uint32_t n = test_size(20000);

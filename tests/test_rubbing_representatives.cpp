@@ -191,7 +191,7 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
 }
 
 namespace {
-// Variance of the mean deflection times n, from bristles followed one by one with a draw for each snap
+// Variance of the mean deflection times n, from bristles followed one by one with a draw for each snap.
 constexpr double variance = 0.151;
 }  // namespace
 
@@ -505,7 +505,7 @@ TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no 
 TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
           "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
-  // Dbar: with a residual of 2 a bristle snaps at 3, and it is bent by 2
+  // In dbar, with a residual of 2 a bristle snaps at 3, and it is bent by 2.
   patch.step(1.2 * dbar, 1.6 * dbar, 100.0);
   patch.batch.set_material(patch.id, rubbed(SnapLength::single(dbar), SnapRule::keep, 0.5, 0.0));
   const Response r = patch.step(0.0, 0.0, 100.0);

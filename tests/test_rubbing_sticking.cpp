@@ -87,7 +87,7 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
-      // At most 2e-6 lengths of creep per cycle, in the last tenth of the cycles
+      // At most 2e-6 lengths of creep per cycle, in the last tenth of the cycles.
       CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);
     }
   }
@@ -213,7 +213,7 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
-      // Share of the step that followed this bristle's snap
+      // Share of the step that followed this bristle's snap.
       sum += (now[i] - residual) / length;
       ++slips;
     }

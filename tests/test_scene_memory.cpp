@@ -100,8 +100,7 @@ TEST_CASE("A scene beyond the memory that it may take is refused with what it ne
     CHECK(said.code == 2);
     CHECK_THAT(said.text, Contains("allowed: 1M to 900T"));
   }
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need too much memory of
-                                                                     // their own
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more memory
   said = at_terminal("ulimit -v 300000; '" BRISTLE_CLI "' run '" + file + "'");
   CHECK(said.code == 2);
   CHECK_THAT(said.text, Contains("MiB are free; give fewer bristles, or --memory 6"));

@@ -180,8 +180,8 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    CHECK(seen.system_call_count == 0);  // a free mutex makes no system call; only the count of locks shows
-                                         // it
+    // Only the count of locks sees a free mutex, which makes no system call.
+    CHECK(seen.system_call_count == 0);
     CHECK(seen.counts.locks == 3);
   }
   {

@@ -81,9 +81,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
       for (int k = 0; k < 30000; ++k) {
         if (k % 50 == 0) speed = mean_length * std::pow(10.0, -6.0 + 6.5 * unit());
         if (k % 37 == 0) angle = 6.283185307179586 * unit();
-        if (k % 211 == 0)
-          load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // loads at which contact is lost,
-                                                      // regained and overloaded
+        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // from 0 (no contact) to overload
         double dx = speed * std::cos(angle);
         double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
         switch (k % 10) {
@@ -216,6 +214,6 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  // Force() returns responses of the other step function, step(dt), only
+  // Force() returns responses of the other step function, step(dt), only.
   CHECK(batch.force(id).status == Status::unknown_id);
 }

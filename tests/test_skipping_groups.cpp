@@ -42,7 +42,7 @@ struct Twins {
   void check() {
     CHECK(wrong == 0);
     CHECK(lazy.state_hash() == eager.state_hash());
-    // The lazy batch must have skipped at least half of the visits
+    // The lazy batch must have skipped at least half of the visits.
     if (!is_scalar(lazy)) CHECK(visited_lazy < visited_eager / 2);
   }
 };

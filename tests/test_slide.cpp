@@ -310,8 +310,8 @@ TEST_CASE("a straight step of bristles that slide may be cut anywhere", "[slide]
     for (const double drop : {0.0, 0.3}) {
       const Material material = sliding(SnapLength::lognormal(dbar, 0.5)).with_drop(drop);
       const PatchOptions options =
-          plain_options(600, axes, Precision::double_).with_max_normal_load(load);  // 600 strata in three
-                                                                                    // blocks
+          // 600 strata: three blocks
+          plain_options(600, axes, Precision::double_).with_max_normal_load(load);
       OnePatch whole(material, options), parts(material, options);
       Winding path;
       std::mt19937 random(3);

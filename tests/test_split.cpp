@@ -71,7 +71,7 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
   // double none is expected. In float a bristle is with a chance of about 2^-22 x path / delta in each step,
   // delta being its snap length.
   const double shorter =
-      // Bound on E[dbar / delta], delta the snap length
+      // Bound on E[dbar / delta], delta the snap length.
       law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;
   const double chance =
       precision == Precision::double_ ? 0.0 : 0x1p-22 * (2.0 + longest_step / dbar) * shorter;

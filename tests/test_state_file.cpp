@@ -259,8 +259,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for its
-                                                                // writer
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for data
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -397,7 +396,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   const std::uint32_t none = 0, two = 2;
   CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
   CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
-  // A weight of one bristle in three does not fit two representatives
+  // A weight of one bristle in three does not fit two representatives.
   CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));
   CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {

@@ -191,7 +191,7 @@ TEST_CASE("The force over speed has its maximum and minimum where Lambert's W pu
       motion.velocity[0] = u * vs;
       return number(row, "Fk_N") - patch.step(motion).damper[0];
     };
-    // The lubricant (sigma2) is so strong beside the damper that the force has no extremum
+    // The lubricant (sigma2) is so strong beside the damper that the force has no extremum.
     if (extremum.at("u_max").empty()) {
       for (double u = 0.0; u < 20.0; u += 0.1)
         expect(force(u + 0.1) > force(u), "the force grows with speed");

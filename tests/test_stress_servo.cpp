@@ -286,7 +286,7 @@ double time_of_changing(BusyServo& servo, int ticks) {
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
     while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
-    // Tells the adder to replace patches for tick k during this step
+    // Tells the adder to replace patches for tick k during this step.
     asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
@@ -451,9 +451,7 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
     CHECK(shared.hash() == alone.hash());
-    if (n > 200000)
-      CHECK(most_tasks > 1);  // shared in some steps; a caller that was held up steps alone for
-                              // a while
+    if (n > 200000) CHECK(most_tasks > 1);  // at least one step was shared
     CHECK(most_threads > 1);
     // Waiting for a worker that was preempted may spin, though not for long.
     std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,

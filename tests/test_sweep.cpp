@@ -233,7 +233,7 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
   cli::set_key(root, "material.a.peak", 0.5);
-  // Replaces `peak`, because a scene takes only one of the two keys
+  // Replaces `peak`, because a scene takes only one of the two keys.
   cli::set_key(root, "material.a.peak_over_kinetic", 1.2);
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
 }

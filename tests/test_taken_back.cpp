@@ -709,6 +709,6 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
     }
   }
   CHECK(found >= 2);
-  // Three forged values are refused for the mass of each of two layers; the other words found are ranks
+  // Three forged values are refused for the mass of each of two layers; the other words found are ranks.
   CHECK(refused == 3 * 2);
 }

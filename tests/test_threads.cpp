@@ -393,7 +393,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     }
     const Motion gone = motions[30];
     batch.remove(gone.id);
-    // The new patch takes the removed one's slot, so the step names this slot twice
+    // The new patch takes the removed one's slot, so the step names this slot twice.
     add(90);
     motions[60].displacement[0] = NAN;  // makes a large patch's motion invalid
     motions[61].normal_load = -1.0;     // makes a small patch's motion invalid
@@ -449,7 +449,7 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
   }
   if (std::thread::hardware_concurrency() < 2) {
     std::printf("skipped: one core only, no other to keep to\n");
-    // The library reports that it could not bind a worker, and steps
+    // The library reports that it could not bind a worker, and steps.
     CHECK(scene.batch.unbound_workers() > 0);
     return;
   }
@@ -471,9 +471,9 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
   CHECK(cores({2, 3}, {3}, 3) == List{2});
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  // A servo core that the process may not use leaves the others
+  // A servo core that the process may not use leaves the others.
   CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
-  // All cores are servo cores, so the worker stays off its caller's only
+  // All cores are servo cores, so the worker stays off its caller's only.
   CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
   CHECK(cores({1}, {1}, 1).empty());
 }
@@ -520,7 +520,7 @@ TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    // Servo core 1023, which the machine lacks
+    // Servo core 1023, which the machine lacks.
     LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {

@@ -12,7 +12,7 @@ using namespace bristle_test;
 TEST_CASE("After a turn the force along and across the new direction follow the tables", "[physics]") {
   const std::vector<Row> rows = read_table("turn_2d.csv");
   const std::uint32_t n = test_size(100000);
-  // rad, direction of steady sliding before the turn; oblique, so that no axis is special
+  // rad, direction of steady sliding before the turn; oblique, so that no axis is special.
   const double start = 0.4;
   int points = 0;
   for (Precision precision : precisions()) {

@@ -65,7 +65,7 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
             const double to = number(row, "x_over_dbar");
             const Deflection f = brush.step((to - x) * e.x, (to - x) * e.y);
             x = to;
-            // Skips rows marked in the table, where rounding decides whether bristles snap
+            // Skips rows marked in the table, where rounding decides whether bristles snap.
             if (!row.at("note").empty()) continue;
             INFO("x = " << x << " mean snap lengths");
             double tolerance = sampling_tolerance(number(row, "mc_se"), n, precision);
