@@ -537,7 +537,7 @@ class Environments(unittest.TestCase):
         for _ in range(200):
             blocks.step(push)
         self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
-        # Rad/s: the half of the torque that friction does not hold acts for 0.2 s.
+        # rad/s: the half of the torque that friction does not hold acts for 0.2 s.
         turned = holds / blocks.inertia[2, 2] * 0.2
         self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
         np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)

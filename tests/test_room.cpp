@@ -1079,7 +1079,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     REQUIRE(run_to(loop, "left the room"));
     CHECK(run_to(loop, "recorded"));
   }
-  // Read_script() would refuse times that go back.
+  // read_script() would refuse times that go back.
   const Script script = read_script(base + ".toml", RoomMeasures{});
   CHECK(script.seconds > 0.25);
   CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));

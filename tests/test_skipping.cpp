@@ -214,6 +214,6 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  // Force() returns responses of the other step function, step(dt), only.
+  // force() returns responses of the other step function, step(dt), only.
   CHECK(batch.force(id).status == Status::unknown_id);
 }

@@ -473,7 +473,7 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
   // A servo core that the process may not use leaves the others.
   CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
-  // All cores are servo cores, so the worker stays off its caller's only.
+  // All cores are servo cores, so the worker stays off that of its own batch only.
   CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
   CHECK(cores({1}, {1}, 1).empty());
 }
