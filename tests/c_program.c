@@ -51,7 +51,8 @@ int c_program_follows_the_virgin_curve(void) {
   EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
   EXPECT(bristle_patch_count(batch) == 1);
   for (i = 1; i <= 10; ++i) {
-    /* In mean snap lengths: f(x) = x while nothing snaps, then x - x^2/2 + 1/8 up to x = 1. */
+    /* Expected force over mean snap length, as a function of the path x in mean snap lengths: x while nothing
+       snaps, then x - x^2/2 + 1/8 up to x = 1. */
     const double x = 0.1 * i;
     const double f = i <= 5 ? x : x - x * x / 2.0 + 0.125;
     bristle_motion motion = {0};
@@ -68,7 +69,7 @@ int c_program_follows_the_virgin_curve(void) {
            BRISTLE_OK);
     EXPECT(response.id == id && response.status == BRISTLE_STATUS_OK && report.status == BRISTLE_STATUS_OK);
     EXPECT(report.patches_stepped == 1);
-    /* With stratified lengths the error is a few bristles of 10,000. */
+    /* Snap lengths are stratified, so at most some ten of the 10,000 bristles snap a step early or late. */
     EXPECT(fabs(response.end[0] + f * n * dbar) < (10.0 + 1e-6 * n) * dbar);
     EXPECT(trial.end[0] == response.end[0]);
     EXPECT(response.stiffness == (double)n);
@@ -109,7 +110,7 @@ int c_program_reads_and_restores(const char* path) {
   EXPECT(strstr(info.kernel, "1 axis, keep") == info.kernel);
   EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, n) == n);
   for (i = 0; i < n; ++i) {
-    /* Each bristle is bent by 9 um, or snapped and bent by the rest of the path. */
+    /* After a slide of 9 um a bristle is bent by 9 um, or by the rest of the path if it has snapped. */
     const double bent = delta[i] > 9e-6 ? 9e-6 : 9e-6 - delta[i];
     EXPECT(delta[i] >= 5e-6 * (1 - 1e-6) && delta[i] <= 15e-6 * (1 + 1e-6));
     EXPECT(fabs(zx[i] - bent) < 1e-11);
@@ -215,7 +216,7 @@ int c_program_finds_all_as_it_was(void) {
   motion.displacement[0] = 1e-6;
   motion.normal_load = n;
   hash = bristle_state_hash(batch, id);
-  memset(&report, 0, sizeof report); /* a struct that was not initialised */
+  memset(&report, 0, sizeof report); /* leaves `report` without the size that its init function sets */
   EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
          BRISTLE_BAD_ARGUMENT);
   EXPECT(strstr(bristle_last_error(), "report") == bristle_last_error());
@@ -259,7 +260,7 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);
   EXPECT(bristle_material_steady_force(&material, 2.0, speeds, forces, 2) == BRISTLE_OK);
   EXPECT(fabs(forces[0] - 0.6) < 1e-9 && fabs(forces[1] - (0.6 + 2e-3 * 5.0)) < 1e-9);
-  /* The surfaces with ageing: the coefficients hold at 2 mm/s, and are read back at that speed. */
+  /* With ageing, the coefficients hold at a sliding speed of 2 mm/s and are read back at that speed. */
   there.kinetic_speed = 2e-3;
   there.growth_per_decade = 0.06;
   there.ageing_time = 1e-4;
@@ -288,7 +289,7 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(fabs(lengths[0] - 4e-6) < 1e-15 && fabs(lengths[1] - 6e-6) < 1e-15);
   EXPECT(fabs(lengths[2] - 7e-6) < 1e-15);
   EXPECT(bristle_snap_length_moment(&law, 1, &moment, NULL, NULL, 0) == BRISTLE_OK);
-  EXPECT(fabs(moment - 5.5e-6) < 1e-15); /* (4 + 7) / 2 um */
+  EXPECT(fabs(moment - 5.5e-6) < 1e-15); /* mean of a uniform law from 4 to 7 um */
   EXPECT(bristle_snap_length_survival(&law, table + 1, lengths, 1) == BRISTLE_OK);
   EXPECT(fabs(lengths[0] - 0.5) < 1e-12);
   return 0;
@@ -318,20 +319,21 @@ int c_program_names_contacts(void) {
   EXPECT(bristle_keyed_find_or_add(keyed, keys, ids, 2) == BRISTLE_OK);
   EXPECT(ids[0] != 0 && ids[1] != 0 && ids[0] != ids[1]);
   EXPECT(bristle_keyed_end_step(keyed) == 0 && bristle_keyed_size(keyed) == 2);
-  swapped[0] = points[1]; /* the engine lists the points in another order, a little further on */
+  swapped[0] = points[1]; /* the engine lists the points in the other order, 0.1 mm further on */
   swapped[1] = points[0];
   swapped[0].point[1] = swapped[1].point[1] = 1e-4;
   EXPECT(bristle_matcher_match(matcher, swapped, next, 2, &found) == BRISTLE_OK);
   EXPECT(found == 2 && next[0] == keys[1] && next[1] == keys[0]);
   EXPECT(bristle_keyed_find_or_add(keyed, next, again, 1) == BRISTLE_OK);
   EXPECT(again[0] == ids[1]);
-  EXPECT(bristle_keyed_end_step(keyed) == 1); /* the other key was not seen in this step */
+  EXPECT(bristle_keyed_end_step(keyed) == 1); /* forgets the patch whose key was not seen in this step */
   EXPECT(bristle_keyed_find(keyed, keys, again, 2) == BRISTLE_OK);
   EXPECT(again[0] == 0 && again[1] == ids[1]);
   EXPECT(bristle_keyed_remove(keyed, keys[1]) == 1 && bristle_keyed_remove(keyed, keys[1]) == 0);
   EXPECT(bristle_keyed_refused(keyed) == 0);
   {
-    /* A third contact finds no patch of two: zero force with the reason, and it is counted. */
+    /* A third contact gets no patch from a pool of two. It has zero force and the reason in its status, and
+       is counted as refused. */
     const uint64_t third[3] = {keys[1], 77, 78};
     bristle_id many[3];
     bristle_motion pushed;
@@ -400,7 +402,8 @@ int c_program_twists_a_pad(void) {
   EXPECT(bristle_extended_step(pads, 1e-3, &motion, &response, 1, &report) == BRISTLE_OK);
   EXPECT(report.patches_stepped == 1 && response.status == BRISTLE_STATUS_OK);
   EXPECT(memcmp(&trial, &response, sizeof trial) == 0);
-  /* A turn in sticking, under Hertz's pressure: torque 2 K R^2 / 5 per rad. */
+  /* Turning a disc that sticks under Hertz's pressure: torque 2 K R^2 / 5 per rad, with stiffness K and
+     radius R. */
   EXPECT(fabs(-response.elastic[2] / (0.4 * response.stiffness[0][0] * radius * radius * spin) - 1) < 1e-6);
   EXPECT(response.stiffness[0][0] > 0);
   EXPECT(bristle_extended_state_size(pads) <= sizeof state);
@@ -471,7 +474,8 @@ int c_program_sheds_and_replays(void) {
   size_t count;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK && bristle_create(NULL, &replay) == BRISTLE_OK);
   EXPECT(bristle_add(batch, &material, &patch, &motion.id) == BRISTLE_OK);
-  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK); /* equal calls give an equal id */
+  /* equal calls give an equal patch id */
+  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK);
   EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_warm_up(replay) == BRISTLE_OK);
   bristle_init_shedder_options(&options, sizeof options);
   bristle_init_shed_report(&shed, sizeof shed);

@@ -43,7 +43,7 @@ struct Cell {
   std::function<std::string(std::uint64_t seed)> record;
   std::function<Truth(const cli::FitResult&)> truth;
   cli::FitReading reading = {};
-  bool joint = false;  ///< Whether the record is the log of a joint.
+  bool joint = false;  ///< Whether the record is the log of a robot joint instead of a contact.
 };
 
 /// Returns the usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
@@ -144,8 +144,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with an elastic stage or a late sensor between contact and file. Brush and sensor run at
-/// 1 kHz, recorded at 100 Hz.
+/// Adds records with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor are
+/// simulated at 1 kHz and recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;
@@ -363,7 +363,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   std::fprintf(stderr, "\n");
 }
 
-/// Returns the 95 % interval of a share (Wilson).
+/// Returns the 95 % interval of the share `held` of `count`, by Wilson's formula.
 std::pair<double, double> share_interval(int held, int count) {
   const double n = count, p = held / n, z = 1.96, z2 = z * z;
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -371,7 +371,8 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Prints the table as Markdown. A share is called outside if its own interval does not meet 90 to 98 %.
+/// Prints the table as Markdown. It marks a share of intervals as outside if the share's own 95 % interval
+/// does not meet 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

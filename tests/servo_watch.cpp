@@ -122,8 +122,8 @@ struct Shared {
 Shared* shared = nullptr;
 
 void on_system_call(int, siginfo_t* info, void* context) {
-  // Sets the call's result, which would otherwise be the call's number. A futex reports that it woke nobody:
-  // if it failed, the C library would end the process.
+  // Sets the system call's return value, which would otherwise be the call's number. A futex reports that it
+  // woke nobody: if it reported an error, the C library would end the process.
   const long result = info->si_syscall == SYS_futex ? 0 : -EPERM;
 #if defined(__x86_64__)
   static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RAX] = result;

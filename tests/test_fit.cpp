@@ -33,7 +33,7 @@ using bristle::SnapRule;
 
 namespace {
 
-/// Returns loops and strokes, recorded at 100 Hz.
+/// Returns an experiment of loops and strokes, recorded at 100 Hz.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -62,9 +62,9 @@ std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, cons
 }  // namespace
 
 TEST_CASE("The force along a path follows the reference tables of first loading and reversal", "[fit]") {
-  // SnapRule::redraw: pieces of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of
-  // order one. SnapRule::keep: a population of 2048, stratified in length and phase: discrepancy about (ln
-  // 2048)^2/2048 / 4.
+  // Tolerances. SnapRule::redraw: the solver's pieces of a sixteenth of a mean length have an error of second
+  // order, 1/16^2/4 times a curvature of order one. SnapRule::keep: a population of n = 2048, stratified in
+  // length and phase, has an error (discrepancy) of about (ln n)^2 / n / 4.
   const struct {
     const char* name;
     SnapLaw law;
@@ -116,16 +116,17 @@ TEST_CASE("The force along a path follows a large brush through small loops and 
   for (const double x : record_of_brush.x) path.push_back({x, 2.0, true});
   const std::vector<double> force =
       expected_force(path, {SnapLaw::lognormal, SnapRule::redraw, s.spread}, s.length);
-  // 20,000 bristles fluctuate by 0.74 / sqrt(20000) = 0.52 % of the kinetic force, of which five are allowed.
+  // 20,000 bristles fluctuate by 0.74 / sqrt(20000) = 0.52 % of the kinetic force. Five such deviations are
+  // allowed.
   for (std::size_t i = 0; i < force.size(); ++i) {
     REQUIRE(std::abs(s.kinetic * force[i] - record_of_brush.force[i]) < 5 * 0.0052 * s.kinetic * 2.0);
   }
 }
 
 TEST_CASE("The force along a path follows rubbed bristles through loops and strokes", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/100 lengths and the
-  // pieces of the infinite brush (1/16) give errors of second order, 0.1 %. Allows five deviations plus these
-  // errors.
+  // Tolerance: 20,000 bristles fluctuate by 0.5 % of the kinetic force at most, of which five deviations are
+  // allowed. The bristles' steps of 1/100 lengths and the solver's pieces of 1/16 add errors of second order,
+  // 0.1 %.
   const double length = 1e-5;
   const struct {
     double cv, residual, renewal;
@@ -227,11 +228,12 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   const Fitted plain = fit(csv, paper);
   CHECK(plain[cli::fit_residual].value == 0.0);
   CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
-  // A compliant stage explains part of the effect of rubbing.
+  // With rubbing held at 0 the fit takes part of its effect for the compliance of a stage. The fit is worse
+  // all the same.
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  std::size_t part = 0;  // they also stay fixed in a fit to a fifth of the rows
+  std::size_t part = 0;  // held parameters also stay fixed in a fit to a fifth of the rows
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;
@@ -267,8 +269,8 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
 }
 
 TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly known", "[fit]") {
-  // A record of fit_coverage.cpp in which renewal is known to hardly more than its size, so its interval
-  // begins at 0.
+  // In this record of fit_coverage.cpp the standard error of the renewal is about as large as the renewal
+  // itself, so its interval begins at 0.
   const RubbedStrokes s;
   const Fitted fitted = fit(s.csv(1020));
   check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
@@ -309,7 +311,8 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     return cli::Judgement{};
   };
   const cli::Judgement maxwell = of("Maxwell-slip");
-  CHECK(maxwell.judged.all < 1.2 * 0.005);  // the noise, for 22 parameters from 351 samples
+  // N, held-out error; the noise is 5 mN, and 22 parameters were fitted to 351 samples.
+  CHECK(maxwell.judged.all < 1.2 * 0.005);
   for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
     INFO(other);
     CHECK(of(other).judged.all > maxwell.judged.all);
@@ -361,8 +364,8 @@ TEST_CASE("Kept bristles meet again where they were straight together, unless a 
       expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::forgotten});
   CHECK(whole[0] == Approx(1.0).margin(0.02));
   CHECK(forgotten[0] == Approx(1.0).margin(0.02));
-  // Mean of (delta - before) over the kinetic deflection of a half. Leaves out the few lengths shorter than
-  // `before`, less than 1e-4 of a lognormal law of spread 0.3.
+  // Mean of (snap length - before) over the kinetic deflection, which is half a mean length. It leaves out
+  // the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
   CHECK(whole[1] == Approx(-2.0 * (1.0 - before)).margin(0.02));
   CHECK(forgotten[1] == Approx(-1.0).margin(0.02));
 }
@@ -373,7 +376,8 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
   for (const double spread : {0.2, 0.5}) {
     SyntheticFriction s = usual();
     s.redraw = false;
-    // Keeps samples off the origin: all bristles snap there at once, and rounding decides whether they have.
+    // Avoids samples at the origin, where all bristles snap at once and rounding decides whether they have
+    // snapped.
     s.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t + 0.01); };
     s.spread = spread;
     const Fitted fitted = fit(record(s, 21).csv(), options);
@@ -384,8 +388,8 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
 }
 
 TEST_CASE("Kept lengths are found through an encoder, with intervals that hold", "[fit]") {
-  // At 50 Hz with counts of 1 um, which must not be taken for spread (0.85 with 0.73 to 1.00, in place of
-  // 0.4).
+  // 50 Hz and encoder counts of 1 um. A fit that takes the counts for a spread of snap lengths finds 0.85
+  // (0.73 to 1.00) in place of 0.4.
   SyntheticFriction s;
   s.redraw = false;
   s.motion = [](double t) { return loops_and_strokes(t + 1.3e-3); };
@@ -410,7 +414,8 @@ TEST_CASE("Student's quantile is that of the tables, from one degree of freedom 
     CAPTURE(degrees);
     CHECK(cli::student_quantile(degrees) == Approx(quantile).epsilon(0.01));
   }
-  // Degrees of freedom below one count as one: half a degree would give a factor of hundreds.
+  // The function treats fewer than one degree of freedom as one, because half a degree would give a factor of
+  // hundreds.
   CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
 }
 
@@ -439,15 +444,16 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
     for (int i = 0; i < n; ++i)
       if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
   }
-  // The point does not matter, because the derivatives of a line are constant.
+  // The residuals may be taken at any parameters, here (2, 1), because the derivatives of a line are
+  // constant.
   const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
   CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
-  // Eight repeats of three parameters: fewer than 18 of 24 intervals that hold the true value have a
-  // probability below 1e-3 at 95 %, and of 1 % at the 88 % that the worst parameter reached in long series
-  // (tools/fitting/VALIDATION.md).
+  // Eight repeats of three parameters give 24 intervals. If 95 % of intervals hold the true value, fewer than
+  // 18 do so with a probability below 1e-3; if 88 %, as for the worst parameter in long series
+  // (tools/fitting/VALIDATION.md), with 1 %.
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;
@@ -500,7 +506,8 @@ TEST_CASE("What the data do not determine is named and stays at its default", "[
     CHECK_FALSE(fitted[cli::fit_length].fitted);
     CHECK_FALSE(fitted.result.peak.fitted);
     const double truth =
-        s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);  // stiffness K = zeta sigma0, over N
+        // Stiffness over load: kinetic coefficient over mean deflection in sliding.
+        s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);
     check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
   }
 }
@@ -564,8 +571,8 @@ TEST_CASE("A slide of which three samples go back is fitted like one that goes o
 }
 
 TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
-  // A body that was sliding when the record began, so its virgin peak, 0.50, was never recorded; reversals
-  // rise to 0.38.
+  // The body slides when the record begins, so the record lacks its virgin peak of 0.50. Reversals rise to
+  // 0.38 only.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.duration = 8.0;
@@ -580,13 +587,14 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
   CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("no first loading in the record"));
-  // A record that begins with a brush's first loading.
+  // This record begins with the brush's first loading, so it shows the peak.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);
   const std::vector<double>& force = virgin.data.force;
   const double highest = *std::max_element(force.begin(), force.end()) / 2.0;
-  CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));  // noise of 10 mN, 1800 bristles
+  // The highest sample has noise of 10 mN and the fluctuation of 1800 bristles.
+  CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));
 }
 
 TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
@@ -688,7 +696,7 @@ TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
   const double room = std::stod(scene.substr(scene.find(key) + key.size()));
   CHECK(room >= 2.99);
   CHECK(room <= 3.1);
-  CHECK(scene.find("load = 2") == std::string::npos);  // the load comes from the file
+  CHECK(scene.find("load = 2") == std::string::npos);  // the replay's load comes from the recorded file
 }
 
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
@@ -735,7 +743,8 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   REQUIRE(thin.force.size() == 500);
   CHECK(kept[7] == 140);
   CHECK(thin.force[7] == fitted.data.force[140]);
-  // Thinning keeps the turning points, hence the travel, except at the corners of parabolas.
+  // The thinned rows keep the turning points, and so the distance travelled, except for the round tips of the
+  // motion.
   double travel = 0.0;
   for (std::size_t i = 1; i < thin.path.size(); ++i) travel += std::abs(thin.path[i].x - thin.path[i - 1].x);
   CHECK(travel == Approx(fitted.data.travelled).epsilon(0.01));

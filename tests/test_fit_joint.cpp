@@ -69,7 +69,8 @@ TEST_CASE("A fit of a joint to a part of its log does not look at the rest", "[f
   const JointLog log = made_up_log(3.0);
   for (const cli::JointPart part : {cli::JointPart{true}, cli::JointPart{false, 1.5}}) {
     JointLog other = log;
-    // Sets an outside torque only in blocks that are not fitted to: odd ones of 24, or the second half.
+    // Adds an outside torque of 0.5 N m only in the parts of the log that are not fitted to: the odd ones of
+    // 24 blocks, or the second half. The two fits must be equal.
     for (std::size_t k = 0; k < log.t.size(); ++k)
       if (part.alternate ? static_cast<int>(log.t[k] * 8.0) % 2 == 1 &&
                                std::fmod(log.t[k] * 8.0, 1.0) > 0.2 && std::fmod(log.t[k] * 8.0, 1.0) < 0.8
@@ -93,7 +94,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.motor[2] == Approx(1.0));
   CHECK(log.outside[2] == Approx(-3.0 * std::sin(log.angle[2])));
   CHECK(log.speed[2] == Approx((log.angle[3] - log.angle[1]) / 0.002));
-  // Names and units given on the command line, as other programs write them.
+  // The caller gives names and units of columns, for logs that other programs write.
   cli::FitReading reading;
   reading.columns = {{"angle", "q"}, {"motor", "3"}};
   reading.units = {{"t", "ms"}, {"angle", "deg"}, {"motor", "mN m"}};
@@ -111,7 +112,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     }
     return std::string("(none)");
   };
-  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms
+  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms as too short
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

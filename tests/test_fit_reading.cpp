@@ -22,7 +22,7 @@ namespace {
 struct Sample {
   double t, x, load, force;
 };
-/// Returns sixty samples, 10 ms apart.
+/// Returns a record of sixty samples, 10 ms apart.
 std::vector<Sample> samples() {
   std::vector<Sample> all;
   for (int i = 0; i < 60; ++i)
@@ -52,7 +52,7 @@ std::string refused(const std::string& text, const cli::FitReading& reading = {}
   return {};
 }
 
-/// Writes strokes with friction of 0.7 N plus `more` (of time, to N), at `rate` samples a second.
+/// Writes a record of strokes x(t), `rate` samples a second, under 2 N.
 std::string strokes(double rate, double seconds, const std::function<double(double)>& x,
                     const std::function<double(double)>& force) {
   std::string text = "t,x,load,force\n";
@@ -230,7 +230,8 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
 }
 
 TEST_CASE("The inertia of a mass that moves with the sensor is taken off the force", "[fit][files]") {
-  // 1 mm at 5 Hz: 0.99 m/s^2, 0.49 N for half a kilogram, beside friction of 0.7 N.
+  // The mass shakes by 1 mm at 5 Hz, at up to 0.99 m/s^2. Its inertia force is 0.49 N for half a kilogram,
+  // beside a friction of 0.7 N.
   const double w = 2.0 * M_PI * 5.0, mass = 0.5, amplitude = 1e-3;
   const auto place = [&](double t) { return amplitude * std::sin(w * t); };
   const auto friction = [&](double t) { return std::cos(w * t) > 0.0 ? 0.7 : -0.7; };
@@ -241,7 +242,8 @@ TEST_CASE("The inertia of a mass that moves with the sensor is taken off the for
     const cli::FitData data =
         cli::prepare_fit_data(cli::parse_fit_columns(text, "a.csv"), cli::ForceSign::automatic, {}, mass);
     CHECK(data.sign == (sign > 0.0 ? cli::ForceSign::by_body : cli::ForceSign::on_body));
-    // Second differences over 1 ms give the inertia to (w dt)^2 / 12; the ends have one-sided ones.
+    // The program computes acceleration by second differences over dt = 1 ms, with a relative error of (w
+    // dt)^2 / 12. The first and last sample have one-sided differences and are left out here.
     double worst = 0.0;
     for (std::size_t i = 1; i + 1 < data.samples(); ++i)
       worst = std::max(worst, std::abs(data.force[i] - friction(data.columns.t[i])));
@@ -260,7 +262,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   const RecordedFriction first = record(s, 3);
   s.motion = [](double t) { return 5e-3 + loops_and_strokes(t + 3.0); };
   const RecordedFriction second = record(s, 4);
-  // The third file begins in the middle of a slide.
+  // The third record begins in the middle of a slide, with bent bristles.
   s.motion = [](double t) { return 1e-3 * std::fmin(t, 3.0) - 0.5e-3 * std::fmax(t - 3.0, 0.0); };
   RecordedFriction third = record(s, 5);
   for (std::vector<double>* column : {&third.t, &third.x, &third.load, &third.force})
@@ -287,8 +289,8 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK(fitted.result.past.of_part(0) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(1) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(2) == cli::StartState::forward);
-  // The second file begins with a straight brush and nearly no force, whatever the force at the end of the
-  // first.
+  // The curve of the second file begins with a straight brush and nearly no force, although the first file
+  // ends with a large one.
   CHECK(std::abs(fitted.result.curve[500]) < 0.1);
   CHECK(std::abs(fitted.result.curve[499]) > 0.5);
   CHECK(std::abs(fitted.result.curve[1000]) > 0.6);
@@ -321,7 +323,7 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   const cli::MotionFile motion = cli::parse_motion_file(cli::fit_motion(data), "fitted_motion.csv");
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
-  // The table states how the data were read.
+  // The printed table states how the fit has read the data.
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

@@ -90,7 +90,8 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
   CHECK_THAT(fitted[cli::fit_compliance].why,
              Contains("one number in sticking") && Contains("loads that differ"));
   CHECK_THAT(fitted[cli::fit_delay].why, Contains("not seen"));
-  // Terms that linear theory does not support are not searched: hardly more evaluations than with all held.
+  // The fit does not search for terms that linear theory does not support, so it needs hardly more
+  // evaluations than a fit in which all these terms are held.
   cli::FitOptions held;
   held.delay = held.compliance = held.residual = held.renewal = 0.0;
   const Fitted known = fit(record(s, 11).csv(), held);
@@ -100,20 +101,21 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
 }
 
 TEST_CASE("A stiff spring in series under one load is left to the brush, and the report says so", "[fit]") {
-  // Loops that never slide show only the slope of force over displacement, of stage and bristles together.
+  // Loops that never slide show one slope of force over displacement, the combined stiffness of stage and
+  // bristles.
   SyntheticFriction s = fine();
   s.compliance = 4e-6;
   s.motion = [](double t) { return 2e-6 * std::sin(2.0 * M_PI * t); };
   const Fitted fitted = fit(record(s, 1).csv());
   CHECK_FALSE(fitted[cli::fit_compliance].fitted);
   CHECK_THAT(fitted[cli::fit_compliance].why, Contains("one number in sticking"));
-  // Bristles twenty times longer with an equal stiffness fit as well.
+  // The length is not found: bristles of twenty times the length and equal stiffness would fit as well.
   CHECK_FALSE(fitted[cli::fit_kinetic].fitted);
   CHECK_THAT(fitted[cli::fit_kinetic].why, Contains("no sliding"));
   const double bristles = s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length) * 2.0;  // N/m
   const double both = 1.0 / (1.0 / bristles + s.compliance) / 2.0;
   check_recovered(fitted.result.stiffness, both, 0.04 * both);
-  // With the stage's known compliance held, the bristles' own stiffness is found.
+  // If the stage's compliance is known and held, the fit finds the stiffness of the bristles themselves.
   cli::FitOptions held;
   held.compliance = s.compliance;
   const Fitted own = fit(record(s, 1).csv(), held);

@@ -21,7 +21,7 @@ using bristle::SnapRule;
 
 namespace {
 
-constexpr double beta = 0.02, tau = 1e-3;  // ageing per e-fold, from 1 ms on
+constexpr double beta = 0.02, tau = 1e-3;  // strength of ageing per e-fold; s, rest from which bristles age
 
 double grown(double age) { return logarithmic_growth(age, beta, tau); }
 
@@ -58,8 +58,8 @@ std::string spiral(double kinetic, double length, double spread, double offset_x
 }  // namespace
 
 TEST_CASE("The force along a path follows bristles that age, through slides, rests and reversals", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force, of which five are allowed; pieces of 1/16
-  // lengths have an error of second order.
+  // The tolerance is five times the fluctuation of 20,000 bristles, 0.5 % of the kinetic force, and the
+  // second-order error of pieces of 1/16 lengths.
   const double length = 1e-5, spread = 0.3, strength = 0.05, time = 0.01;
   AgedBristles bristles(
       20000, lognormal_quantile(length, spread),
@@ -92,7 +92,8 @@ TEST_CASE("The force along a path follows bristles that age, through slides, res
 }
 
 TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
-  // Strong growth leaves little of the presliding length to bristles that have just snapped.
+  // With strong growth at rest, bristles that have just snapped are weak and take up little of the presliding
+  // length.
   for (const double growth : {1.0, 3.0, 30.0}) {
     cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.3};
     shape.residual_share = cli::widest_residual;
@@ -103,7 +104,8 @@ TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
 }
 
 TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit]") {
-  // A stroke of 27 lengths erases all memory: not one bristle in ten million is longer.
+  // A stroke of 27 mean lengths snaps every bristle and so erases all memory: not one in ten million is
+  // longer.
   const double length = 1e-5;
   std::vector<cli::PathPoint> path{{0.0, 1.0, false}};
   const int strokes = 60, samples = 27;
@@ -137,8 +139,8 @@ TEST_CASE("A length holds where few samples show the spread", "[fit]") {
 TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
-  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {  // in sliding, samples are
-                                                                                  // 10 and 20 um apart
+  // While the body slides, samples are 10 and 20 um apart.
+  for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {
     s.rate = rate;
     const Fitted found = fit(record(s, seed).csv());
     CAPTURE(rate);
@@ -204,7 +206,8 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     }
   }
   SECTION("steady sliding at six speeds, one way: only the difference of the two shows") {
-    // Five seconds between samples, a length or more: no sample lies between one force and the next.
+    // Samples are five seconds apart. The body moves by a snap length or more between them, so each sample
+    // shows a steady force only.
     SyntheticFriction s =
         noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
     s.rate = 0.2;
@@ -252,7 +255,8 @@ TEST_CASE("Friction that differs with the direction is told from an offset of th
   const Fitted one = fit(record(s, 11).csv());
   CHECK_FALSE(one[cli::fit_asymmetry].fitted);
   CHECK_THAT(one[cli::fit_asymmetry].why, Contains("one load only"));
-  // Allows 0.03 N together, in sliding 5 % of 0.35 x 2 N, in loops less.
+  // The fitted offset includes the difference of the two directions: 0.03 N, and 5 % of 0.35 x 2 N in
+  // sliding, less in small loops.
   CHECK(one[cli::fit_offset].value ==
         Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
   REQUIRE(one.result.notes.size() == 1);
@@ -286,7 +290,7 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
 }
 
 TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
-  // 80 um between samples, with rests, forward and back.
+  // 80 um between samples: at rest, then forward; at rest, then back.
   std::string csv = "t,x,load,force\n";
   double x = 0.0;
   for (int i = 0; i < 400; ++i) {
@@ -312,12 +316,12 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
       cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
   CHECK(data.quantum == Approx(1e-6));
   CHECK(data.path[120].x == data.path[180].x);
-  CHECK(data.path[20].x < data.path[22].x);  // the creeping part of the path is smoothed
+  CHECK(data.path[20].x < data.path[22].x);  // the fit smooths the part of the path that creeps
 }
 
 TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
-  // Counts of 5.5 units of the last digit give moves of 5, 6, 11, 16, 17, ... units. In a swing that slows
-  // down at its turns, one to twenty samples lie between two counts.
+  // An encoder count is 5.5 units of the file's last digit, so moves are 5, 6, 11, 16, 17, ... units. In a
+  // swing that slows down at its turns, two counts are one to twenty samples apart.
   const double digit = 1e-6, count = 5.5 * digit;
   std::string csv = "t,x,load,force\n";
   std::vector<double> speed;
@@ -333,7 +337,7 @@ TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
   for (std::size_t i = 30; i + 30 < speed.size(); ++i) {
     CAPTURE(i);
     REQUIRE(std::abs(data.velocity[i] - speed[i]) < 0.25 * 300e-6);
-    // A moving sample must not be taken for a rest.
+    // A sample at more than 0.3 of the highest speed must not be taken for a rest.
     if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
   }
 }

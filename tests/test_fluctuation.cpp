@@ -18,12 +18,12 @@ namespace {
 
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 
-/// Residual and renewal, lengths in mean snap lengths.
+/// Residual length, in mean snap lengths, and shared renewal of a material.
 struct Rubbing {
   double residual, renewal;
 };
 const Rubbing paper{0.0, 0.0};
-const Rubbing rubbed{0.1, 1.0};  // values that Coefficients gives by default
+const Rubbing rubbed{0.1, 1.0};  // default values of Coefficients
 
 Material material_of(const SnapLength& law, const Rubbing& r) {
   return plain_material(law, SnapRule::redraw)
@@ -39,17 +39,18 @@ struct Deflection {
   double along, across;
 };
 
-/// A path of equal steps that turns by `turn` rad per mean snap length; lengths in mean snap lengths.
+/// A path of equal steps of `step` mean snap lengths that turns by `turn` rad per mean snap length.
 struct Path {
   double step, turn;
   int steps;
 };
 const Path straight{0.08, 0.0, 30000};
-// A circle so wide that no bristle is longer than its diameter: such a bristle would never snap, and turn
-// with the circle for ever.
+// The circle is wider than the longest bristle: one that is longer than the diameter would never snap and
+// turn with the circle for ever.
 const Path circle{0.08, 0.3, 50000};
 
-/// Records the force of a brush along a path, once it has forgotten its start. `move(dx, dy)` gives x and y.
+/// Records the mean deflection of a brush along a path, once the brush has forgotten its start. `move(dx,
+/// dy)` takes a step and returns the deflection along x and y.
 template <class Move>
 std::vector<Deflection> follow(const Path& path, const Move& move) {
   std::vector<Deflection> answers;
@@ -58,7 +59,7 @@ std::vector<Deflection> follow(const Path& path, const Move& move) {
   for (int k = 0; k < before + path.steps; ++k) {
     angle += path.turn * path.step;
     const double ex = std::cos(angle), ey = std::sin(angle);
-    const Deflection z = move(path.step * ex, path.step * ey);  // force along x and y
+    const Deflection z = move(path.step * ex, path.step * ey);  // deflection along x and y
     if (k >= before) answers.push_back({z.along * ex + z.across * ey, z.across * ex - z.along * ey});
   }
   return answers;
@@ -83,7 +84,8 @@ std::vector<Deflection> follow_bristles(const Path& path, const SnapLength& law,
   });
 }
 
-/// Mean and variance over time, and the path after which the correlation has fallen to 1/e.
+/// Mean and variance of the deflection over time, and the path (mean snap lengths) after which its
+/// correlation has fallen to 1/e.
 struct Noise {
   double mean, variance, length;
 };
@@ -106,15 +108,16 @@ Noise noise_of(const std::vector<Deflection>& answers, double Deflection::*axis,
   return noise;
 }
 
-/// Returns the variance of the deflection of one bristle in steady sliding, whose density is S(z) / E[delta].
+/// Returns the variance of the deflection z of one bristle in steady sliding. The density of z is S(z) /
+/// E[delta], with S(z) the share of snap lengths above z and E[delta] the mean snap length.
 double variance_of_one(const SnapLength& law) {
   const double m1 = law.mean() / dbar, m2 = law.moment(2) / (dbar * dbar),
                m3 = law.moment(3) / (dbar * dbar * dbar);
   return m3 / (3.0 * m1) - m2 / (2.0 * m1) * (m2 / (2.0 * m1));
 }
 
-// 2400 mean lengths of path hold some 8000 independent values, which give a variance to 1.6 % and the
-// correlation length to 2 %.
+// Tolerances. 2400 mean lengths of path hold some 8000 independent deflections, which give their variance to
+// 1.6 % and the correlation length to 2 %.
 constexpr double of_variance = 0.05;
 constexpr double of_length = 0.10;
 
@@ -122,7 +125,8 @@ void compare(const Noise& noise, const Noise& wanted, double n, double of_wanted
   INFO(what << ", n = " << n);
   expect_near(noise.variance * n, wanted.variance, of_variance * wanted.variance, "n times the variance");
   expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");
-  // Successive values are correlated, so the mean has the error of fewer independent ones.
+  // Successive deflections are correlated, so the standard error of their mean is that of 2400 / (2
+  // correlation lengths) independent values.
   const double of_mean = std::sqrt(wanted.variance / n * 2.0 * wanted.length / 2400.0);
   expect_near(noise.mean, wanted.mean, 4.0 * of_mean + of_wanted, "mean");
 }
@@ -137,7 +141,7 @@ TEST_CASE("The paper's brush fluctuates as n bristles do, by the closed form", "
     expect_near(100.0 * wanted.variance, variance_of_one(law), 0.06 * variance_of_one(law), "brute force");
     wanted.variance = variance_of_one(law);
     wanted.mean = kinetic(law);
-    // Error at 8 pieces: lognormal 1e-4, uniform 2.4e-3 (COHORTS.md).
+    // Error of the variance at 8 pieces per mean length, allowed beside the sampling error; COHORTS.md.
     const double of_pieces = law.law() == bristle::SnapLaw::uniform ? 2e-3 : 1e-4;
     for (std::uint32_t n : {100u, 10000u, 1000000u}) {
       const auto answers = follow_patch(straight, material_of(law, paper), options_of(n));
@@ -172,7 +176,7 @@ TEST_CASE("On a path that turns the force fluctuates along and across it as that
         wanted.variance *= 100.0;
         const Noise noise = noise_of(answers, axis, circle.step);
         INFO((axis == &Deflection::along ? "along" : "across") << ", n = " << n);
-        // Both variances have sampling errors.
+        // The measured and the expected variance both have sampling errors.
         expect_near(noise.variance * n, wanted.variance, 1.5 * of_variance * wanted.variance,
                     "n times the variance");
         expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");
@@ -195,7 +199,7 @@ TEST_CASE("The relative fluctuation goes as the root of the load", "[fluctuation
 }
 
 TEST_CASE("Those that are left when the load falls are n bristles less at once", "[fluctuation]") {
-  // A quarter of 1000 bristles stays, each with a probability of a quarter.
+  // Each of 1000 bristles stays with a probability of a quarter.
   const double share = 0.25;
   OnePatch patch(material_of(lognormal, paper), options_of(1000));
   std::vector<double> answers;
@@ -229,7 +233,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
       noisy.step(0.05, 0.01);
       other.step(0.05, 0.01);
     }
-    // Moves back a little, so that a tremor sticks.
+    // Moves back a little, so that the following tremor snaps no bristle.
     noisy.step(-0.02);
     other.step(-0.02);
     const double force = noisy.response.elastic[0];
@@ -244,7 +248,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
     }
     CHECK(same);
     CHECK(noisy.patch.hash() == state);
-    // The difference of the forces is elastic, so it is constant while both patches stick.
+    // The forces differ by bent bristles only, so the difference is constant while both patches stick.
     double worst = 0.0;
     for (int k = 0; k < 10000; ++k) {
       const double d = k % 2 == 0 ? -0.004 : 0.004;
@@ -258,7 +262,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
 }
 
 TEST_CASE("Before the first bristle snaps a brush that fluctuates is the infinite brush", "[fluctuation]") {
-  // Bristles of this law do not snap within half a length.
+  // The shortest snap length is half the mean, and the path here is shorter.
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   Brush noisy(law, infinite_options().with_fluctuation(10));
   Brush smooth(law);
@@ -273,7 +277,8 @@ TEST_CASE("Before the first bristle snaps a brush that fluctuates is the infinit
   }
   CHECK(noisy.x() != smooth.x());
 }
-// A falling load may end among many bristles of nearly one rank, so that no cut there has the wanted mass.
+// The falling load ends among many bristles of nearly equal rank (their order of leaving), so no rank
+// separates exactly the mass that must leave.
 TEST_CASE("Energy of a brush that fluctuates balances where a load ends among bristles of nearly one rank",
           "[fluctuation]") {
   for (const SnapLength& law : {uniform, SnapLength::exponential(dbar)}) {

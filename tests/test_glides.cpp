@@ -1,6 +1,6 @@
-// Slides of the infinite brush along paths that turn slowly, carried along unchanged, compared with the brush
-// that takes its pieces. The comparison is a brush that ages by 1e-9: it never glides, and equals the other
-// to nine digits.
+// Glides: slides in which the infinite brush carries its steady state along a path that turns slowly, without
+// visiting its pieces. They are compared with a brush that takes its pieces in each step. That brush ages by
+// 1e-9, which keeps it from gliding and changes the force in the ninth digit only.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,7 +22,8 @@ Material law_of(const SnapLength& law, double renewal, double residual) {
 }
 Material in_pieces(Material m) { return m.with_ageing(bristle::Ageing::logarithmic(1e-9, 1.0)); }
 
-/// Two brushes on one path; lengths in mean snap lengths, forces over kinetic friction.
+/// A brush that glides and one that takes its pieces, on one path. Lengths are in mean snap lengths, forces
+/// over kinetic friction.
 struct Pair {
   explicit Pair(const Material& m, double finer)
       : glides(m), pieces(in_pieces(m), infinite_options(finer, finer > 8.0 ? 512 : 0)) {}
@@ -48,7 +49,7 @@ struct Pair {
 struct Law {
   const char* name;
   Material material;
-  double forget;  ///< path after which it glides
+  double forget;  ///< path after which the brush glides, in mean snap lengths
 };
 std::vector<Law> laws() {
   return {{"lognormal 0.3", law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0), 30.0},
@@ -59,8 +60,8 @@ std::vector<Law> laws() {
 }  // namespace
 
 TEST_CASE("On a circle an infinite brush glides, with the force of many pieces", "[cohorts][glide]") {
-  // The force with eight pieces is within 1.3e-3 of that with 32 (renewal), 6e-4 (exponential) and 1e-4
-  // (others), whether the brush glides or not.
+  // With eight pieces per mean length the force differs from that with 32 by at most 1.3e-3 (law with
+  // renewal), 6e-4 (exponential) and 1e-4 (others), whether the brush glides or not.
   for (const Law& law : laws())
     for (const double radius : {40.0, 200.0})
       for (const double way : {0.05, 0.5, 1.0, 2.0}) {
@@ -90,8 +91,8 @@ TEST_CASE("On a circle an infinite brush glides, with the force of many pieces",
 }
 
 TEST_CASE("The force aside of a slide that turns is that of its bristles' lag", "[cohorts][glide]") {
-  // A bristle that came the distance r along a path of curvature c has z = r along it and -c r^2 / 2 across:
-  // -c E[delta^3] / (6 E[delta]) in the mean.
+  // A bristle whose tip has followed a path of length r and curvature c is bent by r along the path and by -c
+  // r^2 / 2 across it. The mean across is -c E[delta^3] / (6 E[delta]), with delta the snap length.
   const SnapLength law = SnapLength::lognormal(dbar, 0.3);
   const double radius = 100.0, way = 0.1;
   Brush brush(law);
@@ -116,7 +117,8 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     double gone = 0.0, worst = 0.0, after = 0.0;
     int glides = 0;
     for (; gone < 2.0 * law.forget; gone += way) {
-      pair.direction += way * 0.02 * std::sin(gone / 12.0);  // rad per length
+      // Curvature of up to 0.02 rad per mean snap length.
+      pair.direction += way * 0.02 * std::sin(gone / 12.0);
       pair.step(way);
       if (gone < law.forget) continue;
       glides += pair.is_gliding();
@@ -124,7 +126,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     }
     CHECK(glides > 20);
     expect_near(worst, 0.0, 2.5e-3, "gliding");
-    // Turns back, turns across, and goes on with a slight bend.
+    // Turns sharply back, sharply aside, then slightly: the brush leaves the glide.
     for (const double turn : {3.0, 1.5, 0.1}) {
       pair.direction += turn;
       for (int i = 0; i < 12; ++i) {
@@ -173,7 +175,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
       expect(c.end[0] == b.end[0] && c.end[1] == b.end[1], "restored");
       expect(restored.batch.state_hash() == watched.batch.state_hash(), "state restored");
     }
-    // The bristles that read_bristles() shows carry the force.
+    // The mean deflection of the bristles from read_bristles() must give the force.
     double mean[2] = {0.0, 0.0};
     watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
     for (std::size_t k = 0; k < zx.size(); ++k) {
@@ -223,7 +225,7 @@ void check_same(const Response& a, const Response& b) {
 
 TEST_CASE("A step that sticks or glides has the same bits by the short way",
           "[cohorts][glide][determinism]") {
-  // An eager batch never glides, but takes the pieces of every step.
+  // An eager batch never glides: it takes the pieces of every step.
   const Material infinite = law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.1);
   const Material damped = law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0).with_viscous_friction(2.0);
   const Material keep = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
@@ -241,7 +243,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     INFO(what.name);
     OnePatch quick(what.material, what.options);
     OnePatch eager(what.material, what.options, stepped_eagerly());
-    int unasked = 0;  // steps in which no bristle was visited
+    int unasked = 0;  // steps that visited no bristle
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);
       motion.id = quick.id;
@@ -259,7 +261,8 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
 }
 
 TEST_CASE("A glide counts the fractions of a bristle that its steps snap", "[cohorts][glide]") {
-  // A third of a bristle: one over the mean snap length along a straight slide, in steps of any length.
+  // A load of a third of a bristle. On a straight slide it snaps once in three mean snap lengths, in steps of
+  // any length.
   const double bristles = 1.0 / 3.0;
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
                  infinite_options().with_max_normal_load(bristles));
@@ -293,7 +296,8 @@ TEST_CASE("A long straight step of a glide leaves nothing of a circle before it"
     INFO("after a step of " << way);
     CHECK(std::abs(aside) < 1e-4);
   }
-  // So the mean force of a long step that turns is that along most of it: the force at its end.
+  // A long step has nearly all its path behind the turn at its beginning, so its mean force is taken as the
+  // force at its end.
   direction += 0.02;
   brush.step(30.0 * std::cos(direction), 30.0 * std::sin(direction));
   CHECK(brush.patch.report.bristles_visited == 0);

@@ -24,8 +24,8 @@ struct Golden {
   std::string hash;
 };
 
-/// Returns the hashes of one patch per precision, rule, step rule and law. They do not depend on how the
-/// library was built.
+/// Runs a scripted patch for each precision, snap rule, step rule and law. Returns their state hashes, which
+/// do not depend on how the library was built.
 std::vector<Golden> run_script(const BatchOptions& options) {
   std::vector<Golden> golden;
   std::uint32_t seed = 1;
@@ -41,7 +41,7 @@ std::vector<Golden> run_script(const BatchOptions& options) {
           for (int k = 0; k < 60; ++k) {
             Motion motion = scripted_motion(seed, k, 2);
             motion.id = patch.id;
-            motion.normal_load *= 350.0;  // the script's loads assume a maximum of 2 N
+            motion.normal_load *= 350.0;  // scales the script's loads, which are made for a maximum of 2 N
             patch.step(motion);
           }
           char hash[20];

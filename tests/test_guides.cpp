@@ -25,14 +25,14 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns the part of a program between its marks, or all of it.
+/// Returns the part of a program between the marks `// begin` and `// end`, or all of it.
 std::string shown_part(const std::string& program) {
   const auto begin = program.find("// begin\n"), end = program.find("// end\n");
   if (begin == std::string::npos) return program;
   return program.substr(begin + 9, end - begin - 9);
 }
 
-/// Returns the cells of the rows of a Markdown table, which begin after `header`.
+/// Returns the cells of the rows of a Markdown table, which begin after the line `header`.
 std::vector<std::vector<std::string>> rows_after(const std::string& page, const std::string& header) {
   std::istringstream lines(page.substr(page.find(header)));
   std::string line;
@@ -124,15 +124,16 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
     const bristle::Coefficients named = bristle::typical_coefficients(row[0].c_str());
     CHECK(Material::from_coefficients(named) == material);
 
-    // Checks that it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
+    // Checks that a patch slides with the kinetic coefficient of the table. The slide is long enough for
+    // every bristle to snap.
     OnePatch patch(material, PatchOptions{}.with_axes(1).with_max_normal_load(2.0).with_bristles(20000));
     double mean = 0.0;
     for (int k = 0; k < 400; ++k) {
       const Response r = patch.step(0.0731 * wanted.presliding_length, 0.0, 2.0);
       if (k >= 200) mean -= r.elastic[0] / (200 * 2.0);
     }
-    // Lengths of little spread keep in step for long, so their mean over 14 lengths is still that of a saw
-    // tooth.
+    // Bristles of nearly equal length snap nearly in phase for long, so the mean over 14 lengths still
+    // depends on where in the saw tooth the slide ends.
     CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
   }
 }
@@ -193,7 +194,8 @@ TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") 
     OnePatch patch(material, PatchOptions{}.with_max_normal_load(2.0));
     const double expected = 2.0 * 0.6 * 1.5 / (0.5e-3 * (1.0 + spread * spread));
     CHECK(patch.step(1e-7, 0.0, 1.5).stiffness == Approx(expected).epsilon(1e-6));
-    // With the default residual and renewal: within 2 % for the ratios of MATERIALS.md.
+    // With the default residual and renewal the stiffness is within 2 % of this value, for the ratios of peak
+    // to kinetic friction in MATERIALS.md.
     for (double ratio : {1.1, 1.15, 1.3, 1.6}) {
       const Material rubbed = Material::from_coefficients(bristle::Coefficients{}
                                                               .with_kinetic(0.6)

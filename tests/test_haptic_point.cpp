@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Returns a material that is made at the first use, because that takes longer than other tests take to
-/// start.
+/// Returns a material with skin-like friction. It is made at the first use, because making it takes longer
+/// than other tests take to start.
 const Material& skin() {
   static const Material made = Material::from_coefficients(
       Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(20e-6).with_damping_per_newton(
@@ -106,7 +106,7 @@ TEST_CASE("What the patch is moved by adds up to what the device moved, noise an
   const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
   CHECK(sum[0] == Approx((position - first).dot(along)).margin(1e-15));
   CHECK(sum[1] == Approx((position - first).dot(aside)).margin(1e-15));
-  // restart() drops a jump that the hand did not make.
+  // After restart() the next position is a new beginning: a jump of the device is no displacement.
   floor.point.restart();
   floor.step(position + Vector3d(1.0, 0.0, 0.0));
   CHECK(floor.motion.displacement[0] == 0.0);
@@ -121,14 +121,14 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   int limited = 0;
   for (int i = 0; i < 20000; ++i) {
     position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
-    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N
-    if (i % 1000 < 3) position[0] += 1e-3;               // moves in jerks of 1 m/s
+    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N at most
+    if (i % 1000 < 3) position[0] += 1e-3;               // jerks of 1 mm in each of three ticks
     const Vector3d force = floor.step(position);
     expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
     limited += floor.point.limited() ? 1 : 0;
   }
   CHECK(limited > 5000);
-  // Slow sliding at 6 N of wall force: the force leans as far as at 1 N.
+  // Slides slowly under 1 N and under 6 N of wall force: the force leans equally far from the normal.
   double lean[2];
   for (int k : {0, 1}) {
     Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
@@ -154,15 +154,15 @@ TEST_CASE("The limit gives no energy to the hand where scaling the whole force w
   const double work_capped = work_of_cycle([&](const Vector3d& position) { return capped.step(position); });
   Floor free(HapticOptions{});
   const double work_free = work_of_cycle([&](const Vector3d& position) { return free.step(position); });
-  // Expected by hand: with kinetic friction 0.5 the wall is scaled to 3 N / sqrt(1.25) = 2.68 N on the way in
-  // from 5.4 to 20 mm, and to 3 N on the way out down to 6 mm: some 4.5 mJ, less some 0.6 mJ of friction over
-  // 0.4 mm.
+  // Work expected by hand. With kinetic friction 0.5 the wall's force is scaled to 3 N / sqrt(1.25) = 2.68 N
+  // on the way in from 5.4 to 20 mm, and to 3 N on the way out to 6 mm: the hand gains some 4.5 mJ, less some
+  // 0.6 mJ of friction over 0.4 mm.
   CHECK(work_scaled < -3e-3);
   CHECK(work_capped > 1e-4);
   CHECK(work_free > work_capped);
   CAPTURE(work_scaled, work_capped, work_free);
-  // HapticPoint::taken() agrees except for the delay of a tick, which adds half of stiffness times step
-  // squared.
+  // HapticPoint::taken() equals this work except for its delay of a tick, which adds stiffness times
+  // (displacement in a tick)^2 / 2.
   const double delay =
       0.5 * 500.0 *
       (400 * std::pow(0.006 / 400, 2) + 2000 * std::pow(0.015 / 2000, 2) + 1000 * std::pow(0.021 / 1000, 2));
@@ -184,12 +184,12 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
       last = x;
     }
     INFO("speed " << speed << ": off by " << worst << ", a difference by " << worst_difference);
-    // Error of the slope: half a count at either end, over the whole window.
+    // The velocity over a window has an error of half an encoder count at either end.
     CHECK(window.window() == WindowedVelocity::longest);
     CHECK(worst <= count / (WindowedVelocity::longest * dt) * 1.000001);
     if (speed == 0.003) CHECK(worst_difference > 0.015);
   }
-  // After a reversal the window shrinks at once to the ticks since.
+  // After a reversal the window shrinks at once to the ticks since then.
   WindowedVelocity window;
   for (int i = 0; i < 100; ++i) window.update(dt, {1e-4 * i, 0.0, 0.0}, count);
   for (int i = 1; i <= 3; ++i) {
@@ -197,7 +197,7 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
     CHECK(v == Approx(-0.1));
     CHECK(window.window() == i);
   }
-  // Repeats with ticks of unequal length.
+  // Checks the velocity over a window for ticks of unequal length too.
   window.restart();
   double x = 0.0;
   for (int i = 0; i < 40; ++i) {
@@ -229,7 +229,7 @@ TEST_CASE("With a windowed velocity the damper is steadier and still never works
       point.finish(response);
       if (i == 0) continue;
       opposed = std::min(opposed, response.damper_work);
-      // At most 10 mm/s, in a wave: the damper force is close to the true one.
+      // The true damper force is -5 N s/m times the hand's velocity, a cosine of 10 mm/s; `off` is the error.
       const double off = (point.frame().force(response.damper))[0] + 5.0 * 0.01 * std::cos(2e-3 * i);
       squares += off * off;
     }
@@ -249,7 +249,8 @@ TEST_CASE("A windowed velocity that opposes the displacement is taken as none", 
     x += 10e-6;
   }
   CHECK(std::abs(motion.velocity[0]) + std::abs(motion.velocity[1]) == Approx(0.01));
-  // Moves back by less than a count, which the slope over many ticks does not show.
+  // The hand moves back by less than an encoder count. The slope over many ticks is still forward, so the
+  // velocity must be 0 and not oppose the displacement.
   point.prepare(tick, {x - 15e-6, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
   CHECK(std::abs(motion.displacement[0]) + std::abs(motion.displacement[1]) == Approx(5e-6));
   CHECK(motion.has_velocity);
@@ -263,13 +264,14 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
   CHECK(motion.normal_load == 1.0);
   Response response;
-  // The friction left beside the wall is sqrt(4 - 1) = 1.7320508.
+  // The limit is 2 N and the wall takes 1 N, which leaves sqrt(4 - 1) = 1.7320508 N for friction.
   response.elastic[0] = -0.5;
   response.damper[1] = -3.0;
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);  // the elastic part is unchanged
+  // The elastic part is not cut, only the damper's.
+  CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);
   response.elastic[0] = -4.0;
   force = point.finish(response);
   CHECK(point.frame().along().dot(force) == Approx(-std::sqrt(3.0)));
@@ -280,7 +282,8 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   CHECK_FALSE(point.limited());
   CHECK(force[2] == 1.0);
   CHECK(force.norm() == Approx(std::sqrt(1.0 + 0.01 + 0.04)));
-  // A wall of 5 N is capped at 2 / sqrt(1.25).
+  // A wall force of 5 N is capped, so that friction with the coefficient 0.5 keeps within the limit of 2 N: 2
+  // / sqrt(1.25).
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
   CHECK(motion.normal_load == Approx(2.0 / std::sqrt(1.25)));
   CHECK(point.finish(Response{}).norm() == Approx(2.0 / std::sqrt(1.25)));
@@ -292,8 +295,8 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
 
 TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago with the same damper",
           "[haptic]") {
-  // A single length that nothing reaches acts as a spring. At constant speed its mean over a tick is its
-  // force half a tick ago.
+  // The bristles have one length, which the motion does not reach, so they act as a spring. At constant speed
+  // a spring's mean force over a tick is its force half a tick ago.
   const Material spring = Material{}.with_snap_length(SnapLength::single(1e-3)).with_viscous_friction(200.0);
   const double step = 10e-6;
   Vector3d sent[2];
@@ -320,7 +323,7 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
   Motion motion;
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
   Response response;
-  response.elastic[0] = 9.0;  // part of `end`, which is not sent to the device
+  response.elastic[0] = 9.0;  // in `end` only; the device gets `mean`
   response.damper[1] = -3.0;
   response.mean[0] = -0.5;
   response.mean[1] = -3.0;
@@ -330,7 +333,8 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
 }
 
 TEST_CASE("A wall that takes all of the limit leaves a damper no force", "[haptic]") {
-  // With a peak coefficient of 0 the wall may take the whole limit; a lubricant acts all the same.
+  // With a peak coefficient of 0 the wall may take the whole limit, although the patch still has a damper
+  // force from its lubricant.
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.0));
   Motion motion;
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
@@ -345,13 +349,13 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
   struct BadTick {
     Vector3d position;
     double wall;
-    double taken;  // J, total at the end
+    double taken;  // J, work taken by the hand up to and including the bad tick
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const Vector3d lost(nan, nan, nan), found(4e-6, 0.0, 0.0);
-  // Presses with 1000 N/m to 3 um, holding each force for a tick: 0, 1 and 2 mN over 1 um each. Then 3 mN
-  // over the distance to the bad position, if that is known.
+  // The hand presses to 3 um against 1000 N/m, and each force is held for a tick, so 0, 1 and 2 mN act over 1
+  // um each. Then 3 mN act over the distance to the bad position, if that is a number.
   const BadTick bad_ticks[] = {
       {lost, 0.0, 3e-9}, {lost, nan, 3e-9}, {found, nan, 6e-9}, {found, -1.0, 6e-9}, {found, infinity, 6e-9}};
   for (const BadTick& bad : bad_ticks)
@@ -369,7 +373,8 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
       for (int i = 0; i <= 3; ++i) step({1e-6 * i, 0.0, 0.0}, up, 1000.0);
       CHECK(step(bad.position, up, bad.wall) == Vector3d::Zero());
       CHECK(has(patch.report.status, Status::bad_input));
-      // New axes about a normal that leans along x would begin with y, so the frame must keep its old ones.
+      // The normal now leans along x. New axes for it would begin with y, so the expected force shows that
+      // the frame keeps its old axes.
       const Vector3d leaning(0.01, 0.0, 1.0);
       step({5e-6, 0.0, 0.0}, leaning, 1000.0);
       CHECK(patch.report.status == Status::ok);

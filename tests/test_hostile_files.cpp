@@ -25,7 +25,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Limit of the address space in kB. (A sanitizer needs too much of its own.)
+// Limit of the program's address space in kB. A sanitizer needs too much memory for one.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 const std::string limits = "";
 #else
@@ -65,7 +65,7 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
-/// Returns the text of patches, each with a motion of the given keys.
+/// Returns the text of `count` patches, and for each a motion with the lines `motion_keys`.
 std::string patches_with(int count, const std::string& motion_keys) {
   std::string all;
   for (int i = 0; i < count; ++i) {
@@ -83,7 +83,7 @@ std::string thousands_of_materials() {
   return all;
 }
 
-/// Returns a scene that runs, with the given keys of its patch.
+/// Returns a small valid scene of one patch, with `patch_keys` added to the patch.
 std::string scene_with(const std::string& patch_keys) {
   return "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.005\n"
          "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
@@ -202,8 +202,8 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     int code;
     std::string said;
   };
-  // Runs commands at once, since each waits seconds. `beside` is called once the command has said that it
-  // waits.
+  // Starts a command beside others, because each waits seconds. The shell commands `beside` run once the
+  // program has said that it waits.
   const auto run = [&](const std::string& name, const std::string& arguments, const std::string& beside) {
     const std::string fifo = folder.at(name), said = folder.write(name + ".stderr", "");
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
@@ -222,7 +222,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
   auto reads = run("read", "'" + read + "'", "cat '" + scene + "' >'" + read + "'");
   auto writes = run("written", "'" + scene + "' --out '" + written + "'",
                     "cat '" + written + "' >'" + folder.at("forces") + "'");
-  auto waits = run("left", "'" + left + "'", "");  // no writer comes, so it is ended by Ctrl-C
+  auto waits = run("left", "'" + left + "'", "");  // no writer comes, so Ctrl-C ends the program
   const Told reader = reads.get(), writer = writes.get(), alone = waits.get();
   CHECK(reader.code == 0);
   CHECK(reader.said == "bristle: " + read + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");

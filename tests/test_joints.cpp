@@ -48,7 +48,7 @@ JointMaterial gear() {
 
 double& number_of(JointMaterial& m, unsigned p) { return reinterpret_cast<double*>(&m)[p]; }
 
-/// One joint in a batch of its own, and all of its outputs.
+/// A batch of one joint, and the outputs of its last step.
 struct OneJoint {
   JointFriction batch;
   double torque = 0, mean = 0, by_angle = 0, by_speed = 0, by_motor = 0, by_outside = 0;
@@ -67,8 +67,8 @@ struct OneJoint {
   }
 };
 
-/// The rule bristle by bristle, from the header's description and not from the library's source. T: double or
-/// long double.
+/// A plain implementation, bristle by bristle, written from the header's description and not from the
+/// library's source. T is double or long double.
 template <class T>
 struct Judge {
   T number[joint_parameters];
@@ -83,7 +83,8 @@ struct Judge {
     share.assign(strata.share.begin(), strata.share.end());
     length.assign(strata.length.begin(), strata.length.end());
   }
-  /// Returns losses whose first number is `base`, for motion in the direction `way`.
+  /// Returns the losses at the torques `motor` and `outside`, for motion in the direction `way`. `base` is
+  /// the index of their first number, the loss without torque.
   T losses(unsigned base, T motor, T outside, int way) const {
     const unsigned direction = motor * T(way) > 0 ? joint_driving : joint_driven;
     return number[base] + number[base + 1 + direction] * std::abs(motor) +
@@ -188,7 +189,7 @@ TEST_CASE(
   const int hour = static_cast<int>(bristle_test::test_size(3600000));
   for (int i = 0; i < hour; ++i) rotor.go(dt, 0, 0.3);
   CHECK(std::abs(rotor.angle - at_rest) <= 1e-18);
-  // Ten seconds at 2.99 N m, in which it still holds.
+  // Ten seconds at up to 2.99 N m, just below the joint's static friction.
   for (int i = 0; i < 30000; ++i) rotor.go(dt, 0, std::min(2.99, 0.3 + i * 1.5e-4));
   CHECK(std::abs(rotor.speed) < 1e-9);
   CHECK(rotor.angle < 0.1);
@@ -214,7 +215,7 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
     expect_near(joint.torque, -std::copysign(friction, speed) - 0.03 * speed, 1e-12, "torque in sliding");
     expect(joint.by_angle == 0.0, "a sliding joint has no stiffness");
   }
-  // Without a motor torque the joint counts as driven.
+  // Without a motor torque the joint counts as driven by the outside torque.
   OneJoint joint(m);
   joint.go(0, 0, 0, 2);
   joint.go(1, 1e3, 0, 2);
@@ -223,8 +224,8 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
 
 TEST_CASE("A motor lifts and holds a weight, and lets it down, at the torques of its two directions",
           "[joints]") {
-  // A weight pulls back by 2 N m. Lifting: (1 - a) t = 2 + base + b 2; lowering: (1 + a') t = 2 - base - b'
-  // 2.
+  // A weight pulls by 2 N m. The motor torque t lifts if (1 - a) t = 2 + base + b 2 and lowers if (1 + a') t
+  // = 2 - base - b' 2, with the losses (base, a, b) of driving and (base, a', b') of being driven.
   JointMaterial m = gear();
   m.static_part = {};
   m.viscous = 0;
@@ -265,7 +266,7 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(worst(8) < 2.1e-3);
   CHECK(worst(32) < 1.3e-4);
   CHECK(worst(8) / worst(32) > 12);
-  // With all bristles alike it is a spring, then Coulomb friction.
+  // If all bristles have one length, the joint is a spring up to that length, then has Coulomb friction.
   JointOptions alike;
   alike.spread = 0;
   alike.bristles = 1;
@@ -276,8 +277,8 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(joint.by_angle == Approx(-200).epsilon(1e-14));
   joint.go(1.5 * length, 0, 0, 0);
   CHECK(joint.torque == Approx(-1.5).epsilon(1e-14));
-  CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));  // mean over the step: half rises from 0.75 to 1.5,
-                                                        // half is 1.5
+  // Over half of the step the torque rises from 0.75 to 1.5, then it is 1.5.
+  CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));
 }
 
 TEST_CASE("Joints have the torque and the mean of a plain implementation bristle by bristle", "[joints]") {
@@ -368,7 +369,8 @@ TEST_CASE("Derivatives of a joint's torque are right to 1e-6 where no bristle be
         long double less[4] = {x[0], x[1], x[2], x[3]}, more[4] = {x[0], x[1], x[2], x[3]};
         less[k] -= h;
         more[k] += h;
-        // Skips kinks: |torque| at 0, and the derivative by angle of a joint that does not move.
+        // Skips inputs at which the torque has a kink: a motor or outside torque near 0, and the derivative
+        // by angle of a joint that does not move.
         if (k >= 2 && less[k] * more[k] <= 0) continue;
         if (k == 0 && std::abs(x[0] - judge.before) <= h) continue;
         low.go(less[0], less[1], less[2], less[3]);
@@ -395,7 +397,8 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs for each number, which differ in it by a relative 2e-6, or by 2e-6 if it is 0.
+    // Two runs for each number of the material, with that number lowered and raised by a relative 1e-6, or by
+    // 1e-6 if it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);
@@ -481,7 +484,8 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // A single joint of its material: without gradients and with the torque only, and with gradients.
+  // A joint that is alone in its material must have the results of the joint among many, without gradients,
+  // with the torque only, and with gradients.
   JointOptions with;
   with.gradients = true;
   for (const std::size_t which : {0, 1, 20, 2003}) {
@@ -548,7 +552,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
     CHECK(step().status == Status::ok);
     CHECK(torque[17] == before);
   }
-  // Refuses arrays of another length.
+  // Refuses arrays whose length is not the number of joints.
   const std::uint64_t hash = joints.state_hash();
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
@@ -613,7 +617,8 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   stuck.go(0.1, 0, 0, 0);
   CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
   CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
-  // With speed the static part falls, which shows only in the joint that slides.
+  // At high speed the static part of friction falls, but only in the joint that slides: their hidden state
+  // differs.
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
@@ -687,7 +692,7 @@ TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {
   options.bristles = 65;
   CHECK(names(message_of([&] { JointFriction(1, {&m, 1}, options); }), {"bristles", "65"}));
   CHECK(names(message_of([&] { JointFriction(1, {}); }), {"material"}));
-  // Parameters that no joint uses have no column.
+  // A gradient has columns only for the parameters that a joint uses.
   JointMaterial coulomb;
   coulomb.stiffness = 1;
   coulomb.kinetic.base = 1;
@@ -718,8 +723,7 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   std::uint32_t status[n] = {9, 9, 9};
   bristle_joint_step step;
   REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
-  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // refused, because `angle` is
-                                                                               // missing
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // no array `angle`
   step.angle = angle;
   step.speed = speed;
   step.motor = motor;

@@ -29,7 +29,7 @@ namespace {
 
 const Material surface = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
 
-/// Takes scripted steps of one patch and returns every response in bits.
+/// Takes scripted steps of one patch. Returns the bits of all responses.
 std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t script, int axes,
                                       int steps) {
   std::vector<std::uint64_t> bits;
@@ -62,8 +62,8 @@ TEST_CASE("The table of keys agrees with std::unordered_map over random insertio
     KeyTable table(room);
     std::unordered_map<std::uint64_t, std::uint32_t> model;
     std::mt19937_64 random(room);
-    // Draws keys from a small range, so that they repeat, and spreads them by multiples that collide in poor
-    // hashes.
+    // Draws keys from a range of three times the capacity, so that they repeat. Half of them are shifted by
+    // 40 bits, which collide in poor hash functions.
     const auto any_key = [&] {
       const std::uint64_t k = random() % (3 * room);
       return random() % 2 ? k : k << 40;
@@ -93,8 +93,8 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
   for (const PatchCase& c : every_variant_and_few_infinite(70, 5)) {
     INFO(c.name);
     ++script;
-    const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);  // a third of the scripts keep the
-                                                                            // seed
+    // A third of the scripts reset to the seed that the patch has.
+    const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);
     const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
     const PatchId used = used_batch.add(c.material, c.options);
     run_script(used_batch, used, script + 5, c.options.axes, 23);
@@ -166,7 +166,7 @@ TEST_CASE("A key keeps its patch while it is asked for and loses it after keep_s
     CHECK_FALSE(patches.find(7));
     CHECK(patches.find(100) == first);
     CHECK(patches.size() == 1);
-    // A key seen just in time is counted from that step on.
+    // A key used in the last step before it would be forgotten is kept for another `keep` steps from there.
     patches.find_or_add(8);
     for (std::uint32_t k = 0; k <= keep; ++k) patches.end_step();
     CHECK(patches.find_or_add(8));
@@ -213,7 +213,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   CHECK(batch.force(left_out).status == Status::no_capacity);
   CHECK(batch.set_detail(left_out, 5) == Status::no_capacity);
   CHECK(batch.stored_energy(left_out) == 0.0);
-  batch.move(left_out, dbar, 0.0, 5.0);  // does nothing
+  batch.move(left_out, dbar, 0.0, 5.0);  // moving a patch that was refused does nothing
   batch.step(tick);
   patches.clear();
   CHECK(patches.size() == 0);
@@ -245,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // this contact is missing in some steps
+        if ((k / (7 + j)) % 3 == 0) continue;  // contact j pauses in some steps
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -269,7 +269,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
       many.end_step();
     }
     CHECK(compared > 1000);
-    CHECK(slots.size() > 20);  // the contacts used many slots
+    CHECK(slots.size() > 20);  // the contacts used many slots of the pool in turn
     CHECK(many.refused() == 0);
   }
 }
@@ -333,8 +333,8 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
 TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
   std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);  // another pair of bodies in the same
-                                                                     // places
+  // Another pair of bodies, with points at equal places.
+  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);
   points.insert(points.end(), second.begin(), second.end());
   std::vector<std::uint64_t> keys(points.size());
   CHECK(matcher.match(points, keys) == 0);
@@ -351,7 +351,8 @@ TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", 
     for (const std::size_t i : order) listed.push_back(points[i]);
     std::vector<std::uint64_t> got(listed.size());
     const std::size_t matched = matcher.match(listed, got);
-    // Random walks may come near each other; the test stops there.
+    // Two points of a pair may come near each other in their random walks, so that no matcher could tell them
+    // apart. The test stops there.
     double nearest = 1.0;
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
@@ -408,7 +409,8 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
       old_taken[e.i] = taken[e.j] = true;
       expected[e.j] = e.i;
     }
-    const bool ties = trial % 2 != 0;  // with ties only the number of matches can be compared
+    // With equal distances several matchings are right, so only the number of matches is compared.
+    const bool ties = trial % 2 != 0;
     if (!ties) expect(matched == expected.size(), "as many matches");
     std::size_t found = 0;
     for (std::size_t j = 0; j < now.size(); ++j) {
@@ -456,7 +458,8 @@ TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]"
 }
 
 TEST_CASE("A matcher and a pool together never hand a new contact an old one's bristles", "[keys]") {
-  // Contacts blink and hop about; whenever the matcher gives a new key, the patch must be fresh.
+  // Contacts come, go and jump. Whenever the matcher gives a new key, the patch of that key must have
+  // straight bristles.
   PatchBatch batch;
   KeyedPatches patches(batch, surface, plain_options(20),
                        KeyedOptions{}.with_capacity(64).with_keep_steps(2));
@@ -523,7 +526,7 @@ struct Engine {
   void step(int k, std::vector<std::uint64_t>& bits) {
     std::vector<ContactPoint> contacts;
     for (int c = 0; c < 7; ++c) {
-      if ((k + 3 * c) % 11 < 3) continue;  // this contact is missing in this step
+      if ((k + 3 * c) % 11 < 3) continue;  // contact c pauses in this step
       contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
     }
     std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());
@@ -571,8 +574,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
 
   Engine second;
   for (int k = 0; k < 7; ++k)
-    second.step(3 * k, again);  // makes other steps first, which a restored engine
-                                // must forget
+    second.step(3 * k, again);  // other steps, whose state the restored engine must not keep
   second.pads.restore_state(patches);
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);
@@ -611,7 +613,7 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 
-  // A second pool with equal options, whose patches are others.
+  // A second pool with equal options has other patches, so it refuses the first pool's saved keys.
   KeyedPatches twin(engine.batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
                     KeyedOptions{}.with_capacity(5).with_keep_steps(1));
   REQUIRE_THROWS_AS(twin.restore_state(points), bristle::Error);
@@ -639,7 +641,8 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
 }
 
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
-  // As many keys as a hash table no larger than the pool would have places.
+  // Fills pools of 16, 32 and 64 patches. A hash table with as many places would then have no free place, at
+  // which a search for an unknown key ends.
   for (const std::uint32_t capacity : {16u, 32u, 64u}) {
     PatchBatch batch;
     KeyedPatches pool(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(capacity));

@@ -20,7 +20,8 @@ using bristle::Population;
 
 namespace {
 
-constexpr double load = 3.0;  ///< N: with plain_material three bristles of 1 N/m, so that mu N is 3 dbar
+/// N: with plain_material three bristles of 1 N/m, so that the kinetic friction is 3 dbar newtons
+constexpr double load = 3.0;
 const SnapLength law = SnapLength::lognormal(dbar, 0.3);
 
 struct Kind {
@@ -37,7 +38,7 @@ Kind sliding(Precision precision, double drop = 0.0) {
   return {"slide", plain_material(law, SnapRule::slide).with_drop(drop), counted(32, precision)};
 }
 
-/// Returns patches of every rule and population that accepts a lay of two limits.
+/// Returns patches of every rule and population that accept different limits along and across the lay.
 std::vector<Kind> kinds() {
   const Material redraw = plain_material(law, SnapRule::redraw), keep = plain_material(law, SnapRule::keep);
   const Material rubbed = Material(redraw).with_residual_length(0.4 * dbar).with_shared_renewal(1.0);
@@ -59,7 +60,7 @@ std::vector<Kind> kinds() {
   return all;
 }
 
-/// Steps along a winding path under a varying load, in the patches' own axes.
+/// Makes motions along a winding path under a varying load, in the axes of the patch.
 struct Winding {
   std::mt19937 random{7};
   double angle = 0.4;
@@ -85,7 +86,7 @@ Motion moved(PatchId id, double x, double y, double normal_load = load) {
   return motion;
 }
 
-/// Turns the displacement of a motion.
+/// Returns a motion with its displacement turned by `angle` rad.
 Motion turned(Motion motion, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   const double x = motion.displacement[0], y = motion.displacement[1];
@@ -94,7 +95,8 @@ Motion turned(Motion motion, double angle) {
   return motion;
 }
 
-/// Returns the force on the bristles, over the material's kinetic friction.
+/// Returns the force that bends the bristles, opposite to friction, over the kinetic friction at `share` of
+/// the load.
 std::array<double, 2> pull(const Response& out, double share = 1.0) {
   return {-out.elastic[0] / (share * load * dbar), -out.elastic[1] / (share * load * dbar)};
 }
@@ -103,7 +105,8 @@ double work_on(const Motion& motion, const Response& out) {
   return -out.mean[0] * motion.displacement[0] - out.mean[1] * motion.displacement[1];
 }
 
-/// Returns the largest F . e over a limit curve: half axes 1 along and `ratio` across, centre at (lean, 0).
+/// Returns the largest F . e over the forces F of a limit curve, an ellipse with half axes 1 along and
+/// `ratio` across and its centre at (lean, 0). e is the direction at `angle`.
 double highest_loss(double ratio, double lean, double angle) {
   return lean * std::cos(angle) + std::hypot(std::cos(angle), ratio * std::sin(angle));
 }
@@ -203,7 +206,7 @@ TEST_CASE("the steady force of a lay dissipates most over its limit curve", "[la
         const auto f = pull(patch.step(far * c, far * s, load));
         const double lean = lean_of(to_over_fro);
         CHECK(f[0] * c + f[1] * s == Approx(highest_loss(ratio, lean, angle)).epsilon(1e-6));
-        // The force lies on the limit curve:
+        // The force lies on the limit curve, an ellipse around (lean, 0).
         const double along = std::cos(of_lay) * f[0] + std::sin(of_lay) * f[1] - lean;
         const double across = std::cos(of_lay) * f[1] - std::sin(of_lay) * f[0];
         CHECK(std::hypot(along, across / ratio) == Approx(1.0).epsilon(1e-6));
@@ -223,8 +226,8 @@ TEST_CASE("another stiffness ratio leaves the limit curve and moves the steady f
   for (const double angle : {0.0, 0.7, M_PI / 2, 2.0}) {
     OnePatch patch(kind.material, kind.options);
     const auto f = pull(patch.step(300.0 * dbar * std::cos(angle), 300.0 * dbar * std::sin(angle), load));
-    // A bristle's tip slides along its deflection in lengths over its limits: dbar along, dbar ratio /
-    // stiffness across.
+    // In a long slide a bristle's deflection has the direction of the motion if each component is measured in
+    // its limit: dbar along, dbar ratio / stiffness across.
     const double x = std::cos(angle), y = std::sin(angle) * stiffness / ratio;
     CHECK(f[0] == Approx(x / std::hypot(x, y)).margin(1e-6));
     CHECK(f[1] == Approx(ratio * y / std::hypot(x, y)).margin(1e-6));
@@ -243,7 +246,7 @@ TEST_CASE("first loading to and fro of a lay that leans is the closed form", "[l
                            kind.options.with_axes(axes).with_lay(Lay{}.with_to_over_fro(to_over_fro)));
             CHECK(std::abs(pull(patch.step(0.0, 0.0, load))[0]) < 1e-7);
             const double share = 1.0 + sign * lean_of(to_over_fro);
-            // closed form E[min(x, share l)]
+            // Closed form E[min(x, share l)], with x the path and l the limit of a bristle, both over dbar.
             const double end = x / share * dbar;
             const double expected =
                 share * (law.partial_moment(1, end) / dbar + x / share * law.survival(end));
@@ -253,8 +256,8 @@ TEST_CASE("first loading to and fro of a lay that leans is the closed form", "[l
 
 namespace {
 
-/// An independent model of bristles that slide, one by one in tiny steps: in real axes, by the normal of the
-/// force's limit curve.
+/// An independent model of bristles that slide, one by one in tiny steps and in metres. A bristle beyond its
+/// limit slips along the normal of the limit curve.
 struct Brute {
   bristle::detail::Strata strata = bristle::detail::make_strata(law, 32);
   std::vector<std::array<double, 2>> z = std::vector<std::array<double, 2>>(32);
@@ -268,8 +271,8 @@ struct Brute {
         z[i][0] += dx / steps;
         z[i][1] += dy / steps;
         const double limit = strata.length[i];
-        const auto beyond = [&](double slip) {  // distance of f from the limit curve after a slip along the
-                                                // normal at f
+        // Returns the distance of the force from the limit curve after a slip along the normal at f.
+        const auto beyond = [&](double slip) {
           const double f[2] = {z[i][0], stiff * z[i][1]};
           const double n[2] = {f[0] - lean * limit, f[1] / (ratio * ratio)};
           const double g[2] = {f[0] - slip * n[0] - lean * limit, f[1] - slip * stiff * n[1]};
@@ -363,7 +366,7 @@ TEST_CASE("a load that changes at rest leaves the force of a lay that leans", "[
   }
   CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
   CHECK(patch.energy() == 0.0);
-  // Bristles that come into contact again are straight, whatever the lean.
+  // A patch that comes into contact again has no force, whatever the lean of its limit curve.
   const Response born = patch.step(0.0, 0.0, load);
   CHECK(std::abs(born.end[0]) < 1e-14 * load * dbar);
   CHECK(std::abs(born.end[1]) < 1e-14 * load * dbar);
@@ -400,9 +403,10 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
       CHECK(tried.contact_loss == out.contact_loss);
     }
     CHECK(patch.hash() == other.hash());
-    CHECK(patch.batch.ages(patch.id));  // so its force limit may be far above the force at which it slides
+    CHECK(patch.batch.ages(patch.id));  // with ageing the limit at rest may be far above the force in sliding
 
-    // Changes material and number of bristles at rest: the force stays, and so does the sum of energies.
+    // Changes the number of bristles and the material at rest: the force stays, and losses account for the
+    // change of stored energy.
     const Motion rest = moved(patch.id, 0.0, 0.0);
     const Response before = patch.step(rest);
     const double stored = patch.energy();
@@ -434,7 +438,7 @@ TEST_CASE("bristles with a lay are read in the axes of the patch", "[lay]") {
   for (const Lay& lay : {Lay{0.5, 1.8, 0.0, 1.0}, Lay{0.5, 1.8, 0.6, 1.0}, Lay{0.5, 1.8, 0.0, 3.0}}) {
     Kind kind = sliding(Precision::double_);
     OnePatch patch(kind.material, kind.options.with_lay(lay));
-    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step in which nothing slides
+    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step so short that no bristle slides
     Bristles all = read(patch.batch, patch.id, 32);
     for (std::size_t i = 0; i < 32; ++i) {
       expect_near(all.zx[i], 0.05 * dbar, 1e-13 * dbar, "x");
@@ -473,9 +477,7 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
   const double radius = 100.0 * dbar;
   Kind kind = sliding(Precision::double_);
   for (const double to_over_fro : {1.0, 3.0}) {
-    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // automatic number of
-                                                                                   // bristles, 32 in each
-                                                                                   // cell
+    kind.options.with_bristles(0).with_lay(Lay{of_lay, ratio, 0.0, to_over_fro});  // 32 bristles in each cell
     PatchBatch batch;
     bristle::ExtendedPatches pads(batch);
     const PatchId id =
@@ -505,8 +507,8 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
         expect_near(out.end[axis], expected.end[axis], 1e-11 * load * dbar, "force");
       expect_near(out.end[2], 0.0, 1e-11 * load * dbar * radius, "torque");
     }
-    // In pure spin each place resists by F . e in its own direction, so the torque is the mean over all
-    // directions.
+    // In pure spin each place of the ring resists by the largest F . e of its own direction of motion e, so
+    // the torque is the mean over all directions.
     motion.displacement[0] = motion.displacement[1] = 0.0;
     motion.displacement[2] = 0.02;
     for (int k = 0; k < 100; ++k) step();

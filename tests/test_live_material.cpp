@@ -1,5 +1,5 @@
-// A material that changes while the patch slides continues its state: draws, overload. Also the key of the
-// random phase of a step that is too long to have a phase.
+// A material that changes while the patch slides: later draws of snap lengths and an overload go on as
+// without the change. Also the random phase that each bristle gets in a step too long to compute one.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -25,8 +25,8 @@ struct Columns {
   bool operator==(const Columns&) const = default;
 };
 
-/// Two patches, of which one changes its material. Only the lubricant changes, which does not affect
-/// bristles.
+/// Two equal patches, of which one changes its material. The change is of the lubricant only, so the bristles
+/// must behave alike.
 struct ChangedAndNot {
   PatchBatch batch;
   PatchId changed, same;
@@ -59,12 +59,11 @@ TEST_CASE("A live change of the lubricant leaves deflections, lengths and draws 
         twins.check_columns();
       }
       twins.step(1.7 * dbar, 0.4 * dbar, n, out);
-      // The change rewrites the deflections, so from here on their rounding differs.
+      // set_material() rewrites the deflections, so from here on the two patches round differently.
       for (int axis = 0; axis < 2; ++axis)
         CHECK(out[0].elastic[axis] == Approx(out[1].elastic[axis]).epsilon(1e-5));
     }
-    // Equal draws give equal lengths to the bit, except where rounding of deflections moved a snap to another
-    // step.
+    // The patches draw equal snap lengths to the bit, except where rounding moved a snap to another step.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     int others = 0;
     for (std::uint32_t i = 0; i < n; ++i) others += a.length[i] != b.length[i];
@@ -81,11 +80,11 @@ TEST_CASE("A live change of the lubricant keeps the overload", "[load]") {
       twins.step(0.2 * dbar, 0.0, 3.0 * n, out);
       CHECK(has(out[0].status, Status::overload));
       CHECK(out[0].elastic[0] == Approx(out[1].elastic[0]).epsilon(1e-5));
-      if (k == 6)  // all representatives are in contact; overload triples their force
+      if (k == 6)  // all representatives are in contact; overload triples the force of each
         CHECK(twins.batch.info(twins.changed).active == n);
     }
-    // Both patches are bent by equal paths; had the overload been forgotten, a third of the deflection would
-    // be left.
+    // Both patches are bent by equal paths. If the change of material forgot the overload, only a third of
+    // the deflection would be left.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     double sum_a = 0.0, sum_b = 0.0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -106,7 +105,8 @@ TEST_CASE(
     patch.step(0.3 * dbar, 0.7 * dbar, n);
     patch.batch.set_material(patch.id, plain_material(SnapLength::single(0.5 * dbar), SnapRule::keep));
     const Response r = patch.step(0.0, 0.0, n);
-    // Each bristle is a spring of 1 N/m; it is bent by 0.76 of its old length, and holds 0.5 of it now.
+    // Each bristle is a spring of 1 N/m bent by 0.76 of its old length. Its new length is half of the old
+    // one, so it snaps and loses its energy.
     CHECK(r.dissipated == Approx(0.5 * n * (0.09 + 0.49) * dbar * dbar).epsilon(1e-5));
     CHECK(r.snaps == n);
     CHECK(std::abs(r.elastic[0]) + std::abs(r.elastic[1]) < 1e-9 * n * dbar);
@@ -145,8 +145,8 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
                             batch.add(material, PatchOptions(options).with_seed(6)),
                             batch.add(material, PatchOptions(options).with_seed(5))};
-    const double way = dbar * 0x1p43;  // at this distance no bit of a double resolves the place within a snap
-                                       // length
+    // So far that a double does not resolve the place to within a snap length.
+    const double way = dbar * 0x1p43;
     std::vector<Motion> motions;
     for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
     std::vector<Response> out(3);
@@ -162,9 +162,9 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
       CHECK(phase >= 0.0);
       CHECK(phase <= 1.0);
     }
-    CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));  // uniform: mean 1/2, 4 standard errors
-    CHECK(alike < 25);                                                // of 1500 bristles, 3 are alike by
-                                                                      // chance
+    // Mean of a uniform law, with 4 standard errors.
+    CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));
+    CHECK(alike < 25);  // chance makes 3 of 1500 alike
   }
 }
 
@@ -181,10 +181,12 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   const double after = patch.energy();
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
-  // The loss is reported at rest at once, or after steps without a snap from the saved state.
+  // The loss is reported by the next step, whether that comes at once, or from the saved state after steps
+  // without a snap.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(r.snaps > n / 5);  // two of five snap lengths are shorter than 0.45
+    // Of the new snap lengths, two fifths are shorter than 0.45, where the bristles were bent to.
+    CHECK(r.snaps > n / 5);
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));
     CHECK(before - after > 0.1 * before);
@@ -209,8 +211,8 @@ Material rubbed_uniform(double low, double high, double residual) {
 }  // namespace
 
 TEST_CASE("A live change to other lengths keeps the books of an infinite brush", "[load][energy][cohorts]") {
-  // To shorter and to longer lengths, with another unit of length, at rest under a load and an overload; also
-  // where a second change comes before the step that reports the first.
+  // Changes to shorter and to longer lengths, with another unit of length, at rest under a load and under an
+  // overload. Some cases change again before the step that reports the first change.
   for (const double load : {0.8, 1.7})
     for (const double scale : {0.35, 0.7, 2.9})
       for (const bool twice : {false, true}) {
@@ -237,7 +239,8 @@ TEST_CASE("A live change to other lengths keeps the books of an infinite brush",
 }
 
 TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load][cohorts]") {
-  // 10.3 bristles bent to 1, which the one law holds and the other does not: all snap in every round.
+  // 10.3 bristles bent to 1. The first law has no length below 2, the second none above 0.6, so all of them
+  // snap in every round.
   const double bristles = 10.3;
   OnePatch patch(rubbed_uniform(2.0, 4.0, 0.0), infinite_options().with_max_normal_load(bristles));
   std::uint64_t snaps = 0;

@@ -13,14 +13,14 @@ using namespace bristle_test;
 
 namespace {
 
-// Weight 1 and stiffness 1: the load in newton is the number of bristles in contact, and the elastic force
-// is minus the weighted sum of the deflections.
+// In these tests bristles have weight 1 and stiffness 1 N/m, so the load in newtons is the number of bristles
+// in contact, and the elastic force is minus the weighted sum of their deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// Returns the rounding error of one bristle whose fraction changes: it is rewritten once.
+/// Returns the rounding error when one bristle's fraction changes, because its deflection is rewritten once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
-/// Returns the weighted sum of deflections by the rule of the fractional bristle.
+/// Returns the sum of the deflections z of `active` bristles, where the last one counts by a fraction.
 double weighted_sum(const std::vector<double>& z, double active) {
   double sum = 0.0;
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -55,7 +55,8 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
           const double kinetic = number(find_row(summary, key), "f_kinetic");
           const double steady_variance = number(find_row(summary, key), "var_z_steady_per_bristle");
-          double virgin_variance = 0.0;  // largest variance on the virgin curve, for the bristles that enter
+          // Largest variance on the first loading, a bound for the bristles that enter.
+          double virgin_variance = 0.0;
           for (const Row& row : virgin) {
             if (row.at("dist") == law.name && row.at("variant") == table_name(rule))
               virgin_variance = std::max(virgin_variance, 2e6 * std::pow(number(row, "mc_se"), 2));
@@ -68,7 +69,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           patch.step(0.0, 0.0, load1);
           if (rule == SnapRule::keep) patch.step(1000.37 * dbar, 0.0, load1);
           for (int k = 0; k < 60; ++k) patch.step(0.83 * dbar, 0.0, load1);
-          const double unit = load1 * kinetic * dbar;  // kinetic force before the jump
+          const double unit = load1 * kinetic * dbar;  // kinetic force at the first load
           const double before = -patch.step(0.0, 0.0, load1).elastic[0];
           double x = 0.0;
           for (const Row& row : rows) {
@@ -84,7 +85,8 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
             expect_near(-r.elastic[0] / unit, number(row, "F_over_Fk1_ref"), tolerance + 1e-5,
                         "force over kinetic force");
             if (x == 0.0 && doubled) {
-              // Exactly continuous: only one fractional bristle may have been rewritten.
+              // The force must be continuous to rounding: only one fractional bristle may have been
+              // rewritten.
               expect_near(-r.elastic[0], before, 4.0 * rounding(precision),
                           "force just after the load doubled");
             }
@@ -142,12 +144,12 @@ TEST_CASE("A falling load sheds the bristles that came into contact last", "[loa
                   (precision == Precision::single ? 1e-6 : 1e-12) * energy, "energy that left");
       const Bristles after = read(patch, n);
       for (std::uint32_t i = 0; i < n; ++i) {
-        // The fractional bristle keeps its deflection; those out of contact read 0.
+        // A bristle that counts by a fraction keeps its deflection; one out of contact reads as 0.
         const bool in_contact = i < to;
         expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
         expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");
       }
-      // Load noise at rest loses force once: when the load returns, the lost force does not.
+      // When the load returns the force does not: bristles that left re-enter straight.
       expect_near(patch.step(0.0, 0.0, n).elastic[0], r.elastic[0], 4.0 * rounding(precision),
                   "force after the load came back");
     }
@@ -167,7 +169,8 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(-r.mean[0], 0.5 * 0.3 * dbar, ulp, "mean force of half a bristle");
     expect_near(r.stiffness, 0.5, 1e-12, "stiffness of half a bristle");
 
-    // At rest up to 1.5 bristles: the force stays; the first bristle counts whole, at half the deflection.
+    // Load raised at rest from 0.5 to 1.5 bristles: the force stays, and the first bristle now counts whole
+    // at half the deflection.
     r = patch.step(0.0, 0.0, 1.5);
     expect_near(-r.elastic[0], 0.3 * dbar, ulp, "force after the load rose");
     Bristles b = read(patch, 2);
@@ -178,8 +181,8 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(-r.elastic[0], (0.7 + 0.5 * 0.4) * dbar, ulp, "force of one and a half bristles");
     expect_near(-r.elastic[1], 0.1 * dbar, ulp, "force across");
 
-    // Down to 1.25: the fractional bristle keeps its deflection. Up to 1.75: its deflection shrinks by the
-    // factor (1.25 - 1) / (1.75 - 1).
+    // Load lowered to 1.25 bristles: the fractional bristle keeps its deflection. Raised to 1.75: its
+    // deflection shrinks by the factor (1.25 - 1) / (1.75 - 1), so that the force stays.
     r = patch.step(0.0, 0.0, 1.25);
     expect_near(-r.elastic[0], (0.7 + 0.25 * 0.4) * dbar, ulp, "force at 1.25 bristles");
     r = patch.step(0.0, 0.0, 1.75);
@@ -188,7 +191,7 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(b.zx[1], 0.4 / 3.0 * dbar, ulp,
                 "deflection of the fractional bristle after its fraction tripled");
 
-    // A fractional bristle snaps as any other does, and its share of the energy is lost.
+    // A fractional bristle snaps as a whole one does, and its fraction of the energy is lost.
     OnePatch other(plain_material(law, SnapRule::keep), plain_options(4, 1, precision));
     other.step(0.0, 0.0, 1.5);
     r = other.step(1.25 * dbar, 0.0, 1.5);
@@ -205,14 +208,14 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     OnePatch patch(plain_material(uniform, SnapRule::keep),
                    PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
     patch.step(0.0, 0.0, max_load);
-    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // path below the shortest length
+    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // 0.4 mean lengths, below the shortest
     INFO("weight " << weight);
     CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
     CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));
     CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
     CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
     CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
-    // Far enough for every bristle to snap at least once.
+    // A path of 100 lengths snaps every bristle, so dissipation follows the kinetic force.
     const Response far = patch.step(100.0 * dbar, 0.0, max_load);
     CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
   }
@@ -384,7 +387,8 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
       CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
     }
   }
-  // The bristle that counts in part rounds repeatedly.
+  // A bristle that counts by a fraction is rewritten at each swing of the load: its force falls by 0.5/0.6
+  // each time.
   OnePatch one(plain_material(uniform, SnapRule::keep), plain_options(1));
   one.step(0.3 * dbar, 0.0, 0.6);
   for (int k = 0; k < 5; ++k) {
@@ -417,7 +421,8 @@ TEST_CASE("Every change of the load at rest closes the energy balance by contact
       INFO("load " << load << " N");
       const double before = patch.energy();
       const Response r = patch.step(0.0, 0.0, load);
-      // Raising a fraction from f0 to f1 at unchanged force loses energy too: f z^2 becomes f0/f1 of it.
+      // A bristle that counts by a fraction loses energy even if its force stays: raising the fraction from
+      // f0 to f1 reduces its energy, f z^2 / 2, to f0/f1 of it.
       expect_near(r.contact_loss, before - patch.energy(),
                   (precision == Precision::single ? 1e-6 : 1e-11) * before, "contact loss");
       expect(r.contact_loss >= -1e-6 * before, "a change of load at rest loses energy or keeps it");

@@ -48,7 +48,7 @@ SnapRule reference_rule(const std::string& name) {
   return name == "fixed" ? SnapRule::keep : SnapRule::redraw;
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material whose friction coefficient equals the mean deflection in mean snap lengths.
 Material reduced_material(const SnapLength& law, SnapRule rule) {
   return Material{}
       .with_snap_length(law)
@@ -62,13 +62,13 @@ double peak_deflection(const SnapLength& law, SnapRule rule) {
   return reduced_material(law, rule).peak_coefficient();
 }
 
-/// Whether x is a tie, which rounding decides: a whole number with single lengths.
+/// Whether x, the path in mean snap lengths, is a multiple of a single snap length, where rounding decides.
 bool is_tie(const std::string& name, double x) {
   return name == "delta" && std::abs(x - std::round(x)) < 1e-9;
 }
 
-/// Returns the virgin curve of SnapRule::redraw by the renewal equation as written: trapezoidal rule on the
-/// density, extrapolated. It shares nothing with the library.
+/// Returns the virgin curve at x for SnapRule::redraw. Solves the renewal equation by the trapezoidal rule on
+/// the density of snap lengths, with extrapolation, and shares nothing with the library.
 double renewal_by_density(const std::function<double(double)>& density,
                           const std::function<double(double)>& survival, double x, int cells) {
   const auto solve = [&](int n) {
@@ -109,7 +109,8 @@ struct Lognormal {  // lognormal law of mean 1
   double survival(double x) const { return x > 0.0 ? 0.5 * std::erfc(standard(x) / std::sqrt(2.0)) : 1.0; }
 };
 
-/// Returns E[x mod delta], for SnapRule::keep, by the midpoint rule over a stratified population.
+/// Returns the mean deflection after a path x for SnapRule::keep, E[x mod delta], over a stratified
+/// population of n snap lengths.
 double remainder_by_population(const bristle_test::Quantile& quantile, double x, int n) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += std::fmod(x, quantile((i + 0.5) / n));
@@ -271,18 +272,19 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
         Case{"table", SnapLength::table(values), table_quantile(values)}}) {
     for (double x : {0.123, 0.7654, 1.3, 4.321, 37.1}) {
       INFO(c.name << ", x = " << x);
-      // n points over some x / delta teeth: each tooth has an error of 1/n. Below the length that n resolves
-      // (laws from 0) the many teeth are sampled, with error n^-1/2.
+      // The expected sum has n points. As a function of delta, x mod delta is a saw tooth, and each of its
+      // some x / delta teeth has an error of 1/n. For laws down to 0 the narrow teeth are only sampled, with
+      // an error of n^-1/2.
       const double expected = remainder_by_population(c.quantile, x * c.law.mean(), 400000) / c.law.mean();
       CHECK(virgin_deflection(c.law, SnapRule::keep, x) == Approx(expected).margin(5e-4));
       CHECK(virgin_deflection(c.law, SnapRule::keep, -x) == -virgin_deflection(c.law, SnapRule::keep, x));
     }
   }
-  // Uniform from 0 to b in closed form: x - x^2/(2b) pi^2/6 below b.
+  // Lengths uniform from 0 to b, path x below b: x - x^2/(2b) pi^2/6 in closed form.
   const double x = 0.75, b = 2.0;
   CHECK(virgin_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::keep, x) ==
         Approx(x - x * x / (2.0 * b) * M_PI * M_PI / 6.0).epsilon(1e-14));
-  // Far from the start the mean deflection is half the mean length.
+  // Far from the start a bristle's deflection is uniform on its length, so the mean is half the mean length.
   for (const SnapLength& law : {SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.3),
                                 SnapLength::lognormal(1.0, 0.3), SnapLength::exponential(1.0)}) {
     CHECK(virgin_deflection(law, SnapRule::keep, 99999.7) == Approx(0.5).margin(1e-5));
@@ -290,7 +292,7 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
 }
 
 TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virgin]") {
-  // Uniform from 0: 1 + 2 xi - exp(xi) in units of b = 2 mean lengths.
+  // Lengths uniform from 0 to b = 2 mean lengths, path xi b: the mean deflection is b (1 + 2 xi - exp(xi)).
   for (double x : {0.01, 0.3, 1.0, 1.7, 2.0}) {
     INFO(x);
     CHECK(virgin_deflection(SnapLength::uniform(0.0, 3e-5), SnapRule::redraw, x) ==
@@ -315,9 +317,7 @@ TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virg
     const SnapLength law = SnapLength::lognormal(1.0, cv);
     const Lognormal lognormal(cv);
     for (double x : {0.6, 0.97, 2.03, 6.5}) {
-      if (cv == 3.0 && x > 3.0)
-        continue;  // for this law the density near 0 is too steep for the test's
-                   // solver
+      if (cv == 3.0 && x > 3.0) continue;  // the density near 0 is too steep for this test's solver
       INFO("lognormal " << cv << ", x = " << x);
       const double expected = renewal_by_density([&](double t) { return lognormal.density(t); },
                                                  [&](double t) { return lognormal.survival(t); }, x, 8000);
@@ -331,7 +331,7 @@ TEST_CASE("Redraw: far out the virgin curve is the kinetic deflection", "[virgin
                                 SnapLength::normal(1.0, 0.25), SnapLength::lognormal(1.0, 0.4)}) {
     const double kinetic = 0.5 * law.moment(2) / (law.mean() * law.mean());
     INFO(to_string(law.law()) << " of cv " << law.cv());
-    // Near 40 mean lengths the solver ends: checks its last value, and the limit beyond.
+    // The library's solver ends near 40 mean lengths: checks its last value, and the limit used beyond.
     CHECK(virgin_deflection(law, SnapRule::redraw, 39.0) == Approx(kinetic).margin(1e-6));
     CHECK(virgin_deflection(law, SnapRule::redraw, 1e6) == Approx(kinetic).margin(1e-6));
   }
@@ -347,12 +347,12 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
       INFO("first value " << values[0] << ", x = " << x);
       const double expected =
           deflection_by_draws(bristle_test::table_quantile(values), x * law.mean(), n) / law.mean();
-      // Each bristle deviates by less than a longest length; 5 standard errors.
+      // Margin of 5 standard errors, at a deviation of half a longest length for each bristle.
       CHECK(virgin_deflection(law, SnapRule::redraw, x) == Approx(expected).margin(5.0 * 0.5 / std::sqrt(n)));
     }
   }
-  // Before anything can have snapped twice the equation is explicit: half of the bristles are 1 long, the
-  // others uniform between 1 and 2; mean 1.25.
+  // Half of the bristles have the length 1, the others are uniform between 1 and 2 (mean 1.25). Up to a path
+  // of 2 none can have snapped twice, so the renewal equation has an explicit solution.
   const std::vector<double> values{1.0, 1.0, 2.0};
   const SnapLength law = SnapLength::table(values);
   for (double x : {0.4, 0.999, 1.001, 1.3, 1.999}) {
@@ -360,7 +360,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
     const double expected = x - (x > 1.0 ? 0.5 + 0.25 * (x * x - 1.0) : 0.0);
     CHECK(virgin_deflection(law, SnapRule::redraw, x / 1.25) == Approx(expected / 1.25).margin(1e-6));
   }
-  // One snap further it is an integral over that solution, jump included.
+  // Up to a path of 3 the solution is an integral over the explicit one, jump included.
   for (double x : {2.05, 2.2, 2.7, 2.95}) {
     INFO(x);
     const double s = x - 1.0;
@@ -387,8 +387,8 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
       const double peak = material(with).peak_coefficient();
       if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
       CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
-      CHECK(peak < material(others).peak_coefficient() * 1.0001);  // the tiny lengths cause more renewals,
-                                                                   // which hold no bristle longer
+      // Tiny lengths cause more renewals, but no bristle holds more than without them.
+      CHECK(peak < material(others).peak_coefficient() * 1.0001);
     }
   }
 }
@@ -423,10 +423,10 @@ TEST_CASE("The peak coefficient is the highest point of the virgin curve, or its
       CHECK(peak <= highest + 0.02);
     }
   }
-  // Narrow uniform laws: everything sticks until the shortest bristle snaps.
+  // Lengths uniform from 0.9 to 1.1: nothing snaps before 0.9, which is the peak.
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::redraw) == Approx(0.9).epsilon(1e-12));
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::keep) == Approx(0.9).epsilon(1e-12));
-  // Uniform from 0, redraw: 2 ln 2 - 1 in units of b.
+  // Lengths uniform from 0 to b, redraw: the peak is (2 ln 2 - 1) b.
   CHECK(peak_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::redraw) ==
         Approx(2.0 * (2.0 * std::log(2.0) - 1.0)).margin(1e-6));
 }
@@ -485,8 +485,8 @@ TEST_CASE("Coefficients of the reference lead to the spread of the reference", "
     const Material material = Material::from_coefficients(
         Coefficients::paper().with_kinetic(0.4).with_peak(0.4 * ratio).with_law(law).with_rule(rule));
     if (dist == "uniform_0.5_1.5") {
-      // SnapRule::redraw reaches this ratio at two spreads, of which the smaller is taken; keep is flat at cv
-      // 0.29.
+      // SnapRule::redraw reaches this ratio at two spreads, and the library takes the smaller. With keep the
+      // peak hardly depends on the spread near cv 0.29, so it is not compared.
       CHECK(material.snap_length.cv() <= number(row, "cv_delta") + 1e-4);
       CHECK(material.coefficients().peak == Approx(0.4 * ratio).epsilon(1e-6));
     } else {
@@ -500,7 +500,8 @@ TEST_CASE("The default coefficients are those of the README, and lengths scale",
   CHECK(small.snap_length.law() == SnapLaw::lognormal);
   CHECK(small.snap_rule == SnapRule::redraw);
   CHECK(small.peak_coefficient() == Approx(0.46).epsilon(1e-6));
-  // A tenth of the presliding length of 10 um stays as residual, and a snap renews one other bristle.
+  // By default a tenth of the presliding length, here 10 um, is residual, and each snap renews one other
+  // bristle on average.
   CHECK(small.residual_length == Approx(1e-6).epsilon(1e-12));
   CHECK(small.shared_renewal == 1.0);
   const Material paper = Material::from_coefficients(Coefficients::paper());
@@ -550,7 +551,8 @@ TEST_CASE("A ratio that the family cannot reach is refused with the reachable ra
                   {"peak / kinetic = 0.9", " to 2 (", std::string("law ") + to_string(law), rule_text}));
     }
   }
-  // Ends of the reachable range: uniform, redraw, least at (5/4 w + 1/w - 1) / (1 + w^2/12), w = 0.9696.
+  // Smallest ratio that a uniform law reaches with redraw: (5/4 w + 1/w - 1) / (1 + w^2/12), for a law of
+  // width w = 0.9696 means.
   CHECK(names(ask(SnapLaw::uniform, SnapRule::redraw, 0.55), {"1.15302"}));
   CHECK(names(ask(SnapLaw::lognormal, SnapRule::redraw, 0.49), {"allowed is 1 to 2"}));
   CHECK(names(ask(SnapLaw::lognormal, SnapRule::keep, 0.5), {"allowed is 1.0001"}));
@@ -571,7 +573,8 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
   for (const SnapLength& law : laws) {
     for (SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
       for (bool rubs : {false, true}) {
-        if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;  // such a material is refused
+        // The library refuses such a material.
+        if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;
         INFO(to_string(law.law()) << ", cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
                                   << (rubs ? ", with residual and renewal" : ""));
         Material m;
@@ -594,7 +597,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
       }
     }
   }
-  // Repeats with ageing, at a speed and without one.
+  // The conversion and back also holds with ageing, at a given sliding speed and without one.
   Material ageing = Material::from_coefficients(Coefficients{}.with_spread(0.7));
   ageing.with_ageing(bristle::Ageing::logarithmic(0.01, 0.5));
   for (double speed : {0.0, 1e-5}) {
@@ -608,7 +611,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
 
 TEST_CASE("A spread stands for the peak, or agrees with it", "[coefficients][bad_input]") {
   const auto ask = [](const Coefficients& c) { return message_of([&] { Material::from_coefficients(c); }); };
-  // Uniform on 1/2 to 3/2: peak 5/8 + 1/2 - 1/2 of the mean, kinetic 13/24.
+  // Lengths uniform on 1/2 to 3/2 of the mean: the peak deflection is 5/8 of the mean, the kinetic one 13/24.
   const Coefficients wide =
       Coefficients::paper().with_law(SnapLaw::uniform).with_kinetic(0.52).with_spread(1.0 / std::sqrt(12.0));
   CHECK(Material::from_coefficients(wide).peak_coefficient() == Approx(0.6).epsilon(1e-6));
@@ -618,7 +621,7 @@ TEST_CASE("A spread stands for the peak, or agrees with it", "[coefficients][bad
   CHECK(ask(both) == "(no error)");
   both.peak = 0.61;
   CHECK(names(ask(both), {"peak = 0.61", "0.6", "spread = 0.288", "kinetic = 0.52", "set spread = 0"}));
-  // The last of spread and peak to be set counts.
+  // with_spread() and with_peak() replace each other: the last call counts.
   CHECK(Material::from_coefficients(Coefficients{}.with_spread(0.9).with_peak(0.46)) ==
         Material::from_coefficients(Coefficients{}));
   for (double bad : {nan_value, inf, -0.1, 3.1})

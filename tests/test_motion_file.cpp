@@ -44,7 +44,8 @@ TEST_CASE("Units in the header scale a column, in any order, with or without spa
   const MotionFile file =
       parse_motion_file("load [mN],x[mm], y[um] ,t[ms]\n250,1.5,30,0\n500,-1.5,-60,2\n", "hand.csv");
   REQUIRE(file.rows.size() == 2);
-  // A division by a power of ten rounds once, so it gives the double nearest to the intended decimal.
+  // Units are converted by division by a power of ten, which rounds once. So values are the doubles nearest
+  // to the decimals meant.
   CHECK(file.rows[0].x == 0.0015);
   CHECK(file.rows[0].y == 0.00003);
   CHECK(file.rows[0].load == 0.25);
@@ -58,7 +59,8 @@ TEST_CASE("Loads may come in micronewtons and in gram-force", "[motion file]") {
   CHECK(file.rows[0].load == 0.00025);
   CHECK(file.rows[1].load == 1.5);
   file = parse_motion_file("t,x,load[gf]\n0,0,1\n1,0,50\n", "hand.csv");
-  CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));  // a load in grams, by standard gravity
+  // gf: a load as weight in grams, with standard gravity.
+  CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));
   CHECK(file.rows[1].load == Approx(0.4903325).epsilon(1e-15));
   CHECK(refusal("t,x,load[kg]\n0,0,1\n1,0,1\n") ==
         "hand.csv:1: unit of column load is 'kg'; allowed: N, mN, uN, kN, gf, kgf");

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// A scene moved with bristles, whose friction has almost no peak and no damper, with access to its data.
+/// A MuJoCo scene moved with bristles. Their friction has almost no peak and no damper.
 class World {
  public:
   static bristle::Coefficients law() {
@@ -76,7 +76,7 @@ TEST_CASE("In MuJoCo a pinched capsule creeps with stock friction and holds with
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
     CHECK(std::fabs(runs[1].creep) < 0.01e-6);
-    CHECK(runs[1].samples.back().travel < 150e-6);  // it falls by 0.12 mm before the pads close
+    CHECK(runs[1].samples.back().travel < 150e-6);  // the box falls by 0.12 mm before the pads close
   }
 }
 
@@ -128,8 +128,8 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
     const double lost = 0.5 * gravity * seconds;
     CHECK(plate_world.data->qvel[0] == Approx(std::max(speed - lost, 0.0)).margin(0.02 * lost));
 
-    // Returns the speed at the end of the slip: 5/2 mu g / r of spin comes with each mu g of speed lost; then
-    // the ball rolls.
+    // Returns the ball's speed at the end of the slip. A loss of mu g in speed adds 5/2 mu g / r to the spin,
+    // r the radius, until the ball rolls.
     const auto run_ball = [&](double along, double about, int condim = 3) {
       World world(on_floor(
           R"(<geom type="sphere" size="0.1" mass="0.3" condim=")" + std::to_string(condim) + R"("/>)", 0.1,
@@ -144,7 +144,8 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
     CHECK(run_ball(speed, 0.0) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(speed, 0.0, 4) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(0.0, speed) == Approx(std::min(lost, until_rolling)).margin(0.02 * lost));
-    CHECK(run_ball(speed, speed) == Approx(speed).epsilon(3e-4));  // the ball sinks in by 2e-4 of its radius
+    // Rolls from the start; it sinks in by 2e-4 of its radius.
+    CHECK(run_ball(speed, speed) == Approx(speed).epsilon(3e-4));
   }
 }
 
@@ -178,7 +179,8 @@ TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mu
                 World::law(), 16, reach);
     world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.5; };
     world.run(4.0);
-    // Torque over radius accelerates the mass plus the wheel's inertia over the square of the radius.
+    // The wheel's torque over its radius accelerates the mass plus the wheel's moment of inertia over the
+    // squared radius.
     CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
   }
 }
@@ -187,24 +189,25 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
   for (const double speed : {1.0, 0.1, 0.02}) {
     INFO(speed << " m/s");
     constexpr double step = 0.004;
-    World world(on_floor(plate, 0.001, 0.5, step));  // K T^2 / m = 32, for turning six times that
+    // Stiffness times (time step)^2 over mass is 32, and six times that against turning.
+    World world(on_floor(plate, 0.001, 0.5, step));
     world.run(0.2);
     const double start = world.data->qpos[0];
     world.data->qvel[0] = speed;
     world.run(0.6);
-    // MuJoCo moves bodies by the velocity at the end of a step, which loses half a step of the distance.
+    // MuJoCo moves bodies by the velocity at the end of a step, so the plate stops half a step's distance
+    // earlier.
     const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
     CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
-    for (int i = 0; i < 6; ++i)
-      CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // 1e-8 because MuJoCo 3 leaves
-                                                     // 8e-9
+    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // MuJoCo 3 leaves 8e-9
   }
 }
 
 TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole number of lengths away",
           "[mujoco]") {
-  // Bristles that all keep the length delta are bent by way - n delta, whatever happened before; at rest with
-  // no force to hold they are straight. A patch that strayed from its body would stop it anywhere else.
+  // Bristles that keep one length delta are bent by the path less n delta, whatever happened before. At rest
+  // without an outside force they are straight, so the plate stops n lengths away. A patch that drifted from
+  // its body would stop it elsewhere.
   constexpr double delta = 50e-6;
   World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients::paper()
                                                .with_kinetic(0.5)
@@ -237,7 +240,7 @@ TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, howe
   World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
   world.run(0.2);
   const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
-  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // spins by 2e-7 rad in each step
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // turns by 2e-7 rad in each step
   world.run(2.0);
   const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
   const double angle = before.cross(frame.along()).dot(frame.normal());
@@ -264,8 +267,7 @@ TEST_CASE(
   scene.seconds = 4.0;
   const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
   const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
-  const auto slip = [](const Run& r) {  // Returns the slip of the box in the fingers, after these have
-                                        // closed.
+  const auto slip = [](const Run& r) {  // Returns how far the box slips after the fingers have closed on it.
     return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
   };
   CHECK(turn(runs[0]) > 5.0);
@@ -273,7 +275,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Point contacts would let the box turn until it hangs below the fingers.
+  // Discs at the contacts hold the box. Point contacts would let it turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
@@ -285,7 +287,8 @@ TEST_CASE(
   const std::vector<Run> runs = run(pushed_book(), {Friction::stock, Friction::bristle});
   CHECK(runs[0].creep > 10e-6);
   CHECK(std::fabs(runs[1].creep) < 1e-12);
-  // Each push: (go - 1) mu g for a while, then (1 - stop) mu g until it rests.
+  // In each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 - stop) mu g until
+  // it rests.
   const double ahead = (book_go - 1.0) * book_coefficient * gravity,
                back = (1.0 - book_stop) * book_coefficient * gravity;
   const double way = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
@@ -300,9 +303,9 @@ TEST_CASE("In MuJoCo a box held by three fingertips stays in a hand that rests a
     INFO(scene.title);
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
-    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // averaged over whole periods of the shaking
+    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // the creep is averaged over whole periods of the shaking
     CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
-    // The box moves with the hand, 28 mm up and down.
+    // A box that sticks to the hand moves with it, 28 mm up and down.
     double highest = -1.0, lowest = 1.0;
     for (std::size_t i = runs[1].samples.size() / 2; i < runs[1].samples.size(); ++i) {
       highest = std::max(highest, runs[1].samples[i].travel);
@@ -336,8 +339,8 @@ TEST_CASE(
 
 TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of where a push found it",
           "[mujoco]") {
-  // 3 N on the fifth plate, which holds 5.9 N under the load of six plates; applied at once, and rising for a
-  // second.
+  // A push of 3 N on the fifth plate, at once or rising for a second. Six plates press on its lower face,
+  // whose friction holds 5.9 N.
   for (const double ramp_s : {0.0, 1.0}) {
     INFO(ramp_s << " s");
     const Scene scene = tower(3.0, ramp_s);
@@ -351,7 +354,8 @@ TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of w
 
 TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",
           "[mujoco]") {
-  // MuJoCo's default rolling friction of 5 mm: 0.005 m g against 2/5 m r^2.
+  // MuJoCo's default torsional friction coefficient is 5 mm: a torque of 0.005 m g against a moment of
+  // inertia of 2/5 m r^2.
   const std::string ball = R"(<geom type="sphere" size="0.1" mass="0.3" condim="4"/>)";
   World world(on_floor(ball, 0.1, 0.5));
   world.run(0.2);
@@ -364,13 +368,15 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
   world.run(0.5);
-  CHECK(std::fabs(world.data->qvel[5]) < 1e-4);  // it swings, because bristles have no dampers here
-  // Under half of that torque it holds.
+  // Not 0: the ball swings on its bristles, because they have no dampers here.
+  CHECK(std::fabs(world.data->qvel[5]) < 1e-4);
+  // A torque of half the torsional friction is held.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(0.5);
-  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);  // the bristles are bent by 4e-4
+  // The bristles are bent by 4e-4 in all, so only a drift is excluded.
+  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }
 
@@ -444,8 +450,8 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
     while (data->time < 0.5) {
       scene.drive(*model, *data);
       mj_step(model.get(), data.get());
-      mj_forward(model.get(), data.get());  // a call that a viewer makes, and that no contact may take for a
-                                            // step
+      // An extra call, as viewers make it, which must not count as a step.
+      mj_forward(model.get(), data.get());
     }
   };
   run();

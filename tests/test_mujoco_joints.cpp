@@ -21,7 +21,7 @@ const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   </body></worldbody>
   <actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>)";
 
-/// Returns the arm's model; `more`: actuators beside the motors.
+/// Returns the arm's model, with the attributes `loss1` and `loss2` on its joints and the actuators `more`.
 std::string arm_with(const std::string& loss1, const std::string& loss2, const std::string& more = "") {
   std::string xml = arm;
   xml.replace(xml.find("LOSS1"), 5, loss1);
@@ -71,7 +71,8 @@ TEST_CASE("An arm in MuJoCo hangs on the friction of its joints without creep, w
   CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both weights
 }
 
-// The shoulder carries 0.4 to 8.4 N m of 12, the elbow 2.9 of 5, at 2 Hz for a minute.
+// Torques are below friction: 0.4 to 8.4 N m of 12 in the shoulder, 2.9 of 5 in the elbow, at 2 Hz for a
+// minute.
 TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on frictionloss and on LuGre it does",
           "[mujoco][joints]") {
   const auto creep = [](World& world, mujoco_example::BristleJoints* joints) {
@@ -96,7 +97,8 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
            limit + ' ' + limit + " 0.1'/>";
   };
   World lugre("0", "0", motor("shoulder", "12") + motor("elbow", "5"));
-  lugre.model->opt.integrator = mjINT_IMPLICITFAST;  // explicit steps of this stiffness are unstable
+  // Explicit integration is unstable with the stiffness of LuGre's bristles.
+  lugre.model->opt.integrator = mjINT_IMPLICITFAST;
   CHECK(creep(lugre, nullptr) > 0.01);
   CHECK(lugre.data->warning[mjWARN_BADQACC].number == 0);
 #endif
@@ -104,8 +106,8 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
 
 TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at that of being driven",
           "[mujoco][joints]") {
-  // Only the elbow moves; the shoulder is held by high friction. Gravity: 2.943 N m, in the positive
-  // direction.
+  // Only the elbow moves; high friction holds the shoulder. Gravity acts on the elbow with 2.943 N m in the
+  // positive direction.
   const double weight = 0.3 * 9.81, base = 0.5;
   const double lifts = (weight + base + 0.05 * weight) / (1 - 0.1);
   const double lets_down = (weight - base - 0.05 * weight) / (1 + 0.3);

@@ -22,7 +22,7 @@ struct Group {
                             ///< lengths)
 };
 
-/// Returns a table of 257 quantiles.
+/// Returns the mixture of the groups as a table of 257 quantiles.
 SnapLength law_of(const std::vector<Group>& groups) {
   std::vector<double> lengths;
   for (int k = 0; k <= 256; ++k) {

@@ -96,12 +96,13 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
     CHECK(outcome.code == 2);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK_THAT(outcome.err, Contains("another"));
-    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));  // refused before any work
+    // Refused before any computation.
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));
     CHECK(read_file(s) == scene);
     CHECK(read_file(m) == motion);
     CHECK(read_file(d) == record());
     CHECK(read_file(plain) == "[scene]\n");
-    CHECK(files_in(folder.path) == files + 1);  // the one new file holds stderr
+    CHECK(files_in(folder.path) == files + 1);  // the one new file is the program's stderr
   }
 }
 
@@ -132,7 +133,8 @@ TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
     CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
     CHECK(read_file(journal) == text);
   }
-  // An empty journal, left by a sweep killed in its first line, is taken over; a link is refused.
+  // A link in the journal's place is refused. An empty journal, which a sweep killed in its first line
+  // leaves, is continued.
   fs::remove(folder.at("t.csv.journal"));
   fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
   CHECK(run_cli(folder, study).code == 2);
@@ -158,7 +160,7 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   cli::OutputFile(path).write("new");
   CHECK(read_file(path) == "new");
   CHECK(fs::status(path).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
-  // A moved writer still removes its file, and only once.
+  // An OutputFile that was moved removes its temporary file once.
   {
     cli::OutputFile first(path), second;
     second = std::move(first);
@@ -201,7 +203,7 @@ TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing
   fs::create_symlink("/dev/full", full);
   CHECK(code_of(bristle + "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + full +
                 " > /dev/null 2> " + error) == 2);
-  CHECK_FALSE(fs::exists(full + ".journal"));  // a device is no place for a journal
+  CHECK_FALSE(fs::exists(full + ".journal"));  // the sweep must not write a journal beside a device
   CHECK(code_of(bristle + "nonsense 2>&-") == 2);
   CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
   // An output must not get the descriptor of the closed stderr, because messages would be written into the

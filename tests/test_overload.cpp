@@ -1,5 +1,5 @@
-// Detail: a patch continues with fewer or more representatives under an unchanged force. LoadShedder decides
-// when.
+// Change of detail: a patch continues with fewer or more representatives under an unchanged force.
+// LoadShedder decides when, to keep steps within a time budget.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using bristle::StepReport;
 
 namespace {
 
-/// Returns the largest |z| - delta over the bristles of a patch, in mean snap lengths.
+/// Returns the largest excess of a bristle's deflection |z| over its snap length delta, in mean snap lengths.
 double farthest_beyond(const OnePatch& patch, std::size_t count) {
   const Bristles b = read(patch, count);
   double most = -1e9;
@@ -33,7 +33,7 @@ double farthest_beyond(const OnePatch& patch, std::size_t count) {
 }  // namespace
 
 TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in sliding", "[overload]") {
-  constexpr std::uint32_t n = 1100;  // 1100 bristles: four blocks and a tail
+  constexpr std::uint32_t n = 1100;  // four blocks of 256 and a tail
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -136,7 +136,8 @@ TEST_CASE(
           for (PatchId id : ids) batch.set_detail(id, bristles);
         };
         if (back) detail(few);
-        // Long enough for SnapRule::keep to forget that it began in phase; patches are independent.
+        // Slides long enough for bristles of SnapRule::keep to get out of phase. The last step differs
+        // between patches, so their forces are independent.
         std::vector<Motion> motions = same_motion(ids, 0.0, 0.0, n);
         for (int k = 0; k < 40; ++k) {
           for (std::size_t i = 0; i < ids.size(); ++i)
@@ -155,20 +156,16 @@ TEST_CASE(
             sum += off;
             if (k > 24) squares += off * off;
           }
-          // Five standard deviations of the mean over all patches.
+          // The margin is five standard deviations of the mean over all patches.
           expect_near(sum / patches, 0.0, 5.0 * noise / std::sqrt(patches),
                       "the mean force over the kinetic");
         }
         const double seen = std::sqrt(squares / (6.0 * patches));
-        // keep on a stratified population fluctuates less than independent bristles would.
+        // SnapRule::keep fluctuates less than independent bristles, because its snap lengths are stratified.
         CHECK(seen < 1.25 * noise);
         if (rule == SnapRule::redraw && !back) CHECK(seen > 0.8 * noise);
         if (rule == SnapRule::redraw && back && law.law.cv() < 0.5)
-          CHECK(seen < 0.65 * noise);  // 0.5 of the
-                                       // noise,
-                                       // with all n
-                                       // bristles
-                                       // back
+          CHECK(seen < 0.65 * noise);  // 0.5 of the noise is expected, because all n bristles are back
       }
     }
   }
@@ -181,8 +178,8 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     for (int k = 0; k < 30; ++k) patch.step(0.9 * dbar, 0.0, n);
     patch.batch.set_detail(patch.id, n / 2);
     patch.batch.set_detail(patch.id, n);
-    // Returns the correlation of bristles with their copies, which are half of the population apart or one
-    // less.
+    // After the restoration each bristle has a copy half of the population away, or one less. Returns the
+    // correlation of bristles with these copies.
     const auto correlation_at = [&](std::size_t apart) {
       const Bristles b = read(patch, n);
       double xy = 0.0, xx = 0.0, mean = 0.0;
@@ -193,15 +190,16 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     };
     const auto correlation = [&] { return std::max(correlation_at(n / 2), correlation_at(n / 2 - 1)); };
     INFO(table_name(rule));
-    CHECK(correlation() > 0.5);  // otherwise nothing was tested
-    // With keep the pairs separate because their own lengths differ.
+    CHECK(correlation() > 0.5);  // bristles and copies must be alike at first
+    // With SnapRule::keep a bristle and its copy separate because their snap lengths differ.
     for (int k = 0; k < (rule == SnapRule::keep ? 200 : 40); ++k) patch.step(0.5 * dbar, 0.0, n);
     CHECK(std::abs(correlation()) < 0.1);
   }
 }
 
 TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determinism]") {
-  // An infinite brush with few pieces and cohorts, which has no bristles to shed.
+  // An infinite brush with few pieces and cohorts counts as a variant too, although it has no bristles to
+  // shed.
   const std::vector<PatchCase> cases = every_variant_and_few_infinite(test_size(400), 7);
   struct Outcome {
     std::vector<Response> responses;
@@ -276,14 +274,14 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
     CHECK(a.batch.info(a.id).detail == (k < 3 ? 170u : 500u));
   }
   CHECK(a.hash() == b.hash());
-  // A trial load and the step are computed from the same patch.
+  // find_force() and step() compute from the reduced patch alike.
   Motion motion;
   motion.id = a.id;
   motion.normal_load = 300.0;
   const Response trial = a.batch.find_force(tick, motion);
   const Response real = a.step(motion);
   CHECK(trial.elastic[0] == real.elastic[0]);
-  // Back at n bristles, the weight is the original one to the bit.
+  // With all n bristles back the weight of a bristle is the original one to the bit.
   a.batch.set_detail(a.id, 900);
   CHECK(a.batch.info(a.id).weight == 1.0);
   CHECK(fresh != a.hash());
@@ -296,13 +294,14 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
   CHECK(patch.batch.set_detail(patch.id, 0) == Status::bad_input);
   CHECK(patch.batch.set_detail(patch.id, 301) == Status::bad_input);
   CHECK(patch.batch.set_detail(PatchId{}, 10) == Status::unknown_id);
-  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // accepts the present number of bristles
+  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // the present number of bristles is accepted
   CHECK(patch.hash() == hash);
 }
 
 TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
-  patch.step(0.1 * dbar, 0.0, 1e-28);  // with larger weights not even a fraction of one bristle is in contact
+  // A load that is below one bristle, so that fewer and heavier bristles leave none in contact.
+  patch.step(0.1 * dbar, 0.0, 1e-28);
   for (std::uint32_t detail : {1u, 600u, 2u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
     CHECK(std::abs(patch.step(0.1 * dbar, 0.0, 1e-28).elastic[0]) < 1e-30);
@@ -312,7 +311,8 @@ TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
 }
 
 TEST_CASE("Too few bristles to hold the force hold what they can", "[overload]") {
-  // The virgin peak of a single length: every bristle is just below its snap length.
+  // First loading by a mean snap length. The few bristles that take over the force may be too short to hold
+  // it.
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::keep);
   OnePatch patch(material, plain_options(500));
   for (int k = 0; k < 10; ++k) patch.step(0.1 * dbar, 0.0, 500.0);
@@ -345,8 +345,8 @@ class Loop {
     batch.warm_up();
   }
 
-  /// Takes a tick; `time_of` turns the bristles in contact of moving patches into the time of the step.
-  /// Returns that time.
+  /// Takes a tick. `time_of` is a function from the number of bristles in contact, in patches that move, to
+  /// the simulated time of the step, s. Returns that time.
   template <class Time>
   double tick_once(const Time& time_of) {
     if (foresees) changes += shedder.before_step(batch, motions);
@@ -375,15 +375,15 @@ const auto one_nanosecond_each = [](double bristles) { return 1e-7 + 1e-9 * bris
 
 TEST_CASE("Work of four times the budget is shed within three steps, and never missed again",
           "[overload][shedder]") {
-  // 4000 bristles at 1 ns: 4.1 us; the budget is 1 us.
+  // 4000 bristles take 4.1 us at 1 ns each, and the budget is 1 us.
   Loop loop({1000, 1000, 1000, 1000}, {0, 1, 1, 2}, LoadShedderOptions{}.with_budget(1e-6));
   int misses = 0, last_miss = -1;
   for (int k = 0; k < 5000; ++k)
     if (loop.tick_once(one_nanosecond_each) > 1e-6) ++misses, last_miss = k;
-  CHECK(misses >= 1);  // the first is late because nothing is known yet
+  CHECK(misses >= 1);  // the first step is late because the time per bristle is not known yet
   CHECK(last_miss <= 2);
-  // The lowest priority is reduced first, to its least; equal ones equally; the highest as little as
-  // possible.
+  // The patch of lowest priority is reduced first, down to its least number. Patches of equal priority are
+  // reduced equally, the one of highest priority as little as possible.
   CHECK(loop.detail(0) == 50);
   CHECK(loop.detail(1) == loop.detail(2));
   CHECK(loop.detail(1) == 50);
@@ -400,14 +400,14 @@ TEST_CASE("Work of four times the budget is shed within three steps, and never m
 TEST_CASE("What was shed comes back when there is room, highest priority first, and then all is quiet",
           "[overload][shedder]") {
   Loop loop({1000, 1000}, {5, 1}, LoadShedderOptions{}.with_budget(3.2e-6).with_wait_steps(20));
-  double scale = 2.0;  // makes the machine half as fast for a while
+  double scale = 2.0;  // doubles the simulated time of a step
   const auto time = [&](double bristles) { return scale * one_nanosecond_each(bristles); };
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
   CHECK(loop.detail(0) == 1000);
   CHECK(loop.detail(1) < 400);
   const int before = loop.changes;
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
-  CHECK(loop.changes == before);  // the load is unchanged, so nothing more is decided
+  CHECK(loop.changes == before);  // no further change while the load is constant
   scale = 1.0;
   int misses = 0;
   std::uint32_t last = loop.detail(1);
@@ -425,12 +425,12 @@ TEST_CASE("What was shed comes back when there is room, highest priority first, 
 }
 
 TEST_CASE("No swinging where bristles cost more than they seemed to", "[overload][shedder]") {
-  // A cliff: beyond 1500 bristles the cache is full and each bristle takes three times as long.
+  // Beyond 1500 bristles each takes three times as long, as if the cache were full.
   Loop loop({4000}, {0}, LoadShedderOptions{}.with_budget(2e-6).with_wait_steps(10));
   const auto cliff = [](double bristles) { return 1e-9 * (bristles < 1500.0 ? 0.5 : 1.5) * bristles; };
   std::vector<int> misses(5, 0);
   for (int k = 0; k < 20000; ++k) misses[static_cast<std::size_t>(k / 4000)] += loop.tick_once(cliff) > 2e-6;
-  // Each mistaken restoration doubles the wait for the next.
+  // A mistaken restoration doubles the wait before the next one.
   CHECK(misses[1] <= 10);
   CHECK(misses[4] <= 6);
   CHECK(loop.detail(0) >= 700);
@@ -457,7 +457,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
   Loop loop({100000}, {0}, LoadShedderOptions{}.with_budget(40e-6).with_wait_steps(20));
   double scale = 1.0;
   const auto time = [&](double b) { return scale * one_nanosecond_each(b); };
-  /// Returns the number of steps between the last two decisions.
+  /// Returns the number of steps between the last two decisions, of which the last gives bristles back.
   const auto wait_for_gift = [&] {
     const std::uint32_t before = loop.detail(0);
     for (int k = 0; k < 1000 && loop.detail(0) == before; ++k) loop.tick_once(time);
@@ -469,7 +469,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
   for (int k = 0; k < 50; ++k) loop.tick_once(time);  // sheds down to the bristles that fit
   scale = 0.25;
   CHECK(wait_for_gift() <= 50);
-  // Three late steps, with good ones between so that the estimated time per bristle does not rise.
+  // Three late steps, each followed by a fast one so that the estimated time per bristle does not rise.
   for (int k = 0; k < 3; ++k) {
     scale = 4.0;
     loop.tick_once(time);
@@ -509,7 +509,7 @@ TEST_CASE("With a known time per bristle the first step that would be late is fo
   loop.motions[0].normal_load = 0.0;
   int misses = 0;
   for (int k = 0; k < 600; ++k) {
-    if (k == 200) loop.motions[0].normal_load = load;  // the patch comes into contact
+    if (k == 200) loop.motions[0].normal_load = load;  // brings the heavy patch into contact
     misses += loop.tick_once(one_nanosecond_each) > 2e-6;
   }
   CHECK(misses == 0);
@@ -554,7 +554,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
                                        static_cast<std::uint64_t>(k));
       replay.batch.step(tick, replay.motions, replay.responses);
     }
-    // Applies decisions made after the last step.
+    // Applies the recorded decisions that follow the last step.
     next += bristle::apply_decisions(replay.batch, {decisions.data() + next, decisions.size() - next}, 1000);
     CHECK(next == decisions.size());
     CHECK(replay.batch.state_hash() == loop.batch.state_hash());
@@ -563,7 +563,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
 
 namespace {
 
-/// A shedder over one infinite brush that moves, and steps of `time_s` each.
+/// A loop of an infinite brush that moves and a shedder, which is told that each step takes `time_s`.
 struct InfiniteLoop {
   InfiniteLoop(double resolution, std::uint32_t least, double time)
       : time_s(time), shedder(LoadShedderOptions{}.with_budget(1e-3).with_wait_steps(2)) {
@@ -578,8 +578,8 @@ struct InfiniteLoop {
   int tick_once() {
     Response response;
     if (++steps % 3 == 0)
-      motion.displacement[0] = -motion.displacement[0];  // reverses, because a steady
-                                                         // slide visits nothing
+      // Reverses, because a steady slide would visit no pieces.
+      motion.displacement[0] = -motion.displacement[0];
     const StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
     return shedder.after_step(batch, {&motion, 1}, time_s, report);
   }
@@ -601,7 +601,8 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     double resolution;
     std::uint32_t least, pieces, kept;
   };
-  // The default least of 64 exceeds the pieces, so half of them is kept, and never fewer than 4.
+  // A patch keeps `least` pieces, but never fewer than 4. The default `least` of 64 exceeds the number of
+  // pieces, and then half of them is kept.
   for (const Case& c : {Case{0.0, 64, 8, 4}, Case{0.0, 6, 8, 4}, Case{0.0, 1, 8, 4}, Case{64.0, 64, 64, 32},
                         Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4},
                         Case{9.0, 64, 9, 5}, Case{4.0, 1, 4, 4}, Case{2.0, 64, 2, 2}}) {
@@ -618,7 +619,7 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     CHECK(report.least_share == Approx(1.0 / growth));
     CHECK(report.noise_growth == 1.0);
     CHECK(report.error_growth == Approx(growth * growth));
-    // The pieces are restored when there is time.
+    // With enough time the shedder restores all pieces.
     loop.time_s = 1e-7;
     for (int k = 0; k < 20000; ++k) loop.tick_once();
     CHECK(loop.pieces() == c.pieces);
@@ -635,22 +636,24 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
     const StepReport report = loop.batch.step(tick, {&loop.motion, 1}, {&response, 1});
     return before + loop.shedder.after_step(loop.batch, {&loop.motion, 1}, time, report);
   };
-  // Steps within the budget until the patch glides; by then the shedder knows the time per cohort.
+  // Steps stay within the budget until the patch glides (slides in a steady state that visits no pieces). By
+  // then the shedder knows the time per piece.
   for (int k = 0; k < 200; ++k) CHECK(tick_with(2e-4, 0.3 * dbar, true) == 0);
   REQUIRE(loop.report().rate_s > 0.0);
-  // The step is late whatever the shedder does, and it must change nothing, with prediction or without.
+  // In a glide there is nothing to shed, so late steps must change nothing, with prediction or without.
   for (const bool foresees : {false, true})
     for (int k = 0; k < 20; ++k) CHECK(tick_with(4e-3, 0.3 * dbar, foresees) == 0);
   CHECK(loop.pieces() == 8);
-  // Moved to and fro, the patch takes pieces, which can be shed.
+  // A patch that moves to and fro visits its pieces, which can be shed.
   for (int k = 0; k < 20; ++k) tick_with(4e-3, (k % 2 == 0 ? -0.9 : 0.9) * dbar, false);
   CHECK(loop.pieces() == 4);
 }
 
 TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it leaves",
           "[overload][shedder]") {
-  // 50 brushes that glide take half the budget; bristles at 1 ns each need three times the other half. The
-  // shedder counts a gliding patch as 280 bristles; here it costs as much as 4 to 2000.
+  // 50 brushes that glide (slide without visiting their pieces) take half the budget, and one patch of
+  // bristles at 1 ns each would take three times the other half. The shedder assumes that a glide costs as
+  // much as 280 bristles. Here it costs as much as 4 to 2000.
   constexpr int brushes = 50, steps = 4000;
   for (const bool foresees : {false, true})
     for (const double glide : {4e-9, 40e-9, 400e-9, 2e-6}) {
@@ -671,7 +674,7 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       std::vector<Motion> motions = same_motion(ids, 5.0 * dbar, 0.0, 1.0);
       motions[0].normal_load = bristles;
       std::vector<Response> responses(ids.size());
-      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // runs until all brushes glide
+      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // until all brushes glide
       int late = 0, late_at_last = 0;
       for (int k = 0; k < steps; ++k) {
         if (foresees) shedder.before_step(batch, motions);
@@ -682,12 +685,12 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       }
       CHECK(late <= 3);
       CHECK(late_at_last == 0);
-      // Keeps more than shed_to leaves, which is 0.75 of the budget.
+      // The bristles get between half and all of the time that the glides leave.
       const double left = budget - brushes * glide;
       const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
       CHECK(taken > 0.5);
       CHECK(taken < 1.0);
-      // Gliding brushes visit nothing, so taking their pieces would gain nothing.
+      // The shedder takes no pieces of gliding brushes, because that would save no time.
       for (std::size_t i = 1; i < ids.size(); ++i) REQUIRE(batch.info(ids[i]).detail == 8);
     }
 }
@@ -767,7 +770,8 @@ TEST_CASE("With the real clock, work of four times the budget comes below it", "
 
 TEST_CASE("A load shedder takes any id and no more record than it can keep", "[overload]") {
   bristle::LoadShedder shedder;
-  // An id is 64 bits that anybody may pass, so memory must follow the number of patches, not their slots.
+  // Any 64 bits may be passed as an id. So the shedder's memory must follow the number of patches, not the
+  // slot numbers in their ids.
   for (std::uint64_t k = 1; k <= 1000; ++k)
     shedder.add(bristle::PatchId{k << 32 | (0xFFFFFFFFu - 7 * k)}, static_cast<int>(k % 3), 1);
   for (std::uint64_t k = 1; k <= 1000; k += 2)
@@ -783,7 +787,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
   PatchBatch batch;
   StepReport report;
-  report.bristles_visited = 1000;  // and no patch, which would add its fixed cost
+  report.bristles_visited = 1000;  // no patch is counted, because each would add its fixed time
   const auto step = [&](double per_bristle) {
     shedder.after_step(batch, {}, per_bristle * 1000.0, report);
     return shedder.report(batch).rate_s;
@@ -794,6 +798,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));  // a single slow step does not raise the rate
-  CHECK(step(0.8e-6) == Approx(0.8e-6));              // two slow steps raise it to the smaller of the two
+  // A single slow step does not raise the time per bristle.
+  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
+  CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise it to the smaller of the two
 }

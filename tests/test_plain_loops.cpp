@@ -56,7 +56,7 @@ double steady_force(Loop& loop, double step, bool mean) {
 }  // namespace
 
 TEST_CASE("The plain keep loop ends one step where the table of exact vectors says", "[bench]") {
-  const std::size_t count = 41;  // 41 bristles: whole vectors and a remainder, at every width
+  const std::size_t count = 41;  // whole vectors and a remainder, at every vector width
   for (const Row& row : read_table("exact_step_vectors.csv")) {
     const bool straight = number(row, "zy0") == 0.0 && number(row, "dy") == 0.0;
     const double path = std::hypot(number(row, "dx"), number(row, "dy"));
@@ -88,7 +88,7 @@ TEST_CASE("The plain keep loop ends one step where the table of exact vectors sa
 TEST_CASE("Both styles of the plain loop take every bristle the same way", "[bench]") {
   for (Rule rule : {Rule::keep, Rule::redraw}) {
     for (int axes : {1, 2}) {
-      const std::size_t count = 2500;  // 2500 bristles: two whole chunks and a part
+      const std::size_t count = 2500;  // two whole chunks and a part of one
       PlainLoop one(plain(count, axes, rule, true, Style::one_loop));
       PlainLoop chunked(plain(count, axes, rule, true, Style::chunked));
       std::mt19937 generator(7);
@@ -98,7 +98,7 @@ TEST_CASE("Both styles of the plain loop take every bristle the same way", "[ben
         const double dy = axes == 2 ? direction(generator) * drawn_length(generator) : 0.0;
         const Force a = one.step(dx, dy);
         const Force b = chunked.step(dx, dy);
-        // One bristle at a tie may fall to either side: a few snap lengths in 2500 bristles.
+        // Rounding may decide whether one bristle snaps, which changes the force by up to a few snap lengths.
         for (int axis = 0; axis < 2; ++axis) {
           expect_near(a.end[axis], b.end[axis], 3.0 * dbar, "end force");
           expect_near(a.mean[axis], b.mean[axis], 3.0 * dbar, "mean force");
@@ -119,15 +119,16 @@ TEST_CASE("Both styles of the plain loop take every bristle the same way", "[ben
 }
 
 TEST_CASE("The plain loops slide at the kinetic force of the model", "[bench]") {
-  // Expected mean deflection over dbar for lengths uniform on 0.5 to 1.5: keep m1/2, redraw m2/(2 m1).
+  // Expected mean deflection over dbar for lengths uniform on 0.5 to 1.5 dbar, with moments m1 and m2: m1/2
+  // for keep, m2/(2 m1) for redraw.
   const std::size_t count = 20000;
   for (Style style : {Style::one_loop, Style::chunked}) {
     for (double step : {0.01, 0.37, 1.0, 2.3}) {
       PlainLoop keep(plain(count, 2, Rule::keep, true, style));
       CHECK(steady_force(keep, step, true) == Approx(0.5).margin(2e-3));
       PlainLoop redraw(plain(count, 2, Rule::redraw, true, style));
-      // A bristle's deflection has a deviation of 0.35 dbar: 0.0025 for 20000 of them, four times that is
-      // allowed.
+      // A bristle's deflection has a standard deviation of 0.35 dbar, so the mean of 20000 has one of 0.0025
+      // dbar. Four times that is allowed.
       CHECK(steady_force(redraw, step, true) == Approx(13.0 / 24.0).margin(1e-2));
       CHECK(steady_force(redraw, step, false) == Approx(13.0 / 24.0).margin(1e-2));
     }
@@ -157,7 +158,8 @@ TEST_CASE("The paper's loop adds the damper of every bristle", "[bench]") {
 TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") {
   StreamLoop stream(1000, 3, 2);
   CHECK(stream.bytes() == 1000 * 4 * (3 + 2));
-  CHECK(stream.step() == 2.0 * 1000.0);  // its step turns two columns of zeros into ones
+  // The first step turns two columns of zeros into ones, the second turns them back.
+  CHECK(stream.step() == 2.0 * 1000.0);
   CHECK(stream.step() == 0.0);
 }
 
@@ -167,7 +169,7 @@ TEST_CASE("the plain loop of bristles that slide turns as the closed form") {
   const Force straight = loop.step(24.0 * dbar, 32.0 * dbar);
   expect_near(straight.end[0] / (n * dbar), -0.6, 1e-3, "along x");
   expect_near(straight.end[1] / (n * dbar), -0.8, 1e-3, "along y");
-  // After a turn by a right angle: t' = exp(-s / l).
+  // After a turn by a right angle and a path s, tan(half the angle to the new direction) is exp(-s / limit).
   double along = 0.0, across = 0.0;
   for (int i = 0; i < n; ++i) {
     const double limit = 0.5 + (i + 0.5) / n;

@@ -38,7 +38,7 @@ HAS_TOOLS = hasattr(bristle, "fit")
 
 
 def command_line(*arguments):
-    """What it prints. Without what a sanitizer loads into the interpreter: the program has its own runtime."""
+    """Returns what `bristle` prints. It gets no LD_PRELOAD, because it has a sanitizer's runtime of its own."""
     environment = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
     return subprocess.run([COMMAND_LINE, *arguments], check=True, capture_output=True, text=True, env=environment).stdout
 
@@ -65,14 +65,14 @@ class Arrays(unittest.TestCase):
 
     def test_a_step_writes_into_the_arrays_it_is_given(self):
         address = self.responses.__array_interface__["data"]
-        end = self.responses.end  # a view made before the step
+        end = self.responses.end  # a view of the array, made before the step
         self.motions.displacement[:, 0] = [1e-6, 2e-6, -3e-6]
         report = self.batch.step(1e-3, self.motions, self.responses)
         self.assertEqual((report.patches_stepped, report.status), (3, bristle.Status.ok))
         self.assertEqual(self.responses.__array_interface__["data"], address)
-        stiffness = 900 * LOAD * 82.05128205128205  # bristles in contact times that of one
+        stiffness = 900 * LOAD * 82.05128205128205  # number of bristles in contact times the stiffness of one, N/m
         np.testing.assert_allclose(self.responses["stiffness"], stiffness, rtol=1e-12)
-        # Nothing snaps below 5 um: a linear spring, against the motion.
+        # No bristle snaps below 5 um, so each patch is a linear spring whose force opposes the motion.
         np.testing.assert_allclose(end[:, 0], [-stiffness * d for d in (1e-6, 2e-6, -3e-6)], rtol=1e-5)
         np.testing.assert_array_equal(end[:, 1], 0.0)
         np.testing.assert_array_equal(self.responses.id, self.ids)
@@ -158,7 +158,8 @@ class Model(unittest.TestCase):
         surface = material(bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), "slide")
         limit = surface.kinetic_coefficient() * LOAD
         batch = bristle.PatchBatch()
-        for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):  # of an ellipse about (0.5, 0)
+        # Forces over the limit, on an ellipse about (0.5, 0).
+        for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):
             lay = bristle.Lay(limit_ratio=0.4, to_over_fro=3.0)
             id_ = batch.add(surface, bristle.PatchOptions(max_normal_load=LOAD, precision="double", lay=lay))
             batch.move(id_, 200 * DBAR * x, 200 * DBAR * y, LOAD)
@@ -220,12 +221,12 @@ class Model(unittest.TestCase):
 
 
 def slide_elsewhere(batch, ids):
-    """In another process: the forces of a slide, and the hash of the batch after it."""
+    """Runs in another process: returns the forces of a slide, and the hash of the batch after it."""
     return slide(batch, ids, 3e-6, 20), batch.state_hash()
 
 
 class Copies(unittest.TestCase):
-    """What a process hands to another one: pickles, and copies, which go the same way."""
+    """Pickles and copies of objects, which are made from the same saved state."""
 
     LAWS = [bristle.SnapLength.single(DBAR), bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR),
             bristle.SnapLength.normal(DBAR, 0.3 * DBAR), bristle.SnapLength.lognormal(DBAR, 0.3),
@@ -254,7 +255,7 @@ class Copies(unittest.TestCase):
         self.assertNotEqual(surface.bristle_stiffness, 1.0)
 
     def batch_of_many(self):
-        """Patches of several kinds; ids given twice over, a material changed, a patch reset, fewer bristles."""
+        """Returns a batch of many kinds of patches: reused slots, a changed material, a reset, shed bristles."""
         batch = bristle.PatchBatch(threads=2)
         options = bristle.PatchOptions(max_normal_load=LOAD, bristles=300, outputs="all")
         removed = batch.add_many(100, bristle.Material(), options)
@@ -292,7 +293,7 @@ class Copies(unittest.TestCase):
         for other in others:
             np.testing.assert_array_equal(slide(other, ids, 3e-6, 20), forces)
             self.assertEqual(other.state_hash(), batch.state_hash())
-            other.set_material(ids[0], bristle.Material())  # at the weight of its first material
+            other.set_material(ids[0], bristle.Material())  # the weight of a bristle stays that of the first material
         batch.set_material(ids[0], bristle.Material())
         forces = slide(batch, ids, 3e-6, 5)
         for other in others:
@@ -305,7 +306,8 @@ class Copies(unittest.TestCase):
     def test_batches_go_to_other_processes(self):
         batch, ids = self.batch_of_many()
         with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-            # A pool pickles what it is given some time later: not while we step it ourselves.
+            # The pool pickles its arguments a little later, so the batch is stepped here only after the results are
+            # there.
             there = [future.result() for future in [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]]
             forces, state = slide_elsewhere(batch, ids)
             for other_forces, other_state in there:
@@ -323,17 +325,18 @@ class Copies(unittest.TestCase):
                 bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(wrong))
 
     def test_states_of_wrong_contents_are_refused(self):
-        """In our own words: bristle.Error, which is a ValueError."""
+        """The refusal is a bristle.Error with a text of the library, not one of pybind11."""
         batch = bristle.PatchBatch()
         batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
-        raw = bristle.Material.__new__(bristle.Material)  # without a C++ object
+        raw = bristle.Material.__new__(bristle.Material)  # a Python object whose C++ part was never made
         wrong = (None, 7, -1, 2**70, 0.5, "x", b"x", (), [], (1,), [1], {}, {"a": 1}, [None], [(raw, None, None)],
                  np.zeros(3), np.zeros((2, 2), "u8"), np.array(["x"]), raw, batch, float("nan"))
         things = [batch, self.LAWS[1], self.LAWS[5], bristle.Material(), bristle.PatchOptions(), bristle.Coefficients()]
         for thing in things:
             kind, state = type(thing), thing.__getstate__()
             fresh = lambda: kind.__new__(kind)
-            forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]  # {}: every default
+            # An empty dict is valid: it means every default.
+            forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]
             if isinstance(state, tuple):
                 forged += [state[:n] for n in range(len(state))]
                 deeper = [(i, part) for i, part in enumerate(state) if isinstance(part, (tuple, list)) and len(part)]
@@ -354,7 +357,8 @@ class Copies(unittest.TestCase):
             refused = 0
             for other in forged:
                 try:
-                    fresh().__setstate__(other)  # some are as good: True for 1, an unused parameter
+                    # Some forged states are valid, such as True for 1 or a changed unused parameter.
+                    fresh().__setstate__(other)
                 except ValueError as error:
                     refused += 1
                     self.assertIs(type(error), bristle.Error)
@@ -439,7 +443,7 @@ class Words(unittest.TestCase):
 
 
 class Outputs(unittest.TestCase):
-    """What a patch computes only where it was asked to."""
+    """Outputs that a patch computes only on request, and errors for the others."""
 
     def step(self, *outputs):
         batch = bristle.PatchBatch()
@@ -452,10 +456,10 @@ class Outputs(unittest.TestCase):
     def test_mean_is_the_force_and_no_function(self):
         _, _, responses = self.step("mean", "all")
         stiffness = 900 * LOAD * 82.05128205128205
-        # Nothing snaps below 5 um: the mean of a spring from 0 to 1 um.
+        # No bristle snaps below 5 um, so the mean force is that of a spring stretched from 0 to 1 um.
         np.testing.assert_allclose(responses.mean, [[-0.5e-6 * stiffness, 0.0]] * 2, rtol=1e-5)
         self.assertEqual(responses[1].mean[0], responses["mean"][1, 0])
-        responses.mean[0] = 7.0  # a view
+        responses.mean[0] = 7.0  # responses.mean is a view, so this writes into the array
         self.assertEqual(responses["mean"][0, 1], 7.0)
 
     def test_what_was_not_asked_for_raises(self):
@@ -492,7 +496,7 @@ class Outputs(unittest.TestCase):
 
 
 class Environments(unittest.TestCase):
-    """The example of robot learning: tools/python/robot_environments.py."""
+    """Tests of tools/python/robot_environments.py, the example of robot learning."""
 
     @classmethod
     def setUpClass(cls):
@@ -508,7 +512,7 @@ class Environments(unittest.TestCase):
         blocks = self.module.PushedBlocks()
         self.assertEqual(blocks.force.shape, (1000, 64, 2))
         weight = blocks.mass * 9.81
-        ratio = np.linspace(0.1, 0.9, 1000)  # of the push to the weight, along x or along y
+        ratio = np.linspace(0.1, 0.9, 1000)  # push over weight, along x or along y
         push = np.zeros((1000, 3))
         push[::2, 0], push[1::2, 1] = ratio[::2] * weight, ratio[1::2] * weight
         for _ in range(15):
@@ -518,7 +522,7 @@ class Environments(unittest.TestCase):
             blocks.step(push)
         self.assertLess(np.abs(blocks.pose[ratio < 0.35, :2]).max(), 25e-6)
         self.assertLess(np.abs(blocks.pose[::2, 1]).max() + np.abs(blocks.pose[1::2, 0]).max(), 1e-9)
-        # Kinetic friction is 0.4 of the weight once all presliding is done.
+        # Blocks that slide have passed all presliding, so their friction is 0.4 of the weight.
         gained = (blocks.velocity - before)[:, :2].sum(1) / 5e-3 / 9.81
         slides = ratio > 0.75
         np.testing.assert_allclose(gained[slides], ratio[slides] - 0.4, atol=0.01)
@@ -526,14 +530,15 @@ class Environments(unittest.TestCase):
 
     def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
         blocks = self.make(2, contacts=8)
-        # Friction of all contacts around the middle: the highest torque that holds.
+        # Highest torque that friction holds, N m: the limits of all contacts times their distances from the middle.
         arms = np.linalg.norm(blocks.places, axis=1).mean()
         holds = 0.4 * blocks.mass * 9.81 * arms
         push = np.array([[0.0, 0.0, 0.7 * holds], [0.0, 0.0, 2.0 * holds]])
         for _ in range(200):
             blocks.step(push)
         self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
-        turned = holds / blocks.inertia[2, 2] * 0.2  # the half that is left, over 0.2 s
+        # rad/s: the half of the torque that friction does not hold acts for 0.2 s.
+        turned = holds / blocks.inertia[2, 2] * 0.2
         self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
         np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)
 
@@ -553,7 +558,7 @@ class Environments(unittest.TestCase):
 
 
 class Extent(unittest.TestCase):
-    """Patches with an extent."""
+    """Patches with an extent, which also transmit a torque."""
 
     def setUp(self):
         self.material = bristle.Material(
@@ -567,7 +572,7 @@ class Extent(unittest.TestCase):
             patches = bristle.ExtendedPatches()
             pad = patches.add(self.material, bristle.Outline.disc(self.radius, pressure=pressure), self.options)
             out = patches.step(1e-3, [pad], [[0.0, 0.0, 1e-6, 1000.0]])
-            # One bristle of 1 N/m per newton.
+            # The load of 1000 N gives 1000 N/m, by one bristle of 1 N/m per newton.
             self.assertAlmostEqual(-out["elastic"][0, 2] / (share * 1000.0 * self.radius**2 * 1e-6), 1.0, places=6)
             self.assertEqual(out["stiffness"].shape, (1, 3, 3))
             self.assertAlmostEqual(out["stiffness"][0, 2, 2] / (share * 1000.0 * self.radius**2), 1.0, places=6)
@@ -585,13 +590,15 @@ class Extent(unittest.TestCase):
         self.assertAlmostEqual(along[1], np.sin(0.8), places=12)
 
     def test_each_part_of_a_response_and_of_info_is_its_own(self):
-        # Two cells at a distance a, each of half of 1000 bristles of 1 N/m and c N s/m.
+        # Two cells at distances a and -a from the middle. Each has half of 1000 bristles, and a bristle has 1 N/m and c
+        # N s/m.
         a, c, spin = 1e-3, 0.25, 2e-6
         damped = copy.copy(self.material)
         damped.bristle_damping = c
         patches = bristle.ExtendedPatches()
         pad = patches.add(damped, bristle.Outline([[a, 0.0], [-a, 0.0]], [0.5, 0.5]), self.options)
-        out = patches.step(1e6, [pad], [[0.0, 0.0, spin, 1000.0]])  # so slowly that nothing damps
+        # A step of 1e6 s, so slow that the damper force is 0.
+        out = patches.step(1e6, [pad], [[0.0, 0.0, spin, 1000.0]])
         torque = 1000.0 * a * a * spin
         np.testing.assert_allclose(out["elastic"][0], [0.0, 0.0, -torque], rtol=1e-6, atol=1e-6 * torque)
         np.testing.assert_allclose(out["mean"][0], [0.0, 0.0, -0.5 * torque], rtol=1e-6, atol=1e-6 * torque)
@@ -654,11 +661,11 @@ class Threads(unittest.TestCase):
         motions, responses = bristle.motions(id_, LOAD), bristle.responses(1)
         motions.displacement[:, 0] = 30 * DBAR
         batch.warm_up()
-        batch.step(1e-3, motions, responses)  # first touch
+        batch.step(1e-3, motions, responses)  # touches the memory for the first time, which is slow
         return batch, motions, responses
 
     def during_a_long_step(self, body):
-        """Runs body() over and over in a second thread while a long step runs: results of those that fell into it."""
+        """Runs body() repeatedly in a second thread. Returns the results of calls made during a long step."""
         batch, motions, responses = self.long_step()
         stop, ready, seen = threading.Event(), threading.Event(), []
 
@@ -725,7 +732,8 @@ class Fit(unittest.TestCase):
             self.assertLess(estimate.high - estimate.low, width * max(truth, 1.0), name)
         self.assertAlmostEqual(self.found.material.kinetic_coefficient(), self.found.parameters["kinetic"].value)
         self.assertGreater(self.found.explained, 0.999)
-        np.testing.assert_array_equal(self.found.force, -self.force)  # by the body
+        # The sign was "by the body", so the fit reverses the measured force.
+        np.testing.assert_array_equal(self.found.force, -self.force)
         residuals = self.found.force - self.found.curve
         self.assertAlmostEqual(np.sqrt(np.mean(residuals**2)), self.found.residual_rms, places=12)
         with self.assertRaises(ValueError):
@@ -762,11 +770,12 @@ class Fit(unittest.TestCase):
             self.assertEqual(held.parameters[name].value, value)
             self.assertEqual(held.not_determined[name].why, "held")
         self.assertEqual((held.material.residual_length, held.material.shared_renewal), (0.0, 0.25))
-        self.assertGreater(held.residual_rms, self.found.residual_rms)  # made with 0.1 and 1
+        # The true values are 0.1 (residual) and 1 (renewal).
+        self.assertGreater(held.residual_rms, self.found.residual_rms)
 
     def test_a_file_and_arrays_of_the_same_numbers_give_the_same_fit(self):
         t, x, force = self.t[::4], self.x[::4], self.force[::4]
-        held = dict(residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)  # so that little is searched
+        held = dict(residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)  # held, so that the search is short
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "measured.csv"
             np.savetxt(file, np.column_stack([t, x, force]), "%.17g", ",", header="t,x,force", comments="")
@@ -780,7 +789,7 @@ class Fit(unittest.TestCase):
             np.testing.assert_array_equal(other.curve, of_number.curve)
 
     def test_a_file_in_words_of_its_own_gives_the_same_fit(self):
-        held = dict(residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)  # so that little is searched
+        held = dict(residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)  # held, so that the search is short
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "measured.csv"
             t, x, force = self.t[::4], self.x[::4], self.force[::4]
@@ -888,13 +897,14 @@ class Scenes(unittest.TestCase):
                 scene.run(**options)
 
     def test_another_thread_can_end_a_run(self):
-        # A process in the background of a script has SIGINT ignored.
+        # A shell starts background processes with SIGINT ignored, so this sets the default handler.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
-        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))  # it needs the interpreter's lock
+        # The timer's thread can run only if the scene releases the interpreter's lock.
+        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
         start = time.perf_counter()
         timer.start()
         with self.assertRaises(KeyboardInterrupt):
-            bristle.run_scene(SCENES / "stroke.toml", steps=400_000, out_patches=0)  # 15 s or more
+            bristle.run_scene(SCENES / "stroke.toml", steps=400_000, out_patches=0)  # 15 s or more unless interrupted
         self.assertLess(time.perf_counter() - start, 3.0)
 
 
@@ -1060,7 +1070,7 @@ class Interface(unittest.TestCase):
             bristle.Material(snap_rule="reuse")
         with self.assertRaisesRegex(bristle.Error, "bristle_stiffness"):
             bristle.PatchBatch().add(bristle.Material(bristle_stiffness=-1.0))
-        with self.assertRaises(ValueError):  # bristle.Error is one
+        with self.assertRaises(ValueError):  # bristle.Error is a ValueError
             bristle.SnapLength.uniform(3e-6, 1e-6)
         with self.assertRaises(bristle.Error):
             bristle.PatchBatch(isa="abacus")
@@ -1082,7 +1092,7 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(found.kinetic, 0.5, places=9)
         self.assertAlmostEqual(found.peak, 0.6, places=6)
         self.assertEqual((found.rule, found.law), ("keep", "lognormal"))
-        # Wider than any peak tells.
+        # A spread so wide that no peak determines it, so coefficients() returns the spread.
         wide = bristle.Material(snap_length=bristle.SnapLength.lognormal(10e-6, 0.8))
         back = bristle.Material.from_coefficients(wide.coefficients())
         self.assertAlmostEqual(back.snap_length.cv, 0.8, places=12)
@@ -1098,20 +1108,21 @@ class Interface(unittest.TestCase):
         self.assertEqual((monitor.count, monitor.misses, monitor.misses_machine), (100, 1, 1))
         self.assertEqual(monitor.max, 2e-3)
         self.assertAlmostEqual(monitor.p50, 1e-4, delta=2e-6)
-        monitor.record(2e-3)  # without processor time a miss counts as ours
+        monitor.record(2e-3)  # without a processor time the miss is attributed to this program
         self.assertEqual((monitor.misses, monitor.misses_ours, monitor.misses_machine), (2, 1, 1))
         self.assertGreater(bristle.DeadlineMonitor.wall_now(), 0.0)
 
     def test_a_deadline_monitor_follows_a_loop_with_a_period(self):
         monitor = bristle.DeadlineMonitor(deadline=1e-3, period=1e-3)
         monitor.record_tick(due=10.0, start=10.0, end=10.0001)
-        monitor.record_tick(due=10.001, start=10.0012, end=10.0013, cpu=1e-4)  # 0.2 ms late, in time all the same
+        monitor.record_tick(due=10.001, start=10.0012, end=10.0013, cpu=1e-4)  # starts 0.2 ms late, but ends in time
         self.assertEqual((monitor.count, monitor.misses, monitor.period), (2, 0, 1e-3))
         self.assertAlmostEqual(monitor.jitter_max, 0.2e-3, delta=1e-9)
         self.assertAlmostEqual(monitor.jitter_p50, 0.2e-3, delta=0.016 * 0.2e-3 + 1e-9)
-        self.assertEqual(monitor.jitter_p99, monitor.jitter_p50)  # of one period
+        self.assertEqual(monitor.jitter_p99, monitor.jitter_p50)  # there is only one interval between ticks
         before = monitor.snapshot()
-        monitor.record_tick(due=10.002, start=10.0025, end=10.0035, cpu=1e-3)  # ends 1.5 ms after it was due
+        # Ends 1.5 ms after it was due, of which 0.5 ms before its start.
+        monitor.record_tick(due=10.002, start=10.0025, end=10.0035, cpu=1e-3)
         monitor.record_skipped(2)
         self.assertEqual((monitor.misses, monitor.misses_machine, monitor.skipped, monitor.longest_run), (1, 1, 2, 3))
         self.assertEqual((before.count, before.misses, before.skipped), (2, 0, 0))
@@ -1119,13 +1130,14 @@ class Interface(unittest.TestCase):
         self.assertEqual((worst["number"], worst["late"], worst["cpu"]), (2, True, 1e-3))
         self.assertAlmostEqual(worst["end_after_due"], 1.5e-3, delta=1e-9)
         self.assertAlmostEqual(worst["started_late"], 0.5e-3, delta=1e-9)
-        self.assertEqual(monitor.late_events, worst["events"])  # of the only late tick
+        self.assertEqual(monitor.late_events, worst["events"])  # there is only one late tick
         self.assertEqual(set(monitor.late_events),
                          {"involuntary_switches", "other_switches", "minor_faults", "major_faults"})
         monitor.refresh_events()
         monitor.pause()
         monitor.record_tick(due=20.0, start=20.0, end=20.0001)
-        self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)  # the pause is no period
+        # A pause does not count as an interval between ticks.
+        self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
 
@@ -1154,7 +1166,7 @@ class Interface(unittest.TestCase):
                 stubbed[node.name] = set()
             elif isinstance(node, ast.AnnAssign):
                 stubbed[node.target.id] = set()
-        # Names that only a checker sees: the keys of a dict.
+        # Leaves out names that only a type checker sees, such as the keys of a dict.
         stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
         self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)
@@ -1163,7 +1175,7 @@ class Interface(unittest.TestCase):
             self.assertTrue(thing.__doc__, name)
             if isinstance(thing, type):
                 members = {m for m in vars(thing) if not m.startswith("_")}
-                if name in ("Response", "Responses"):  # numpy makes the attributes
+                if name in ("Response", "Responses"):  # numpy makes these attributes from the names of the dtype
                     members = set(bristle.response_dtype.names) | ({"check"} if name == "Responses" else set())
                 self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
 
@@ -1227,7 +1239,8 @@ class Sweeps(unittest.TestCase):
             outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
             table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
                                   report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
-            self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])  # no journal that nobody named
+            # A journal is kept only if the caller names one.
+            self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])
             self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
             with open(outs[1], newline="") as file:
                 rows = list(csv.DictReader(file))
@@ -1246,7 +1259,7 @@ class Sweeps(unittest.TestCase):
     def test_a_sweep_writes_tables_and_keeps_a_journal_that_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             out, journal = pathlib.Path(folder) / "table.csv", pathlib.Path(folder) / "journal"
-            for _ in range(2):  # the second time all rows are there
+            for _ in range(2):  # the second run finds all rows in the journal
                 table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, report="fx_mean", steps=50, out=out,
                                       journal=journal, threads=2)
                 self.assertEqual(journal.read_bytes().count(b"\n"), 5)

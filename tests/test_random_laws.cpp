@@ -1,5 +1,6 @@
-// Random laws (tables of groups, atoms and wide parts, with and without residual and renewal) against small
-// pieces of the path (brute_pieces.hpp). Random loads against bristles that know their order of entering.
+// Random laws of snap lengths: tables of groups, atoms (many bristles of one length) and wide parts, with and
+// without residual and renewal, compared with brute force in small pieces of the path (brute_pieces.hpp).
+// Random loads, compared with bristles that know their order of entering contact.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -20,12 +21,12 @@ using namespace bristle_test;
 namespace {
 
 using Random = std::mt19937_64;
-constexpr double transient_error = 0.025;  // largest error of the infinite brush with its default pieces,
-                                           // mean snap lengths
+// Largest error of the infinite brush with its default pieces after a turn, mean snap lengths.
+constexpr double transient_error = 0.025;
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
-/// Draws ascending quantiles of a mixture, mean snap lengths: one to four parts, each an atom, narrow or
-/// wide.
+/// Draws ascending quantiles, in mean snap lengths, of a mixture of one to four parts. A part is an atom
+/// (bristles of one length), narrow or wide.
 std::vector<double> draw_quantiles(Random& random) {
   const std::size_t count = 2 + random() % 256;
   const std::size_t parts = 1 + random() % 4;
@@ -56,8 +57,9 @@ Quantile straight_between(const std::vector<double>& nodes) {
   };
 }
 
-/// Whether the force falls by more than a fiftieth of a mean snap length within 1/64 before or after the
-/// place of `truth`. The infinite brush spreads an atom of the law over that distance.
+/// Whether the force changes by more than a fiftieth of a mean snap length within a path of 1/64 before or
+/// after the state `truth`. The infinite brush spreads an atom (many bristles of one length) over that path,
+/// so it cannot be judged there.
 bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, double ey, double piece) {
   constexpr double way = 1.0 / 64.0, most = 0.02;
   SmallPieces after = truth;
@@ -68,7 +70,7 @@ bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, 
   return fall(before, truth) > most || fall(truth, after) > most;
 }
 
-/// A law given by its number, with the other parameters drawn from it.
+/// A random law. Its number is the seed of all parameters.
 struct RandomLaw {
   explicit RandomLaw(unsigned long number) : random(number), quantiles(draw_quantiles(random)) {
     residual = random() % 2 == 0 ? 0.0 : 0.5 * flat(random);
@@ -90,7 +92,8 @@ struct RandomLaw {
   SnapLength law;
 };
 
-/// Returns the relative error of the force at the end of a long slide, whose waves have died.
+/// Returns the relative error of the force after a slide of 600 mean lengths, long enough for the waves of a
+/// law with atoms to die.
 double kinetic_error(const RandomLaw& r, Brush& brush) {
   for (double gone = 0.0; gone < 600.0; gone += 1.7)
     brush.step(1.7 * std::cos(r.turn), 1.7 * std::sin(r.turn));
@@ -100,9 +103,9 @@ double kinetic_error(const RandomLaw& r, Brush& brush) {
 
 }  // namespace
 
-// BRISTLE_LAWS: number of laws; BRISTLE_FIRST_LAW: the first of them. With 324 laws all checks of the
-// infinite brush hold, and seven of representatives fail: where atoms of the law meet shared renewal, pieces
-// of a quarter length give errors up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
+// BRISTLE_LAWS is the number of laws, BRISTLE_FIRST_LAW the number of the first. With 324 laws all checks of
+// the infinite brush hold, and seven of representatives fail: where atoms (many bristles of one length) meet
+// shared renewal, pieces of a quarter length give errors up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
 TEST_CASE("Laws at random slide and turn as every piece of their path does", "[cohorts][redraw][physics]") {
   constexpr double piece = 1.0 / 400.0;
   constexpr std::uint32_t representatives = 4096;
@@ -119,14 +122,14 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
                 << drawn.renewal << ", turn " << drawn.turn);
     const Material material = drawn.material();
     Brush infinite(material);
-    std::optional<Brush> finite;  // representatives, which take no law wider than cv 1.25
+    std::optional<Brush> finite;  // a brush of representatives, which takes no law wider than cv 1.25
     if (law.cv() <= 1.25) {
       finite.emplace(material, plain_options(representatives));
       finite->load = representatives;
     }
     SmallPieces truth(drawn.quantiles, drawn.residual, drawn.renewal);
-    // Mean of a power of the deflection of one bristle in steady sliding without renewal (MODEL.md, section
-    // 27), the case with the least scatter.
+    // Expected scatter of the deflection of one bristle, from its mean powers in steady sliding without
+    // renewal (MODEL.md, section 27). Renewal adds to it.
     const auto mean_of = [&](int k) { return law.moment(k) / std::pow(dbar, k); };
     const double deviation = std::sqrt(mean_of(3) / 3.0 - std::pow(0.5 * mean_of(2), 2));
     const double noise = 5.0 * (deviation + 0.1) / std::sqrt(representatives);
@@ -154,12 +157,13 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
     CHECK(of_finite < 0.004 + noise);
     CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
-  CHECK(judged > 4 * laws);  // most of the six places of each law were judged
+  // Of the six places of each law, at least four on average were away from a fall of the force.
+  CHECK(judged > 4 * laws);
 }
 
 TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
-  // Laws with pairs of atoms, whose waves die slowly (259, 261, 292), and with atoms among other lengths and
-  // strong renewal.
+  // Laws with pairs of atoms (groups of bristles of one length), whose waves die slowly: 259, 261, 292. The
+  // others have atoms among other lengths and strong renewal.
   for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
     const RandomLaw drawn(number);
     Brush brush(drawn.material());
@@ -184,7 +188,7 @@ TEST_CASE("Small pieces of a path agree with bristles one by one", "[redraw][phy
 
 namespace {
 
-/// Bristles on one axis that know their order of entering contact: the last to enter is the first to leave.
+/// Bristles on one axis, ranked by their order of entering contact: the last to enter is the first to leave.
 class RankedBristles {
  public:
   RankedBristles(std::size_t all, Quantile quantile, std::uint64_t seed)
@@ -248,8 +252,8 @@ double error_under_loads(double cv, double resolution, bool back_and_forth) {
 
 namespace {
 
-/// Returns the error as error_under_loads(), for a material that renews, in the plane, against
-/// representatives.
+/// Returns the error as error_under_loads() does, for a material with shared renewal that moves in the plane.
+/// The reference is a patch of representatives.
 double error_with_renewal() {
   constexpr std::uint32_t count = 20000;
   const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
@@ -275,7 +279,8 @@ double error_with_renewal() {
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
-    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);   // hardly any bristle snaps
+    // Small steps, in which hardly any bristle snaps.
+    CHECK(error_under_loads(0.3, resolution, true) < 3e-4);
     CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }

@@ -65,7 +65,7 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
     cli::PacedClock clock(period, busy_wait);
     clock.start();
     const double start = clock.due_s();
-    // Rounding of times: the nanoseconds of the clock, or the resolution of a double for the time since the
+    // Rounding of times, s: the clock's nanosecond, or the resolution of a double for the time since the
     // machine started.
     const double rounding = 2e-9 + 4.0 * std::numeric_limits<double>::epsilon() * start;
     std::uint64_t points = 0;
@@ -79,10 +79,10 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       const std::uint64_t left_out = clock.wait();
       points += 1 + left_out;
       if (overran) CHECK(left_out >= 3);
-      // The next point is on the grid after any number of ticks.
+      // Whatever number of ticks was left out, the next due time is on the grid.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // the point lay in the future
+      CHECK(clock.due_s() > called - rounding);  // the due time lay in the future when wait() was called
     }
   }
 }
@@ -103,12 +103,12 @@ TEST_CASE("A paced run gives the bits of the same steps back to back, whatever w
     REQUIRE(paced.realtime);
     CHECK(paced.monitor.count() == 300);
     CHECK(paced.realtime->bare.monitor.count() == 300);
-    // Four segments of 75 ticks: 74 periods each, except for pauses in which the accounts took too long.
+    // Four segments of 75 ticks have 74 periods each. A pause in which the program's own accounting took too
+    // long is left out.
     CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
     CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
-    CHECK(paced.seconds == paced.realtime->ours.seconds);  // excludes the time of the bare loop
-    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its point of the grid or
-                                                           // later
+    CHECK(paced.seconds == paced.realtime->ours.seconds);  // the time of the bare loop is excluded
+    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its due time or later
   }
 }
 
@@ -120,9 +120,9 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  // Grid points used and skipped span the time of the loop, so late ticks were not caught up. The time
-  // includes what is before and after each segment's grid, in which the machine may stop the loop; five tries
-  // allow for that.
+  // Ticks stepped and left out together span the time of the loop, so late ticks were not made up for in a
+  // burst. The time includes the start and end of each segment, in which the machine may stop the loop, hence
+  // five tries.
   bool spanned = false;
   for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
     const cli::RunResult result = cli::run_scene(scene, options);
@@ -158,7 +158,8 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   INFO(ours);
   CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
   CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
-  // If the machine counts an event meanwhile, such as a page fault, that event is reported instead.
+  // If the system counts an event in the meantime, such as a page fault, the report names that event. So this
+  // tries up to 100 times for a tick without one.
   std::string woken;
   for (int k = 0; k < 100 && !has(woken, "an interrupt"); ++k)
     woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
@@ -203,7 +204,8 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["scene_dt"] == 1e-3);
   CHECK(realtime["busy_wait_s"] == Approx(1e-4));
   CHECK(realtime["stopped"] == false);
-  // No machine that runs this has core 1023; the other settings depend on the user's rights.
+  // The request for core 1023 is refused on every machine. Whether the other requests succeed depends on the
+  // user's rights.
   CHECK(realtime["core"].is_null());
   std::string refused;
   for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
@@ -247,7 +249,7 @@ TEST_CASE("run --realtime gives the bare sleep loop the share of ticks it is ask
   const json realtime =
       paced_report(folder, "--rate 2000 --bristles 100 --steps 200 --bare-share 0.1")["realtime"];
   CHECK(realtime["bristle"]["ticks"] == 200);
-  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // 20 ticks: four turns of 50, a tenth of each
+  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // a tenth of each of four turns of 50 ticks
 }
 
 #if BRISTLE_WITH_TBB
@@ -323,14 +325,14 @@ wait $pid
 TEST_CASE("A second interrupt ends the program when the first is half a second old", "[realtime]") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
-  if (child == 0) {  // the child must not use Catch
+  if (child == 0) {  // the child ends by _exit() and uses no assertion, which belong to the parent's test
     cli::stop_on_signals();
     if (cli::stop_requested()) _exit(1);
     for (int i = 0; i < 5; ++i) raise(i % 2 ? SIGTERM : SIGINT);
     if (!cli::stop_requested()) _exit(2);
     usleep(600'000);
     raise(SIGTERM);
-    usleep(2'000'000);  // the thread sanitizer delivers signals late
+    usleep(2'000'000);  // waits, because the thread sanitizer delivers signals late
     _exit(3);
   }
   int status = 0;
@@ -368,7 +370,7 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
     CHECK(std::count(message.begin(), message.end(), '\n') == 1);
     CHECK(read_file(folder.at("out")).empty());
   }
-  // The rate is that of the scene if no other is given.
+  // Without --rate the loop takes the rate of the scene.
   std::string fast = read_file(stroke);
   fast.replace(fast.find("dt = 1e-3"), 9, "dt = 1e-10");
   const std::string command = "'" BRISTLE_CLI "' run '" + folder.write("fast.toml", fast) + "' --realtime";

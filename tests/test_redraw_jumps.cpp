@@ -1,4 +1,5 @@
-// Redraw at bounded cost: a step that holds many snaps jumps over them in law (core/MODEL.md, section 12).
+// Redraw at bounded cost: a step with many snaps draws its end state from the law of that state, and not each
+// snap (core/MODEL.md, section 12).
 // The law is tested against brute force (every snap drawn, brute_force.hpp), against the stationary law of a
 // renewal process, and against renewal-reward theory: deflection, snap length, force, dissipated energy and
 // its variance.
@@ -25,10 +26,11 @@ constexpr double allowed_bias = 1e-3;
 
 struct JumpLaw {
   const char* name;
-  SnapLength law;                ///< law in metres, with the mean dbar
+  SnapLength law;                ///< law of the snap length in metres, with the mean dbar
   Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
   std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
-  bool heavy = false;            ///< whether a sample is too small to give the variance of a variance
+  /// Whether the law's tail makes the sampling error of a variance too uncertain to estimate
+  bool heavy = false;
 };
 
 std::array<double, 5> uniform_moments(double a, double b) {
@@ -48,7 +50,8 @@ std::array<double, 5> normal_moments(double cv) {
 }
 
 std::vector<JumpLaw> jump_laws() {
-  const std::vector<double> table{0.3, 0.7, 1.0, 1.3, 1.7};  // mean 1: pieces of equal probability
+  // Table with the mean 1, four intervals of equal probability.
+  const std::vector<double> table{0.3, 0.7, 1.0, 1.3, 1.7};
   std::array<double, 5> table_moment{};
   std::vector<double> metres;
   for (double t : table) metres.push_back(t * dbar);
@@ -91,7 +94,7 @@ class Stationary {
     const std::size_t below = count_below(z);
     return ((below ? sums_[below - 1] : 0.0) + static_cast<double>(points - below) * z) / sums_.back();
   }
-  /// Draws a bristle of this law.
+  /// Draws a bristle of the stationary law.
   BruteBristle draw(std::mt19937_64& random) const {
     std::uniform_real_distribution<double> flat(0.0, 1.0);
     const double at = flat(random) * sums_.back();
@@ -110,9 +113,9 @@ class Stationary {
   std::vector<double> lengths_, sums_;
 };
 
-/// Deflections along e, snap lengths, and path to the next snap, in mean snap lengths. They are
-/// rounded to 1e-4: all bristles that never snapped share one deflection, which two implementations may round
-/// differently.
+/// Deflections along the motion, snap lengths, and paths to the next snap, in mean snap lengths. They are
+/// rounded to 1e-4, because all bristles that never snapped share one deflection, which two implementations
+/// may round differently.
 struct Columns {
   std::vector<double> along, delta, left;
 };
@@ -159,7 +162,7 @@ TEST_CASE("After a long step with redraw, deflections and snap lengths have the 
             precision, OnePatch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision)));
         patches.back().second.step(0.0, 0.0, n);
       }
-      // Jumps from rest, then with a turn, from the state that the first jump left.
+      // The first step jumps from rest. The second starts from that state and turns by 1.2 rad.
       int part = 0;
       for (double angle : {0.3, 1.5}) {
         const double ex = std::cos(angle);
@@ -196,7 +199,8 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
     for (double length : {1e3, 3e3, 1e5, 1e9, 1e14}) {
       for (Precision precision : precisions()) {
         INFO(law.name << ", " << name_of(precision) << ", a step of " << length << " mean lengths");
-        // At cv 0.05 the virgin start decays as exp(-2 pi^2 cv^2 x): 4e-22 of it is left at 1000.
+        // At cv 0.05 the memory of the start decays as exp(-2 pi^2 cv^2 x), x the path in mean lengths: 4e-22
+        // of it is left at 1000.
         OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision));
         patch.step(0.0, 0.0, n);
         patch.step(0.6 * length * dbar, -0.8 * length * dbar, n);
@@ -206,7 +210,7 @@ TEST_CASE("After a very long step with redraw, bristles have the stationary law"
                     critical, "distance of the deflection's law from the stationary one");
         expect_near(ks_distance(a.delta, [&](double d) { return stationary.delta_cdf(d); }), 0.0, critical,
                     "distance of the snap length's law from the length-biased one");
-        // Given its length, a bristle's deflection is uniform on it.
+        // Among bristles of a given snap length, deflections are uniform from 0 to that length.
         std::vector<double> share;
         double covariance = 0.0;
         const Sample d = describe(a.delta);
@@ -232,13 +236,14 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
   for (const JumpLaw& law : jump_laws()) {
     const Stationary stationary(law.quantile);
     const double c = 0.5 * law.moment[2];  // m2 / (2 m1): kinetic force in mean deflections
-    // Renewal-reward: a cycle gives delta^2/2 - c delta more than its share; the variance grows by this per
-    // length.
+    // Renewal-reward theory: between two snaps, a bristle of length delta loses delta^2/2, which differs from
+    // its expected share c delta. `growth` is the variance of the difference, and the variance of the energy
+    // lost grows by it per mean length of path.
     const double growth = 0.25 * law.moment[4] - c * law.moment[3] + c * c * law.moment[2];
     for (double length : {3.0, 10.0, 30.0, 300.0, 3000.0}) {
-      // Variance per bristle of the energy that a step dissipates, in steady sliding.
+      // Variance, per bristle, of the energy that one step in steady sliding dissipates.
       double variance = growth * length;
-      double variance_error = 0.01;  // ends of the step: about one length in 3000
+      double variance_error = 0.01;  // relative; the ends of the step count as about one length in 3000
       double kurtosis = 0.0;
       double end_variance = law.moment[3] / 3.0 - c * c;  // variance of a deflection
       if (law.heavy) variance_error = 0.05;
@@ -295,14 +300,14 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
           expect_near(s.variance * bristles, variance, sigmas * error * variance,
                       "variance of the dissipation, per bristle");
         }
-        // Forces at both ends.
+        // Forces at the end of the step and in the mean over it.
         const double end_error = sigmas * std::sqrt(end_variance / (bristles * samples));
         expect_near(describe(end_force).mean, c, end_error + allowed_bias, "end force");
         const double mean_error =
             sigmas * std::sqrt(variance / (bristles * samples)) / length + end_error / length;
         expect_near(describe(mean_force).mean, c, mean_error + allowed_bias * law.moment[2] / length + 1e-6,
                     "step mean of the force");
-        // Number of snaps: one per mean length.
+        // A bristle snaps once per mean length of path.
         const double cv2 = law.moment[2] - 1.0;
         expect_near(snaps / (bristles * samples), length,
                     sigmas * std::sqrt((cv2 * length + 1.0) / (bristles * samples)) + 0.02,
@@ -356,8 +361,8 @@ TEST_CASE("With a single snap length redraw is keep, and stays in phase over any
       CHECK(first_difference(a, b) == "");
       snaps += static_cast<double>(a.snaps) / 300.0;
       const double expected = travelled - std::floor(travelled);
-      // Float: the deflection is rounded once a step, to 2^-24 of its length; the snap length is rounded once
-      // for ever.
+      // In float the deflection is rounded in each step, by 2^-24 of its length. The rounding of the snap
+      // length is constant, and its effect grows with the path.
       const double tolerance = precision == Precision::double_ ? 1e-9 : 1e-6 + 0x1p-24 * travelled;
       expect_near(-a.elastic[0] / (300.0 * dbar), expected, tolerance,
                   "deflection, travelled modulo the snap length");
@@ -391,8 +396,8 @@ TEST_CASE("A jump of a single or a fractional bristle dissipates what the law sa
           const Sample s = describe(lost);
           expect_near(s.mean, c * length, sigmas * 1.2 * s.error() + allowed_bias * law.moment[2],
                       "dissipated per step");
-          // A fraction of a bristle is still one bristle: its share of the energy varies as that of a whole
-          // one.
+          // A load of a fraction of a bristle still bends one bristle, so the energy lost, over that
+          // fraction, varies as much as for a whole one.
           if (active == 1.0) variance_of_one = s.variance;
           if (!law.heavy)
             expect_near(s.variance, variance_of_one, 0.25 * variance_of_one, "variance of the dissipation");

@@ -44,7 +44,7 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.9 * dbar, 200.0);
   const double before = patch.batch.stored_energy(patch.motion.id);
-  // Lengths become a tenth, so bristles bent further snap.
+  // All lengths become a tenth, so bristles bent beyond their new length snap.
   patch.batch.set_material(patch.motion.id,
                            Material(surface).with_snap_length(SnapLength::uniform(0.05 * dbar, 0.15 * dbar)));
   const double after = patch.batch.stored_energy(patch.motion.id);
@@ -52,8 +52,8 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   const Response first = patch.step(0.0, 200.0);
   CHECK(first.dissipated == Approx(before - after).epsilon(1e-5));
   CHECK(first.snaps > 0);
-  const Response second = patch.step(1e-4 * dbar, 200.0);  // moves a little, because at rest the stored
-                                                           // response would be repeated
+  // Moves a little, because a step at rest would repeat the stored response.
+  const Response second = patch.step(1e-4 * dbar, 200.0);
   CHECK(second.dissipated == 0.0);
   CHECK(second.snaps == 0);
 }
@@ -63,8 +63,8 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   Lone other(shorter, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.4 * dbar, 200.0);
-  patch.batch.set_material(patch.motion.id, shorter);  // all bristles are beyond their new lengths, and snap
-                                                       // once each
+  // All bristles are bent beyond their new lengths and snap once.
+  patch.batch.set_material(patch.motion.id, shorter);
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
   other.batch.restore_state(state);
@@ -75,14 +75,15 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
 TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(3.0 * dbar, 200.0);
-  // Sticks until bounds are known, so that a step is answered within its bound.
+  // Moves to and fro without a snap until the patch has a bound on the path to its next snap. Steps within
+  // the bound visit no bristle.
   for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
   const double before = patch.batch.stored_energy(patch.motion.id);
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
   REQUIRE(std::abs(lost) > 1e-6 * before);
-  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));  // reported although the step is
-                                                                             // within the bound
+  // Reported although the step is within the bound.
+  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));
   for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }
 

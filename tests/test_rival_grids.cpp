@@ -1,5 +1,5 @@
-// The rivals with an extent (Coulomb's disc in closed form, the grid of Coulomb cells, the grid of LuGre
-// cells) against the tables of the limit surface, quadrature, and figures of the published LuGre grid.
+// Other friction models with an extent (Coulomb's disc in closed form, grids of Coulomb cells and of LuGre
+// cells), compared with the tables of the limit surface, quadrature, and figures of the published LuGre grid.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -29,22 +29,23 @@ namespace {
 
 constexpr double radius = 0.01;  // m
 
-// Speeds of a disc with v over omega R = eps; its fastest points move at about 1 m/s.
+// Velocity v and angular velocity omega of a disc of radius R, with v / (omega R) = eps. Its fastest points
+// move at about 1 m/s.
 struct Slip {
   Pair v;
   double omega;
 };
 Slip slip_at(double eps) { return {{eps / (1.0 + eps), 0.0}, 1.0 / (1.0 + eps) / radius}; }
 
-// Returns friction over mu N and torque over mu N R of a grid in steady sliding, with equal static and
-// kinetic friction.
+// Returns friction over mu N and torque over mu N R of a grid in steady sliding. The static and kinetic
+// coefficients are equal.
 template <class Grid>
 DiscFriction steady(Grid grid, double eps, double load, double coefficient) {
   const Slip slip = slip_at(eps);
   const double dt = 1e-5;
   SpinForce f;
-  // Slides 200 um at the fastest point and still 1 um at a tenth of a cell from the pole, far more than a
-  // bristle of 0.02 um.
+  // The fastest point slides 200 um, and one at a tenth of a cell from the centre of rotation still 1 um, far
+  // more than a bristle of 0.02 um.
   for (int k = 0; k < 20; ++k) f = grid.step(dt * slip.v, dt * slip.omega, dt, load);
   const double full = coefficient * load;
   return {std::hypot(f.mean.force.x, f.mean.force.y) / full, -f.mean.torque / (full * radius)};
@@ -111,7 +112,7 @@ TEST_CASE("Coulomb's disc slides and spins as the table and a quadrature say", "
     expect_near(f.force, q.force, 2e-5, "force by quadrature");
     expect_near(f.torque, q.torque, 2e-5, "torque by quadrature");
   }
-  // The result is continuous where the closed form switches to series.
+  // coulomb_disc() is continuous at the values of eps where it changes between closed form and series.
   for (const double eps : {1e-3, 1.0, 100.0}) {
     const DiscFriction below = coulomb_disc(eps * (1.0 - 1e-9)), above = coulomb_disc(eps * (1.0 + 1e-9));
     CHECK(below.force == Approx(above.force).epsilon(1e-7));
@@ -134,7 +135,8 @@ TEST_CASE("Grids of Coulomb and LuGre cells come to the limit surface as their c
       const double lugre = limit_error([&] { return LuGreGrid(dry(), cells(across)); }, pressure);
       const double coulomb = limit_error([&] { return coulomb_grid(cells(across), 1e-7); }, pressure);
       INFO(across << " across: " << lugre << ", Coulomb " << coulomb);
-      // With bristles much shorter than a cell only the grid's own error is left.
+      // The bristles are much shorter than a cell, so the error of the LuGre grid is that of the grid of
+      // Coulomb cells.
       CHECK(lugre == Approx(coulomb).margin(2e-4));
       if (across == 5) coarse = lugre;
       fine = lugre;
@@ -148,11 +150,12 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
           "[rivals][spin]") {
   const double side = 0.05;
   RivalGrid pad = coulomb_grid(rivals::rectangle_cells(101, 101, side, side), 1e-9);
-  // Mean distance of a square's points from its centre, and from a corner.
+  // Mean distance of a square's points from its centre, for spin about the centre; below, from a corner.
   const double from_centre = (std::sqrt(2.0) + std::asinh(1.0)) / 6.0 * side;
   const SpinForce spin = pad.step({}, 1e-9, 1e-5, 2.5);
   CHECK(-spin.mean.torque == Approx(from_centre * 0.4 * 2.5).epsilon(2e-4));
-  // The centre moves about the corner at (side, side) / 2: the torque about the corner adds arm x force.
+  // Spin about the corner at (side, side) / 2 also moves the centre. The torque about the corner is that
+  // about the centre plus arm x force.
   const double turn = 1e-9;
   const Pair arm{-0.5 * side, -0.5 * side};
   const SpinForce f = pad.step({-turn * arm.y, turn * arm.x}, turn, 1e-5, 2.5);
@@ -161,7 +164,7 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
 }
 
 TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "[rivals][spin]") {
-  Surface s;  // a surface with static friction, damper and lubricant
+  Surface s;  // friction with a static part, a damper and a lubricant
   PressedCells cells;
   cells.x = {0.004};
   cells.y = {-0.007};
@@ -184,11 +187,12 @@ TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "
     expect_near(f.end.force.y, expected.end.y, 1e-9, "force y");
     expect_near(f.mean.force.x, expected.mean.x, 1e-9, "mean force x");
     expect_near(f.end.torque, rivals::cross(place(turned), expected.end), 1e-11, "torque");
-    // The work of force and torque is that of the cell along its chord.
+    // Force and torque of the grid do the work of the cell's force along the straight line between its
+    // places.
     expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, way),
                 1e-12, "work");
   }
-  // Without load there is no force, and the state is reset.
+  // Without load there is no force, and the bristles of the cell are straight again.
   CHECK(grid.step({1e-5, 0.0}, 0.1, dt, 0.0).end.force.x == 0.0);
   CHECK(grid.step({}, 0.0, dt, load).end.force.y == 0.0);
 }
@@ -207,8 +211,8 @@ TEST_CASE("A grid of any rival sums its cells: of LuGre, it is the LuGre grid", 
     expect_near(a.end.torque, b.end.torque, 1e-9, "torque");
     expect_near(a.mean.torque, b.mean.torque, 1e-9, "mean torque");
   }
-  // In translation alone the grid equals the rival, for every rival, because its equations hold for every
-  // share of a contact.
+  // In translation without spin the grid has the force of the whole contact, for every friction model,
+  // because the models' equations are in proportion to the load.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
     rivals::Rival whole = rivals::make_rival(name, s);
@@ -234,7 +238,8 @@ TEST_CASE("Sticking, the LuGre grid is a torsion spring of K R^2 / 2 or 2 K a^2 
   }
 }
 
-// Returns the cells of the published circle: those at most 10 cells from the middle one.
+// Returns the cells of a shape of the published LuGre grid: a square of 21 x 21, or the cells of it at most
+// 10 cells from its middle.
 static PressedCells published_cells(const std::string& shape) {
   PressedCells square = rivals::rectangle_cells(21, 21, 0.02, 0.02), kept;
   if (shape == "Square") return square;
@@ -259,7 +264,7 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
   for (const auto rule : {LuGreGrid::StepRule::euler, LuGreGrid::StepRule::exact}) {
     std::string shape;
     LuGreGrid grid(s, published_cells("Square"), rule);
-    // Euler's method at two and a half times the published step; exact in steps of any length.
+    // Euler's method with two and a half times the published time step. The exact rule may take longer steps.
     const double dt = rule == LuGreGrid::StepRule::euler ? 2.5e-6 : 2e-5, tiny = 1e-6;
     for (const Row& row : read_table("lugre_grid_published.csv")) {
       if (row.at("shape") != shape) {
@@ -272,8 +277,8 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
       SpinForce f;
       for (long k = 0; k < steps; ++k) f = grid.step(dt * v, dt * omega, dt, 1.0);
       INFO(shape << " after " << row.at("duration") << " s at " << omega << " rad/s");
-      // The published frame does not turn, which changes 0.1 % at most over the 0.01 rad of the run; Euler's
-      // error is |v| dt / zss.
+      // In the published grid the axes do not turn with the body, which changes 0.1 % at most over the 0.01
+      // rad of a run. Euler's method has a relative error of |v| dt / zss, zss being the steady deflection.
       CHECK(f.end.force.x == Approx(number(row, "fx")).margin(8e-4));
       CHECK(f.end.force.y == Approx(number(row, "fy")).margin(8e-4));
       CHECK(f.end.torque == Approx(number(row, "torque")).margin(4e-6));

@@ -1,5 +1,5 @@
-// The rival friction models: their steps against closed forms, against a fine numerical solution of their
-// differential equations written independently, and against the tables of drift.
+// The other friction models that bristle is compared with: their steps against closed forms, against an
+// independent fine solution of their differential equations, and against the tables of drift.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 Rival make(std::string_view name, const Surface& surface = {}) { return rivals::make_rival(name, surface); }
 
-// Takes steps at constant velocity. Returns the last force and the mean over all.
+// Takes `steps` equal steps along `way` in the time `dt`. Returns the last force and the mean over all steps.
 Force go(Rival& rival, Pair way, double dt, double load, int steps) {
   Force total;
   const double share = 1.0 / steps;
@@ -42,7 +42,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
   expect_near(a.mean.y, b.mean.y, tolerance, what);
 }
 
-// A stretch of a path that goes forwards, back, round corners, slowly and fast.
+// A part of a path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
 struct Stretch {
   Pair way;  // m
   double dt;
@@ -68,7 +68,8 @@ double reference_deflection(double z, double v, double dt, const std::function<d
 }  // namespace
 
 TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
-  // Two elements that differ, the others without stiffness: each spring is stretched up to its own length.
+  // Two of the elements have stiffness, and each of their springs is stretched to its own slip length at
+  // most.
   rivals::MaxwellSlip model;
   model.surface.kinetic_coefficient = 0.5;
   model.surface.stiffness = 1e5;
@@ -77,7 +78,8 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
   model.stiffness_share[7] = 0.2;
   model.slip_length[2] = 0.4;
   model.slip_length[7] = 3.0;
-  const double unit = 0.5 * 2.0 / 1e5;  // mu N / sigma0, m
+  // Displacement (m) that the slip lengths are multiples of, mu N / sigma0.
+  const double unit = 0.5 * 2.0 / 1e5;
   double a = 0.0, b = 0.0;
   for (const double way : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {
     const double force = model.step({way * unit, 0.0}, 1e-3, 2.0).end.x;
@@ -88,12 +90,13 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
 }
 
 TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]") {
-  // Exact steps agree to rounding, 1e-12 of the force a step. Elasto-plastic holds its plasticity constant
-  // over pieces, on a turn of up to a 16th of the steady deflection (1 N): an error of at most (1/16)^3 for
-  // each piece, times some ten pieces, because the errors contract.
+  // Tolerances, N. Exact steps agree to rounding, 1e-12 of the force for each. Elasto-plastic holds its
+  // plasticity constant over pieces of up to a 16th of the steady deflection (1 N): an error of at most
+  // (1/16)^3 for each piece. Errors decay, so some ten pieces count.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
-    // Rate and state is integrated to 1e-7 of a N = 0.05 N for each piece, some hundred pieces a stretch.
+    // Rate and state: each of some hundred pieces of a stretch is integrated to 1e-7 of its direct effect,
+    // 0.05 N.
     const double tolerance = name == "elasto_plastic" ? 2.5e-3 : name == "rate_state" ? 1e-7 : 1e-9;
     Rival coarse = make(name), fine = make(name);
     for (const Stretch& s : crooked) {
@@ -127,7 +130,8 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
     for (const double v : {2e-3, 5e-4, -1e-3, -4e-3, 3e-4, 0.02, -1e-4}) {
       const double dt = 4e-6 / std::fabs(v) + 1e-3;
       const double u = v / 1e-3;
-      const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;  // Fc = 1 N, Fs = 1.5 N
+      // Kinetic friction of 1 N, static friction of 1.5 N.
+      const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;
       const double zba = std::min(0.9 * 1.5e-5, 0.99 * zss);
       const auto alpha = [&](double q) {
         if (!plastic) return 1.0;
@@ -139,11 +143,12 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
       z = reference_deflection(z, v, dt, alpha, zss);
       const Force f = go(rival, {v * dt, 0.0}, dt, load, 1);
       const double rate = v - alpha(z) * std::fabs(v) * z / zss;
-      // Runge-Kutta over the kinks of alpha: 1/20000 of the path; elasto-plastic: as above.
+      // The reference has an error where alpha has a kink, in steps of 1/20000 of the path. Elasto-plastic
+      // has the error of its pieces too.
       const double tolerance = plastic ? 3e-3 : 1e-8;
       expect_near(-f.end.x, 1e5 * z + s.damping * rate + 0.4 * v, tolerance, "end force");
-      // The mean of dz/dt is (z1 - z0)/dt in any case; the mean of z follows by integrating the equation
-      // where it is linear: zbar = zss/|v| (v - (z1 - z0)/dt).
+      // The mean of dz/dt over a step of dt is (z1 - z0)/dt, where the deflection z goes from z0 to z1. Where
+      // the equation is linear, its integral gives the mean of z: zss/|v| (v - (z1 - z0)/dt).
       if (!plastic) {
         const double mean = zss / std::fabs(v) * (v - (z - before) / dt);
         expect_near(-f.mean.x, 1e5 * mean + s.damping * (z - before) / dt + 0.4 * v, 1e-7, "mean force");
@@ -152,9 +157,9 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
   }
 }
 
-// dz/dt = a z + v, a = -stiffness |v| / g(v), constant over a step: z' = e^(a h) z + (e^(a h) - 1) / a v.
-// MuJoCo's torque is that at the beginning of the step, -(stiffness z + damping dz/dt), without a viscous
-// part.
+// The deflection z obeys dz/dt = a z + v, with a = -stiffness |v| / g(v) constant over a step h, so the step
+// ends at z' = e^(a h) z + (e^(a h) - 1) / a v. MuJoCo's torque is -(stiffness z + damping dz/dt) at the
+// beginning of the step, without a viscous part.
 TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[rivals]") {
   Surface joint;
   joint.kinetic_coefficient = 0.5;
@@ -169,7 +174,8 @@ TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[ri
   for (const double v : {1e-3, 0.3, -2.0, 20.0, 0.0, -0.05}) {
     const double g = 0.5 + 0.2 * std::exp(-(v / 10.0) * (v / 10.0)), a = -100.0 * std::abs(v) / g;
     const double begins = -(100.0 * z + 1.0 * (a * z + v));
-    rivals::LuGre at_once = ours;  // a step of almost no length gives the torque at the beginning of the step
+    // A step of almost no length ends with the torque at the beginning of MuJoCo's step.
+    rivals::LuGre at_once = ours;
     expect_near(at_once.step({v * 1e-12, 0.0}, 1e-12, 1.0).end.x, begins, 1e-6, "torque");
     z = v == 0.0 ? z : std::exp(a * h) * z + (std::exp(a * h) - 1.0) / a * v;
     ours.step({v * h, 0.0}, h, 1.0);
@@ -183,10 +189,11 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
       INFO(name << " at " << v << " m/s");
       Rival rival = make(name);
       const double u = v / 1e-3;
-      double expected = 1.0;  // kinetic coefficient 0.4 at 2.5 N
+      double expected = 1.0;  // N: kinetic coefficient 0.4 under 2.5 N
       if (name == "lugre" || name == "elasto_plastic" || name == "gms") expected += 0.5 * std::exp(-u * u);
       if (name == "rate_state") {
-        // mu0 + (a - b) ln(v/v0), a = 0.02, b = 0.04, v0 = 1 mm/s; the asinh changes it by (v0/v)^2 exp(-40).
+        // Steady friction is mu0 + (a - b) ln(v/v0) with a = 0.02, b = 0.04, v0 = 1 mm/s. The library's asinh
+        // changes it by (v0/v)^2 exp(-40) only.
         expected += 2.5 * (0.02 - 0.04) * std::log(u);
       } else if (name != "dahl" && name != "maxwell_slip") {
         expected += 0.4 * v;
@@ -207,8 +214,8 @@ TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "
     for (int k = 0; k < 2000; ++k) {
       const double v = 10.0 * std::sin(0.7 * k) * std::pow(10.0, -6.0 * (k % 7) / 6.0);
       const Force f = rivals::step(rival, {v * 1e-3, 0.3 * v * 1e-3}, 1e-3, 2.5);
-      // Largest force: static friction, lubricant, and the damper on a bristle that moves at most its own
-      // length in a step.
+      // Bound on the force, N: static friction, lubricant, and the damper of a bristle that is stretched by
+      // at most its own length in a step.
       const double most = 1.5 + 0.4 * 10.5 + 316.3 * 2.0 * 1.5e-5 / 1e-3;
       expect(rivals::length(f.mean) <= most, "the mean force is bounded");
       expect(std::isfinite(f.end.x) && std::isfinite(f.end.y), "the force is finite");
@@ -217,10 +224,11 @@ TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "
 }
 
 TEST_CASE("Rate and state follows the published tables of an open solver", "[rivals]") {
-  // Values from the tests of rsfmodel (John Leeman, MIT License, commit d04d546, tests/rsf_tests.py,
-  // TestDeiterichOneStateVar): mu0 0.6, a 0.005, b 0.01, Dc 10 um, stiffness 1e-3 / um, steady at 1 um/s;
-  // from 10 s on the load point moves at 10 um/s. Friction and state at 11, 12, ... s; eight digits. Its law
-  // has the logarithm, ours the asinh, which differ by exp(-2 mu/a) = 1e-104.
+  // Expected values from the tests of rsfmodel (John Leeman, MIT License, commit d04d546, tests/rsf_tests.py,
+  // TestDeiterichOneStateVar): mu0 0.6, a 0.005, b 0.01, Dc 10 um, stiffness 1e-3 / um, steady sliding at 1
+  // um/s. From 10 s on the load point moves at 10 um/s. The tables have friction and state at 11, 12, ... s
+  // in eight digits. rsfmodel has a logarithm where the library has asinh, which differ by exp(-2 mu/a) =
+  // 1e-104.
   const double friction[] = {0.60720485, 0.60186637, 0.5840091,  0.58563096, 0.58899543,
                              0.58998186, 0.58879751, 0.58803412, 0.58825653, 0.58858313,
                              0.58860319, 0.58848625, 0.58844431, 0.58847472, 0.58849913};
@@ -231,7 +239,7 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
                           10.46913416, 11.33475717, 10.14281987, 9.59208664, 9.82182937,
                           10.0981912,  10.09601357, 9.99203098,  9.9626088,  9.99173502};
   for (const Pair direction : {Pair{1.0, 0.0}, Pair{0.6, -0.8}}) {
-    rivals::RateState model;  // lengths in um, load 1
+    rivals::RateState model;  // lengths in um, load 1 N
     model.surface.kinetic_coefficient = 0.6;
     model.surface.stiffness = 1e-3;
     model.direct_effect = 0.005;
@@ -246,8 +254,8 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
     for (int k = 0; k < 15; ++k) {
       INFO("after " << 11 + k << " s");
       const Force f = model.step(10.0 * direction, 1.0, 1.0);
-      // Tolerance: half a unit of the last printed digit; ours is integrated to 1e-7 of a, and of psi (times
-      // b/a in the speed).
+      // The margin is half a unit of the tables' last digit, 1e-8. The library integrates friction to 1e-7 of
+      // a, and the state psi likewise (times b/a in the speed).
       CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
       CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
       CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);
@@ -257,7 +265,7 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
 
 TEST_CASE("Rate and state: the direct effect, the state's exponential over its length, and the slope between",
           "[rivals]") {
-  // With a stiff spring the slider moves as the body does.
+  // The spring is so stiff that the slider moves as the body does.
   const double n = 2.5, a = 0.012, b = 0.03, dc = 1e-5, v0 = 1e-4, mu0 = 0.4;
   const auto steady = [&](double v) {
     rivals::RateState model;
@@ -276,22 +284,22 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
     rivals::RateState model = steady(v);
     const double before = model.surface.stiffness * model.z.x / n;
     CHECK(before == Approx(mu0 + (a - b) * std::log(v / v0)).margin(1e-9));
-    // A jump in speed: after a path of 1e-4 Dc the spring has followed (it needs a few a N / sigma0 = 3e-12
-    // m), and the state has decayed by no more than 1e-4.
+    // A jump in speed by a factor of 10. The step is 1e-4 Dc long: enough for the spring to follow, which
+    // takes some a N / sigma0 = 3e-12 m, while the state decays by no more than 1e-4.
     const double ratio = 10.0;
     rivals::RateState fast = model;
     const double at_once = -fast.step({1e-4 * dc, 0.0}, 1e-4 * dc / (ratio * v), n).end.x / n - before;
     CHECK(at_once == Approx(a * std::log(ratio)).margin(2.0 * b * ratio * 1e-4));
-    // A small change of speed: theta moves from Dc/v to Dc/v' as exp(-x / Dc), exactly, and friction with its
-    // logarithm.
+    // A small change of speed from v to v'. Over the path x the state theta moves from Dc/v to Dc/v' as
+    // exp(-x / Dc), and friction follows its logarithm.
     rivals::RateState little = model;
     const double e = 0.01, x = 0.7 * dc;
     const double after = -little.step({x, 0.0}, x / ((1.0 + e) * v), n).end.x / n - before;
-    const double theta = 1.0 + e * std::exp(-x / dc);  // theta over its final value
+    const double theta = 1.0 + e * std::exp(-x / dc);  // state theta over its final value
     CHECK(after == Approx((a - b) * std::log(1.0 + e) + b * std::log(theta)).margin(1e-8));
     CHECK(little.psi == Approx(std::log(v0 / v / (1.0 + e) * theta)).margin(1e-7));
   }
-  // At rest the state is the time: psi = ln(v0 (theta + t) / Dc), while the slider hardly creeps.
+  // At rest the slider hardly creeps, so the state theta grows by the time t: psi = ln(v0 (theta + t) / Dc).
   rivals::RateState held = steady(1e-4);
   held.z = {0.5 * held.z.x, 0.0};
   held.step({}, 100.0, n);
@@ -308,19 +316,22 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
 
 TEST_CASE("A rate-and-state slider sticks and slips below the critical stiffness (b - a) N / Dc",
           "[rivals]") {
-  // Pulls the slider's own spring at constant speed (Ruina 1983): a small disturbance grows or decays.
+  // The slider's spring is pulled at constant speed (Ruina 1983), and the test measures whether a small
+  // disturbance grows or decays.
   for (const double over : {0.9, 1.1}) {
     INFO("stiffness over the critical one: " << over);
     rivals::RateState model;  // a 0.02, b 0.04, Dc 20 um, load 2.5 N: 2500 N/m
     model.surface.stiffness = over * (0.04 - 0.02) * 2.5 / 2e-5;
     model.z = {(1.0 + 0.0005) / model.surface.stiffness, 0.0};
-    double early = 0.0, late = 0.0;  // largest swing of the force, early and late
+    // N, largest deviation of the force from 1 N among early and among late steps.
+    double early = 0.0, late = 0.0;
     for (int k = 0; k < 4000; ++k) {
       const double f = -model.step({1e-6, 0.0}, 1e-3, 2.5).end.x;
       if (k < 1000) early = std::max(early, std::fabs(f - 1.0));
       if (k >= 1500 && k < 2500) late = std::max(late, std::fabs(f - 1.0));
     }
-    // Per radian the swing changes by half the relative excess of stiffness, some ten per cent here.
+    // The swing changes by half the relative excess of stiffness per radian, and by more than 1.5 in all
+    // here.
     CHECK((over < 1.0 ? late > 1.5 * early : late < early / 1.5));
   }
 }
@@ -332,8 +343,7 @@ TEST_CASE("A load that falls lets rate and state slip at once, and no load is to
     INFO(load << " N");
     const Force f = model.step({}, 1e-3, load);
     CHECK(-f.end.x > 0.0);
-    // The force held after 1 ms of rest is the friction at the speed at which the spring then unloads, for a
-    // state between fresh and aged.
+    // In 1 ms the spring unloads to the friction at its own speed of creep, which is less than the load.
     CHECK(-f.end.x < 1.0 * load);
   }
 }
@@ -373,8 +383,8 @@ TEST_CASE("Maxwell-slip drags its blocks along tractrices", "[rivals]") {
 
 TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the table, elasto-plastic does not",
           "[rivals]") {
-  // Quasi-static: moves to and fro until the elastic part carries the force. Finds the displacement of a
-  // cycle by bisection.
+  // Quasi-static: the body moves until the elastic part carries the given force. Displacements are found by
+  // bisection.
   Surface surface;
   surface.damping = 0.0;
   surface.viscous_friction = 0.0;

@@ -272,7 +272,8 @@ TEST_CASE("A block let go with a speed stops where kinetic friction says", "[roo
 
 TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   Settings settings = few_bristles();
-  // Pushes the block to the wall, then presses with 5 N and aside with more than the floor alone can hold.
+  // Pushes the block to the wall and presses it there with 5 N, then pushes along the wall with more than the
+  // floor's friction alone holds.
   const double aside = 1.4 * settings.peak * settings.mass * g;
   std::vector<HandRow> hand = {at_place(0.0, -0.06, 0, 0.03), at_place(1.5, 0.195, 0, 0.03),
                                with_force(1.501, 5.0, 0, 0), with_force(2.5, 5.0, 0, 0),
@@ -310,7 +311,8 @@ TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pus
   Settings settings = few_bristles();
   settings.kinetic = 1.2;
   settings.peak = 1.3;
-  // Less than the floor holds; tips the block, which takes m g / 2 times its length over its height.
+  // A push of 2.6 N is less than the floor's friction holds. High on the block it tips the block, which takes
+  // m g / 2 times the block's length over the height of the push.
   const double push = 2.6;
   REQUIRE(push < settings.kinetic * settings.mass * g);
   REQUIRE(push * 0.055 > settings.mass * g * 0.05);
@@ -343,7 +345,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   run.until(0.2);
   const double tilt = turn_about(run.now(), 1);
   REQUIRE(tilt > 0.1);
-  REQUIRE(tilt < 0.8);  // the block has not tipped past its balance point
+  REQUIRE(tilt < 0.8);  // the block has not passed its balance point
   while (turn_about(run.now(), 1) > 1e-4 && run.now().time < 2.0) run.tick();
   const double landed = run.now().time;
   double rebound = 0.0;
@@ -370,7 +372,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   };
   Run run(settings);
   const double settled = run.until(6.0).block_position[0];
-  // Over whole periods of the taps (0.5 s).
+  // The block moves with the taps, so the two times compared are a whole number of tap periods (0.5 s) apart.
   CHECK(std::fabs(run.until(10.0).block_position[0] - settled) < 0.05e-6);
   const Snapshot& now = run.until(10.002);
   REQUIRE(now.compared == 2);
@@ -383,7 +385,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   CHECK(now.moved == moved_alone(FrictionModel::brush));
   CHECK(now.beside[0].moved == moved_alone(FrictionModel::lugre));
   CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
-  // A comparison changes nothing of the block itself.
+  // The block itself must move to the bit as without models beside it.
   CHECK(hash_alone == run.loop().state_hash());
 }
 
@@ -391,14 +393,15 @@ TEST_CASE(
     "Rubbed by strokes of 2.5 lengths the default keeps its strength, the paper's law hardens beside it",
     "[room]") {
   Settings settings = settings_of(Comparison::rubbing);
-  settings.infinite = true;  // the infinite brush has no noise
+  settings.infinite = true;  // the infinite brush has no sampling noise
   Run run(settings);
-  const Snapshot& now = run.until(6.002);  // state after 24 cycles of rubbing
+  const Snapshot& now = run.until(6.002);  // after 24 cycles of rubbing
   REQUIRE(now.compared == 1);
   CHECK(now.beside[0].model == FrictionModel::brush);
   CHECK(now.strength_beside == Approx(1.0).margin(0.1));
   CHECK(now.beside[0].strength_beside > 1.3);
-  // No more than if all bristles were straight at the middle of the stroke: K times half its width.
+  // The strength is at most that of bristles which are all straight at the middle of the stroke: stiffness
+  // times half the stroke.
   const double load = settings.mass * g;
   CHECK(now.beside[0].strength <= rubbing_amplitude * settings.presliding_length * 1.001 *
                                       material_of(settings_beside(settings, 0)).bristle_stiffness *
@@ -410,14 +413,15 @@ TEST_CASE("After rests a block that ages starts stronger, by the growth per deca
   const Settings settings = settings_of(Comparison::rest);
   Run run(settings);
   const double load = settings.mass * g, kinetic = settings.kinetic * load;
-  // Slides of 1 s after rests of 0.1, 0.3 and 1 s: the third ends at 5.4 s.
+  // The carriage slides for 1 s after rests of 0.1, 0.3 and 1 s, so the third slide ends at 5.4 s.
   run.until(2.05);
   const double after_short = run.until(2.09).strength;
   CHECK(run.now().strength_beside == 0.1);
   const Snapshot& now = run.until(5.3);
   CHECK(now.strength_beside == 1.0);
   const double after_long = now.strength;
-  // In sliding, bristles reach an age of about 1 mm / 8 mm/s = 0.13 s, so 1.1 s more is about a decade.
+  // Sliding bristles are renewed at an age of about 1 mm / 8 mm/s = 0.13 s, to which rests of 0.1 and 1 s are
+  // added.
   const double growth = settings.growth_per_decade * std::log10((0.1 + 1.0 + 0.13) / (0.1 + 0.1 + 0.13));
   CHECK((after_long - after_short) / kinetic > 0.4 * growth);
   CHECK((after_long - after_short) / kinetic < 1.2 * growth);
@@ -441,7 +445,7 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
-  t += slide_lasts;  // the slides end at 20.4 s
+  t += slide_lasts;  // the last slide of a cycle ends at 20.4 s
   CHECK(t == Approx(20.4));
   CHECK(rest_phase(t).place == Approx(6 * slide_speed));
   CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
@@ -473,9 +477,10 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
     const double t = 1e-3 * k;
     moved.take(t, 0.01 * std::exp(-5.0 * t) + 1e-6 * t + 1e-3 * std::sin(2.0 * pi * t / tap_pair));
   }
-  // Counts from the last pair of taps before 6 s to the end of the last whole pair.
+  // Movement is counted between pairs of taps: from the last pair before 6 s to the end of the last whole
+  // pair, 14 s at 1 um/s.
   CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
-  // A touch resets the count, so that the hand's own motion is left out.
+  // A new count begins when the hand touches the block, so that the hand's own motion is left out.
   moved.begin(20.0);
   CHECK(std::isnan(moved.metres()));
   for (int k = 20001; k <= 30000; ++k) moved.take(1e-3 * k, 0.044 + 1e-6 * 1e-3 * k);
@@ -483,8 +488,8 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
-  for (const double hand_x : {0.10, -0.02}) {  // a hand beyond the block, and one within it, as after a click
-                                               // on the block
+  // A hand beyond the block, and one inside it, as after a click on the block.
+  for (const double hand_x : {0.10, -0.02}) {
     HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
     let_go.hand.holds = false;
     Run run(few_bristles(), {at_place(0.0, -0.07, 0, 0.03), let_go, at_place(0.5, hand_x, 0, 0.03),
@@ -496,9 +501,9 @@ TEST_CASE("A tool that is taken again from behind the block is not flung against
       const double* f = run.tick().applied;
       highest = std::max(highest, std::hypot(f[0], f[1], f[2]));
     }
-    CHECK(highest > 0.5);  // the tool pushed
+    CHECK(highest > 0.5);  // the tool pushed the block
     CHECK(highest < DeviceLimits{}.force);
-    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // the tool got there
+    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // the tool reached the hand
   }
 }
 
@@ -520,7 +525,7 @@ TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
     return sum / static_cast<double>(std::max<std::size_t>(view.count, 1));
   };
   Settings settings = few_bristles();
-  settings.slope = 0.2;  // the block holds, with bent bristles
+  settings.slope = 0.2;  // a slope on which the block holds, by bent bristles
   Run run(settings);
   run.until(0.5);
   const double bent = mean_deflection(run.now().bristles);
@@ -541,7 +546,7 @@ TEST_CASE("A scene begins with straight bristles, whatever was compared before i
   Settings settings = settings_of(Comparison::rest);
   settings.bristles = 512;
   Run run(settings);
-  run.until(3.0);  // until the carriage has bent the bristles
+  run.until(3.0);  // the carriage has bent the bristles by now
   settings = settings_of(Comparison::none);
   settings.bristles = 512;
   run.loop().exchange().settings.write(settings);
@@ -565,19 +570,19 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   const double place = run.now().block_position[0];
   CHECK(run.now().settings.infinite);
   REQUIRE(run.now().bristles.count == bristles_shown);
-  // Bristles that were straight now hold the block.
+  // The bristles, which were straight before, are bent and hold the block.
   CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
   CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
   run.until(1.0);
-  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);  // the block
-                                                                                             // swings
+  // The block swings back.
+  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);
 
   settings.shared_renewal = 2.0;
   settings.residual_share = 0.3;
   wishes.write(settings);
   run.until(1.2);
   CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
-  // The rule keep needs a number of bristles.
+  // SnapRule::keep needs a finite number of bristles, so the room leaves the infinite brush.
   settings.keep = true;
   wishes.write(settings);
   run.until(1.3);
@@ -596,7 +601,8 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   settings.ageing_time = 0.01;
   settings.hand_stiffness = 40.0;
   settings.hand_damping = 20.0;
-  // ln 10 beta is the fall with speed per decade, and half the growth at rest.
+  // Strength beta of ageing per e-fold. Per decade, friction falls with speed by ln 10 beta, and the peak
+  // grows at rest by twice as much.
   const double beta = 0.5 * settings.growth_per_decade / std::log(10.0);
   double highest[2] = {0.0, 0.0}, factor[2];
   const double rests[2] = {0.3, 10.0};
@@ -617,7 +623,7 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   CHECK(highest[1] / highest[0] == Approx(factor[1] / factor[0]).epsilon(0.015));
 }
 
-/// Returns the highest friction over load after fast sliding and a hold.
+/// Returns the highest ratio of friction to load after a fast slide and a hold at rest of `hold` seconds.
 double peak_after(double hold, const bristle::Material& material) {
   bristle::PatchBatch batch;
   bristle::Motion motion;
@@ -628,7 +634,7 @@ double peak_after(double hold, const bristle::Material& material) {
   motion.normal_load = 1.0;
   bristle::Response response;
   double highest = 0.0;
-  // So fast that nothing ages: a hundred lengths in a thousandth of the ageing time.
+  // The slide is so fast that nothing ages: the steps take 1e-7 of the ageing time each.
   const double length = material.snap_length.mean() + material.residual_length;
   for (int i = 0; i < 1500; ++i) {
     motion.displacement[0] = i == 1000 ? 0.0 : 0.02 * length;
@@ -661,8 +667,8 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
       continue;
     }
     CHECK(material.ageing_time == of[i].time);
-    // The table's rate is of first order: it is measured at a tenth of the strength, scaled by ten, and taken
-    // relative to the ageing factor at 100 s.
+    // The table's growth is of first order in the strength of ageing. So it is measured at a tenth of the
+    // strength, scaled by ten, and taken relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
     const double growth =
@@ -728,7 +734,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   }
   CHECK(farthest <= mouse.position[0]);
   CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-6));
-  // Time goes back at a reset, and a new grip begins at the present position.
+  // A reset sets the time back to 0. A new grip then begins at the mouse's present position.
   mouse.holds = false;
   exchange.mouse.write(mouse);
   device.read(0.0, hand);
@@ -782,11 +788,12 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     const Snapshot& end = now_of(loop);
     CHECK_FALSE(end.held);
     CHECK(end.block_position[0] > options.settings.presliding_length);
-    CHECK(end.block_position[0] < 0.03);  // the block is not flung away when the hand changes
-    // The mouse takes over.
+    // The block is not flung away when the mouse replaces the tour's hand.
+    CHECK(end.block_position[0] < 0.03);
+    // A hand of the mouse replaces the tour's.
     loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
     CHECK(after(loop, 100).held);
-    // A reset ends a pull that is under way.
+    // A reset ends a pull that has begun.
     loop.exchange().acts.push(Act::slow_pull);
     loop.advance(500);
     loop.exchange().acts.push(Act::reset);
@@ -813,14 +820,14 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
   CHECK(pushed < options.settings.presliding_length);
   CHECK(now_of(loop).applied[0] < 0.9 * options.settings.peak * options.settings.mass * g);
   CHECK(now_of(loop).applied[0] > 0.4 * options.settings.peak * options.settings.mass * g);
-  // Let go it is back but for what has snapped.
+  // When the hand has let go, the block is back except for the deflection lost in snaps.
   const double back = at(7.9).block_position[0] - rest;
   CHECK(now_of(loop).applied[0] == 0.0);
   CHECK(back < 0.4 * pushed);
   CHECK(at(tour_hand_s - 0.2).block_position[0] - rest > 2.0 * options.settings.presliding_length);
   at(tour_hand_s + 0.5);
   CHECK_FALSE(now_of(loop).held);
-  // Each part is said.
+  // Each part of the tour has its text.
   double from = 0.0;
   for (const TourPart& part : tour_parts) {
     CHECK(tour_says(0.5 * (from + part.until_s)) == std::string(part.says));
@@ -848,7 +855,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   const double begin = time_after(50);
   const double slow = time_after(400) - begin;
   CHECK(slow > 0.0);
-  CHECK(slow < 0.02);  // 4 ms, and the delays of a busy machine
+  CHECK(slow < 0.02);  // s; 4 ms expected, plus the delays of a busy machine
   loop.stop();
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
   loop.advance(1);
@@ -874,9 +881,10 @@ namespace {
 /// exceeds the moment of the floor's friction about it.
 struct OffCentrePull {
   static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
-  static constexpr double moment = floor * 1.0 * g * aside;  // the finger's load changes the corner loads,
-                                                             // but not this moment
-  // Turn at the end; mean torque during the pull, about the normal out of the finger, which points down.
+  // N m, moment of the floor's friction about the finger, which does not depend on the finger's load.
+  static constexpr double moment = floor * 1.0 * g * aside;
+  // Turn of the block at the end, rad, and mean torque during the pull, N m. Positive is about the finger's
+  // outward normal, which points down.
   double turned = 0.0, torque = 0.0;
   double gap = 0.0;  // m, distance of the finger from its place on the block
 
@@ -919,14 +927,14 @@ TEST_CASE("A finger with a pad holds a block off its middle up to the torsional 
           "[room][pad]") {
   for (const bool infinite : {false, true}) {
     INFO((infinite ? "infinitely many bristles" : "representatives"));
-    // 0.82 of the limit: the block moves straight, and the pad carries the moment.
+    // The moment is 0.82 of the torque that the pad holds: the block moves straight.
     REQUIRE(OffCentrePull::moment < 0.85 * OffCentrePull::limit(6e-3));
     const OffCentrePull held(6e-3, infinite);
     CHECK(std::fabs(held.turned) < 0.02);
     CHECK(-held.torque == Approx(OffCentrePull::moment).epsilon(0.03));
     CHECK(held.gap < 100e-6);
-    // 1.23 of the limit, more than even the peak (1.05) holds: the block turns, against the torque of a disc
-    // that also transmits a fifth of its largest force.
+    // The moment is 1.23 of the torque that the pad holds in sliding, and exceeds even its peak (1.05). The
+    // block turns, against the torque of a disc that also transmits a fifth of its largest force.
     REQUIRE(OffCentrePull::moment > 1.2 * OffCentrePull::limit(4e-3));
     const OffCentrePull turning(4e-3, infinite);
     CHECK(turning.turned < -0.06);
@@ -987,7 +995,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   run.tick();
   run.tick();
   REQUIRE(run.now().recording);
-  REQUIRE(run.now().time == Approx(1e-3));  // the room restarted
+  REQUIRE(run.now().time == Approx(1e-3));  // recording restarts the room
   for (int k = 0; k < 300; ++k) run.tick();
   settings.kinetic = 0.2;
   settings.peak = 0.25;
@@ -1006,7 +1014,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   while (run.now().time < end - 5e-4) run.tick();
   CHECK(run.loop().state_hash() == hash);
 
-  // The recorded files can be played as a script.
+  // The files of a recording can be played as a script.
   const std::string base =
       (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
   const Script script = read_script(base + ".toml", RoomMeasures{});
@@ -1071,7 +1079,8 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     REQUIRE(run_to(loop, "left the room"));
     CHECK(run_to(loop, "recorded"));
   }
-  const Script script = read_script(base + ".toml", RoomMeasures{});  // refuses times that go back
+  // read_script() would refuse times that go back.
+  const Script script = read_script(base + ".toml", RoomMeasures{});
   CHECK(script.seconds > 0.25);
   CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
 }
@@ -1137,7 +1146,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
     CHECK_THAT(now().message, Catch::Contains("replay has ended"));
     CHECK(now().settings.kinetic == 0.3);
   }
-  // The script that was being played before continues.
+  // The script that was played before the replay continues.
   run_until(0.7);
   CHECK(now().settings.kinetic == 0.25);
 }
@@ -1207,7 +1216,7 @@ TEST_CASE("A script that is wrong says where", "[room]") {
 
 TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line", "[room]") {
   Settings settings = few_bristles();
-  settings.kinetic = 1.0;  // the block holds, so the spring pushes steadily
+  settings.kinetic = 1.0;  // strong friction, so the block holds and the hand's spring pushes steadily
   settings.peak = 1.1;
   Run run(settings, {at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}, 0.8);
   run.until(0.8);
@@ -1229,12 +1238,12 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
 
 namespace {
 
-/// A hand that plays a motion and records the forces sent to it.
+/// A device that plays a hand's motion and records the forces sent to it.
 class FeltHand final : public Device {
  public:
   struct Felt {
     long reads = 0;
-    std::vector<double> force;  // N, along x
+    std::vector<double> force;  // N, force on the hand along x
   };
   FeltHand(HandMotion motion, std::shared_ptr<Felt> felt)
       : motion_(std::move(motion)), felt_(std::move(felt)) {}
@@ -1258,7 +1267,8 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const bristle_test::TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
-  options.settings.kinetic = 1.0;  // the block holds, so the spring pushes steadily
+  // Strong friction, so the block holds and the hand's spring pushes steadily.
+  options.settings.kinetic = 1.0;
   options.settings.peak = 1.1;
   options.record_to = folder.at("recording");
   const HandMotion push{{at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}};
@@ -1285,7 +1295,8 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   CHECK(felt->force.back() == Approx(before).epsilon(0.05));
   HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
   straight.advance(900);
-  CHECK(loop.state_hash() == straight.state_hash());  // the pause did not change the world
+  // The room was paused in between, which must not change its state.
+  CHECK(loop.state_hash() == straight.state_hash());
 
   acts.push(Act::record);
   loop.advance(700);
@@ -1316,7 +1327,7 @@ TEST_CASE("A recording that cannot be begun leaves the block its friction", "[ro
   CHECK_FALSE(now.recording);
   CHECK(now.time == Approx(1.5));
   CHECK(now.block_position[0] == Approx(before).margin(2e-4));
-  loop.exchange().acts.push(Act::reset);  // patches made after that are complete as well
+  loop.exchange().acts.push(Act::reset);  // a reset makes new patches, which must be complete too
   CHECK(std::fabs(after(loop, 1000).block_position[0]) < 1e-3);
 }
 
@@ -1343,7 +1354,8 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
     loop.start();
     bool recording = true;
-    for (int k = 0; k < 20000 && recording; ++k) {  // the buffer of 1 MB holds half a second
+    // The recording's buffer of 1 MB is full after half a second.
+    for (int k = 0; k < 20000 && recording; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
         recording = loop.exchange().room.latest().recording;
@@ -1436,11 +1448,12 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  UdpDevice device(0, "127.0.0.1", 60.0);  // a long timeout, so that a busy machine does not count as silence
+  // A timeout of 60 s, so that a delay of a busy machine does not count as silence.
+  UdpDevice device(0, "127.0.0.1", 60.0);
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
-  // Loopback usually delivers at once, but does not promise it.
+  // Loopback usually delivers a packet at once, but does not promise it, so this tries repeatedly.
   const auto read = [&](double x) {
     for (int k = 0; k < 200; ++k) {
       if (device.read(0.0, hand) && hand.position[0] == x) return true;
@@ -1462,7 +1475,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   sender.send("hello", 5);
   unsigned char long_packet[hand_packet_size + 8] = {};
   sender.send(long_packet, sizeof long_packet);
-  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // a packet that comes late
+  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // a packet with an older number than the last
   sender.send({8, {true, {NAN, 0, 0}, {0, 0, 0}}});
   sender.send({9, {false, {0.04, 0, 0}, {0, 0, 0}}});
   REQUIRE(read(0.04));
@@ -1495,8 +1508,8 @@ TEST_CASE("A network device with a token takes packets that carry it, and no oth
 }
 
 TEST_CASE("The tag of a packet is SipHash-2-4 of its first 64 bytes under the token", "[room]") {
-  // Expected value from a separate program, which was checked against the published vector of the keys 0 to
-  // 15.
+  // Expected tag from a separate program, which was checked against SipHash's published vector (key bytes 0
+  // to 15).
   HandPacket packet{4, {true, {0.4, 0, 0}, {0, 0, 0}}};
   packet.token = 0x8123456789abcdefu;
   unsigned char bytes[hand_packet_size];
@@ -1529,7 +1542,7 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
   to_open.send(packet(2, 0.2, 0));
   to_open.send(packet(2, 0.9, 0));
   CHECK(wait_for(open, 2) == 0.2);
-  to_open.send(packet(2 + 65536, 0.3, 0));  // a number within the window
+  to_open.send(packet(2 + 65536, 0.3, 0));  // a number not too far ahead, so it is accepted
   to_open.send(packet(3, 0.9, 0));
   CHECK(wait_for(open, 3) == 0.3);
 
@@ -1570,7 +1583,8 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted, so its numbers begin at 1
+  // The device server has restarted, so its packet numbers begin at 1.
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }
@@ -1620,7 +1634,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   double before = exchange.room.latest().time, went_on = 0.0;
   for (int k = 0; k < 20 && went_on <= 0.05; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody reads the room's state meanwhile
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // meanwhile nobody reads the room's state
     exchange.room.refresh();
     went_on = exchange.room.latest().time - std::exchange(before, exchange.room.latest().time);
   }

@@ -84,7 +84,7 @@ TEST_CASE("A camera sees its target in the middle and offsets by the rules of pe
   Camera camera;
   camera.target = Vector3f(0.1f, -0.2f, 0.05f);
   camera.distance = 2.0f;
-  camera.azimuth = -1.5707963f;  // the eye looks along +y, so right is +x and up is +z
+  camera.azimuth = -1.5707963f;  // the camera looks along +y, so +x is to the right and +z is up
   camera.elevation = 0.0f;
   camera.field_of_view = 2 * std::atan(0.5f);
   const Area area{100, 50, 800, 400};
@@ -214,11 +214,11 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
     s.mass = mass;
     undo.note(before, true, active);
   };
-  change(0.3, true);  // a drag over three pictures, undone as one change
+  change(0.3, true);  // a drag over three pictures counts as one change
   change(0.4, true);
   change(0.5, true);
   undo.note(s, false, false);
-  change(1.0, false);  // two clicks, undone one by one
+  change(1.0, false);  // two clicks count as two changes
   change(2.0, false);
   for (const double mass : {1.0, 0.5, 0.25}) {
     REQUIRE(undo.undo(s));
@@ -229,7 +229,8 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
 
 TEST_CASE("What does nothing is known, and so is the preset that is in force", "[room]") {
   room::Settings s;
-  CHECK_FALSE(room::Effective(s).stribeck);  // there is no damper whose decay could matter
+  // The Stribeck velocity matters for a damper only, and there is none.
+  CHECK_FALSE(room::Effective(s).stribeck);
   CHECK_FALSE(room::Effective(s).ageing_time);
   s.damping_per_newton = 0.5;
   s.growth_per_decade = 0.05;
@@ -253,7 +254,7 @@ TEST_CASE("A knock of some milliseconds does not set the range of a plot, a last
   std::vector<float> values(1000, 0.5f);
   values[3] = 40.0f;
   values[700] = -30.0f;
-  values[10] = 1.1f;  // a peak that the law can reach
+  values[10] = 1.1f;  // a peak that friction can really reach
   room::ValueRange r = room::range_of_most(values, 1.2);
   CHECK(r.low == Approx(-1.2).margin(2));
   CHECK(r.low >= -1.2);
@@ -275,7 +276,7 @@ TEST_CASE("An axis far from zero counts from a round place, in the unit of its w
   CHECK(axis(-0.1, 0.2).offset == 0.0);
   CHECK(axis(0.0, 400e-6).unit == "µm");
   CHECK(axis(0.0, 400e-6).offset == 0.0);
-  // An axis whose numbers could read "249.565".
+  // An axis around 249.6 mm: without an offset its numbers would read "249.565".
   const room::AxisText far = axis(0.24952, 0.24968);
   CHECK(far.unit == "µm from 249 mm");
   CHECK(far.offset == Approx(0.249));
@@ -323,7 +324,8 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
     glass.update(room, 0.02f);
     CHECK(glass.snaps() == 0);
   }
-  // Three bristles snap, one of which draws a new length.
+  // Three bristles are nearly straight and the others bent on, so these three have snapped. One of them has
+  // drawn a new length.
   for (float& z : room.bristles.zx) z += 0.05f * mean;
   for (const std::size_t i : {3u, 50u, 399u}) room.bristles.zx[i] = 0.02f * mean;
   room.bristles.snap_length[50] *= 1.5f;
@@ -348,8 +350,8 @@ TEST_CASE("Cohorts are drawn as sheets as thick as their mass, and age until the
   REQUIRE(glass.hairs().size() == 2);
   CHECK(glass.hairs()[1].half[0] == Approx(3 * glass.hairs()[0].half[0]).epsilon(1e-3));
   CHECK(glass.hairs()[0].lean[0] == Approx(0.2 * room::BristleGlass::lean_per_length));
-  // They are bent on by 0.1 lengths in half a second; a quarter of those bent by 0.7 snap and draw new
-  // lengths.
+  // All bristles are bent on by 0.1 lengths in half a second, but for a quarter of those at 0.7, which snap
+  // and draw new lengths.
   room.time += 0.5;
   room.block_position[0] += 0.1 * room.presliding_length;
   for (std::size_t i = 0; i < room::bristles_shown; ++i)
@@ -393,7 +395,7 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
   CHECK(first[first.size() - 1].first == Approx(4e-3).epsilon(0.02));
   CHECK(first[1].second == 0.5f);
   const std::size_t size = first.size();
-  add(2.0f, 0.1f, 0.1f);  // the block is back, after first loading has ended: the curve stays as it is
+  add(2.0f, 0.1f, 0.1f);  // the block returns after first loading has ended, which adds no point to the curve
   CHECK(first.size() == size);
   add(0.0f, 0.3f, 0.0f);  // a reset begins a new curve
   CHECK(first.size() == 1);
@@ -401,8 +403,8 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
     add(0.001f * static_cast<float>(i), 0.3f + 1e-5f * static_cast<float>(i), 0.5f);
   for (int i = 0; i <= 200; ++i)
     add(0.3f + 0.001f * static_cast<float>(i), 0.302f - 1e-5f * static_cast<float>(i), 0.5f);
-  CHECK(first[first.size() - 1].first > 1.49e-3f);  // when rubbed, the curve goes only as far as the first
-                                                    // reversal
+  // When rubbed, the curve of first loading ends at the first reversal.
+  CHECK(first[first.size() - 1].first > 1.49e-3f);
   CHECK(first[first.size() - 1].first < 1.53e-3f);
 }
 
@@ -531,7 +533,7 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage straight = offscreen->draw(room, 0.02f);
   for (std::size_t i = 0; i < room.bristles.count; ++i)
     room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
-  room.bristles.key = 2;  // another patch, so no bristle counts as snapped
+  room.bristles.key = 2;  // the key of another patch, so that no bristle counts as snapped
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
@@ -547,7 +549,7 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   };
   draw(30.0, 0.016);
   CHECK(pace.now().shadows);
-  // A single slow picture, of a window that opens, changes nothing.
+  // One slow picture, as when a window opens, changes no setting.
   draw(0.1, 0.2);
   draw(5.0, 0.016);
   CHECK(pace.now().shadows);
@@ -560,15 +562,15 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   CHECK(pace.now().period_s < 0.02);
   draw(3.0, 0.05);
   CHECK(pace.now().period_s == Approx(1.0 / 15));
-  draw(60.0, 0.05);  // nothing is left to shed
+  draw(60.0, 0.05);  // nothing is left to reduce, so the rate stays
   CHECK(pace.now().period_s == Approx(1.0 / 15));
   draw(30.0, 0.005);
   CHECK(pace.now().shadows);
-  // A simulation that falls behind sheds as well, however fast the pictures are.
+  // If the simulation falls behind, shadows are left out as well, however fast the pictures are.
   draw(3.0, 0.005, 0.4);
   CHECK_FALSE(pace.now().shadows);
 
-  // What is too dear each time is tried ever more rarely: in ten minutes a handful of times.
+  // Shadows that are too slow each time are tried ever more rarely: a handful of times in ten minutes.
   room::DrawingPace dear;
   int changes = 0;
   bool shadows = true;
@@ -596,7 +598,7 @@ TEST_CASE("A block's trail begins where it stood and follows it; a scene that be
   CHECK(trails.way(0).front().norm() == 0.0f);
   CHECK(trails.way(0).back().x() == Approx(0.1).margin(2 * room::Trails::spacing));
   CHECK(trails.way(1).empty());
-  // It never grows beyond its bound, and keeps its beginning.
+  // The trail never exceeds its bound, and keeps its beginning.
   for (int k = 0; k < 5000; ++k) {
     room.time += 0.01;
     room.block_position[0] = k % 2 ? 0.1 : 0.0;
@@ -615,7 +617,8 @@ TEST_CASE("A block's trail begins where it stood and follows it; a scene that be
   CHECK(trails.way(0).size() == 1);
   REQUIRE(trails.way(1).size() == 1);
   CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
-  room.settings.compare = room::Comparison::rubbing;  // a carriage moves the blocks
+  // In this comparison a carriage moves the blocks, which leave no trails.
+  room.settings.compare = room::Comparison::rubbing;
   trails.update(room);
   CHECK(trails.way(0).empty());
 }

@@ -80,9 +80,10 @@ TEST_CASE(
           loop->exchange().room.refresh();
           return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
         },
-        {SYS_clock_gettime, SYS_getrusage});  // getrusage is called in a late tick, and in the first
+        // A tick calls getrusage if it is late, and once at the beginning.
+        {SYS_clock_gettime, SYS_getrusage});
     check_clean(seen);
-    CHECK(seen.value > 100000);  // um: the block moved far
+    CHECK(seen.value > 100000);  // um: the block has moved far
   }
 }
 

@@ -65,8 +65,8 @@ std::string describe(const Row& row) {
          row.at("residual_over_dbar");
 }
 
-/// Mean deflection and snaps per bristle after a straight path, bristle by bristle. Advances by pieces of the
-/// path, then makes the renewals of each: an error of first order in the piece, 1e-3 here.
+/// Mean deflection and snaps per bristle after a straight path, followed bristle by bristle. Renewals are
+/// made after each small piece of the path, which gives an error of first order in the piece, 1e-3 here.
 struct Population {
   double deflection, snaps;
 };
@@ -144,8 +144,8 @@ TEST_CASE("Shared renewal in closed form: exponential and single lengths", "[rub
   for (double kappa : {1e-6, 0.1, 1.0, 16.0}) {
     for (double residual : {0.0, 0.4, 30.0}) {
       INFO("kappa " << kappa << ", l_r " << residual);
-      // E[exp(-lambda d)] = 1 / (1 + lambda), so lambda = kappa. Deflections have the density exp(-(1 +
-      // kappa) r).
+      // With d a snap length in means, the equation E[exp(-lambda d)] = 1 / (1 + kappa) has the solution
+      // lambda = kappa. Deflections beyond the residual have the density exp(-(1 + kappa) r).
       const Material memoryless = rubbed(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
       CHECK(memoryless.snap_rate() * 2e-3 == Approx(1.0).epsilon(1e-9));
       CHECK(memoryless.kinetic_coefficient() == Approx(residual + 1.0 / (1.0 + kappa)).epsilon(1e-9));
@@ -183,7 +183,7 @@ TEST_CASE("Shared renewal that goes to 0 leads to the brush without it", "[rubbi
 }
 
 TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extremes]") {
-  // Below 1e-154 the square of its inverse overflows.
+  // Below 1e-154 the square of the inverse of kappa overflows.
   for (SnapRule rule : both_rules)
     for (const SnapLength& law :
          {SnapLength::uniform(0.5, 1.5), SnapLength::lognormal(1.0, 0.15), SnapLength::lognormal(1.0, 0.6)})
@@ -198,8 +198,8 @@ TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extre
 }
 
 TEST_CASE("A renewal that is an avalanche is refused, whatever the population", "[rubbing][bad_input]") {
-  // Of three bristles drawn, one snaps at once and draws five more: a step would draw without end, or cut a
-  // path into 1e11 pieces.
+  // A third of the drawn lengths snap at once, and each snap draws five more, its own and four renewed ones.
+  // So draws multiply: a step would draw without end, or cut a path into 1e11 pieces.
   const std::vector<double> lengths{1e-12, 1e-12, 15e-6, 20e-6};
   const Material avalanche = rubbed(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
   const Material calm = Material(avalanche).with_shared_renewal(0.3);
@@ -220,7 +220,8 @@ TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one b
     const char* name;
     SnapLength law;
     Quantile quantile;
-    double tolerance;  // for a table, with atoms near one: 1e-3 and the piece of path
+    // Additional error; for a table with many bristles of nearly one length 1e-3 plus the piece of path.
+    double tolerance;
   };
   const std::uint32_t n = test_size(20000);
   const std::vector<double> paths{0.73, 1.115, 2.37, 4.93};
@@ -313,8 +314,8 @@ TEST_CASE("Coefficients with residual and shared renewal become a material that 
     for (SnapRule rule : both_rules) {
       for (double share : {0.0, 0.1, 0.3, 0.9}) {
         for (double kappa : {0.0, 0.5, 2.0}) {
-          // A ratio within the range of every family; the upper end of the range is (l_r + 1) / (l_r + k)
-          // with k <= 1/2, for equal lengths.
+          // The ratio is within the range of every law, whose upper end is (l_r + 1) / (l_r + k). l_r is the
+          // residual length over dbar, and k <= 1/2, with 1/2 for equal lengths.
           const double residual = share / (1.0 - share);
           const double ratio = 1.0 + 0.75 * (0.5 / (residual + 0.5));
           INFO(to_string(law) << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", share " << share
@@ -349,7 +350,7 @@ TEST_CASE("Coefficients without both make the material that they made before the
   const Material material = Material::from_coefficients(paper);
   CHECK(material.residual_length == 0.0);
   CHECK(material.shared_renewal == 0.0);
-  // A recorded value, with 17 digits.
+  // A recorded spread, with all 17 digits: the conversion must not change.
   CHECK(material.snap_length.cv() == 0.29291044799401739);
   CHECK(material.snap_length.mean() == 10e-6);
 }

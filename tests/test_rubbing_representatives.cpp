@@ -26,7 +26,7 @@ Material rubbed(const SnapLength& law, SnapRule rule, double residual_over_dbar,
       .with_shared_renewal(renewal);
 }
 
-/// The rows of a table for one law, rule, kappa and residual.
+/// The rows of a table for one law, snap rule, shared renewal (kappa) and residual length.
 struct TableCase {
   std::string name;
   SnapLength law;
@@ -56,7 +56,8 @@ std::vector<TableCase> read_cases(const std::string& file) {
   return cases;
 }
 
-/// A patch of a case, with its mean deflection over dbar: minus the force with plain_material.
+/// A patch of the material of a case. It gives its mean deflection over dbar, which is minus the force with
+/// plain_material.
 struct Rub {
   std::uint32_t n;
   OnePatch patch;
@@ -70,19 +71,17 @@ struct Rub {
   double mean_bend(const Response& r) const { return -r.mean[0] / n / dbar; }
 };
 
-/// Returns a bound on the standard error of the mean deflection of n bristles (exponential law: dbar /
-/// sqrt(n)).
+/// Returns a bound on the standard error of the mean deflection over dbar of n bristles. The exponential law
+/// reaches it.
 double sampling_error(std::uint32_t n) { return 1.0 / std::sqrt(static_cast<double>(n)); }
 
-/// Returns the number of steps to the first multiple of `step` at or beyond x that the table has, or 0 if x
-/// lies between steps.
+/// Returns how many steps of length `step` end at x, or 0 if x lies between the ends of steps.
 int steps_to(double x, double step) {
   const double k = x / step;
   return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
 }
 
-/// A path of equal steps that turns by `turn` rad in each, or at random by that much, with the default
-/// material.
+/// The headings of a path of equal steps: each turns by `turn` rad, or by a random angle of that deviation.
 struct Bends {
   double turn;
   bool at_random;
@@ -92,7 +91,8 @@ struct Bends {
   void next() { heading += turn * (at_random ? std::normal_distribution<double>()(random) : 1.0); }
 };
 
-/// Results of a step: forces along and across the motion, dissipation and snaps per length.
+/// Results of a step, or of its parts together: forces along and across the motion, energy dissipated and
+/// snaps.
 struct BentStep {
   double end_along = 0.0, end_across = 0.0, mean_along = 0.0, mean_across = 0.0, dissipated = 0.0,
          snaps = 0.0;
@@ -114,7 +114,7 @@ BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts
   return sum;
 }
 
-/// Returns the load of step k, which varies by 10 % over 20 steps.
+/// Returns the load of step k as a share of the highest load. It varies by 10 % in a period of 20 steps.
 double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.141592653589793 * k)) / 1.1; }
 
 /// Slides by `path` to steady sliding, in steps of `step`; lengths in dbar.
@@ -137,7 +137,7 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
         if (steps == 0 || x > 8.0) continue;
         Response r;
         for (; done < steps; ++done) r = rub.move(step);
-        // Pieces of a quarter length have an error of 0.004 at most.
+        // Cutting the path into pieces of a quarter length has an error of 0.004 at most.
         expect_near(rub.bend(r), number(row, "f"), 4.0 * sampling_error(n) + (step > 0.1 ? 0.004 : 0.001),
                     "mean deflection");
       }
@@ -155,7 +155,7 @@ TEST_CASE("Bristles that are renewed and snap again within a step renew others t
     c.law = SnapLength::exponential(dbar);
     c.renewal = kappa;
     Rub rub(c, n, 1);
-    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // the longest step that is not cut into pieces
+    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // longest path that is not cut into pieces, dbar
     const double bend = (1.0 - std::exp(-rate * piece)) / rate;
     const double squares =
         2.0 / (rate * rate) * (1.0 - std::exp(-rate * piece) * (1.0 + rate * piece)) - bend * bend;
@@ -182,7 +182,8 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
         bend += rub.mean_bend(r) / steps;
         snaps += static_cast<double>(r.snaps) / n / step / steps;
       }
-      // Over 20 lengths sampling errors shrink to a third. Pieces may add 0.5 %.
+      // Averaging over 20 lengths reduces sampling errors to a third. Cutting the path into pieces may add
+      // 0.5 %.
       expect_near(bend, f, 0.005 * f + sampling_error(n), "kinetic friction");
       expect_near(snaps, rate, 0.01 * rate + sampling_error(n), "snaps per length");
     }
@@ -190,9 +191,9 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
 }
 
 namespace {
-constexpr double variance = 0.151;  // variance of the mean deflection, times n, from bristles one by one with
-                                    // a draw per snap
-}
+// Variance of the mean deflection times n, from bristles followed one by one with a draw for each snap.
+constexpr double variance = 0.151;
+}  // namespace
 
 TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of any length", "[rubbing]") {
   // Lognormal 0.3, redraw, kappa 1: closed form of core/MODEL.md, section 26.
@@ -215,7 +216,7 @@ TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of
       squares += (rub.bend(r) - f) * (rub.bend(r) - f) / steps;
       snaps += static_cast<double>(r.snaps) / n / step / steps;
     }
-    // Ends of steps within three of each other are correlated.
+    // The forces at the ends of steps less than three apart are correlated.
     const double error = 4.0 * std::sqrt(variance / n * 6.0 / steps);
     expect_near(end, f, 0.001 * f + error, "force at the end");
     expect_near(mean, f, 0.001 * f + error, "mean force");
@@ -263,7 +264,8 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
   c.renewal = 1.0;
   const int steps = static_cast<int>(test_size(20000));
   for (const std::uint32_t n : {3u, 20u}) {
-    // A bristle is not renewed by its own snap, so with few bristles friction exceeds that of many.
+    // A bristle does not renew itself by its own snap, so with few bristles friction is higher than with
+    // many.
     Rub slow(c, n, 1);
     double expected = 0.0;
     for (int k = 0; k < 5 * steps; ++k) expected += slow.bend(slow.move(0.1)) / (5 * steps);
@@ -278,7 +280,8 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
       }
       const double error = 4.0 * std::sqrt(2.0 * variance / n * 6.0 / steps);
       expect_near(end, expected, 0.005 + error, "force at the end");
-      // A carried slide has the friction of many bristles.
+      // The library carries long slides by their steady state, whose mean force is that of many bristles. It
+      // differs by up to 0.1 / n.
       expect_near(mean, expected, 0.1 / n + error, "mean force");
     }
   }
@@ -313,8 +316,8 @@ TEST_CASE("A long slide that stops, turns back and goes on in long steps follows
 }
 
 TEST_CASE("Long steps back take bristles that keep a long residual as far as it is, twice", "[rubbing]") {
-  // After a slide every bristle is bent by at least the residual, so on the way back none snaps before it has
-  // unbent that and bent as far the other way.
+  // After a slide every bristle is bent by at least the residual length. On the way back none snaps until it
+  // is bent as far the other way, a path of twice the residual.
   TableCase c;
   c.law = uniform;
   c.renewal = 1.0;
@@ -411,8 +414,8 @@ TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against
 
 namespace {
 
-/// Brute force, in pieces of path so short that order does not matter: bristles snap one by one, then each is
-/// renewed with the probability that these snaps give.
+/// Brute force in short pieces of path. In each, bristles snap one by one, then each bristle is renewed with
+/// the probability that these snaps give.
 class BruteRub {
  public:
   BruteRub(std::size_t n, Quantile quantile, bool redraw, double residual, double renewal, std::uint64_t seed)
@@ -425,14 +428,14 @@ class BruteRub {
         delta_(n) {
     for (double& d : delta_) d = draw();
   }
-  /// Moves by d along one axis. Returns the mean deflection.
+  /// Moves by d along the axis. Returns the mean deflection.
   double move(double d) {
     const double e = d < 0.0 ? -1.0 : 1.0;
     std::size_t snaps = 0;
     for (std::size_t i = 0; i < z_.size(); ++i) {
       z_[i] += d;
       if (z_[i] * e > residual_ + delta_[i]) {
-        z_[i] -= e * delta_[i];  // bends on along the rest of the piece
+        z_[i] -= e * delta_[i];  // the bristle is bent on by the rest of the piece
         if (redraw_) delta_[i] = draw();
         ++snaps;
       }
@@ -472,7 +475,7 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
   c.residual = 0.25;
   c.renewal = 1.0;
   Rub rub(c, n, 1);
-  // Moves out, back by half a length, out again, and far back.
+  // Moves out by 2, back by half a length, out again by 2, and far back.
   for (const double way : {2.0, -0.5, 2.0, -1.0, -3.0}) {
     for (int k = 0; k < 10; ++k) {
       const double d = way / 10.0;
@@ -502,7 +505,8 @@ TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no 
 TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
           "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
-  patch.step(1.2 * dbar, 1.6 * dbar, 100.0);  // |z| = 2 of a snap length of 3
+  // In dbar, with a residual of 2 a bristle snaps at 3, and it is bent by 2.
+  patch.step(1.2 * dbar, 1.6 * dbar, 100.0);
   patch.batch.set_material(patch.id, rubbed(SnapLength::single(dbar), SnapRule::keep, 0.5, 0.0));
   const Response r = patch.step(0.0, 0.0, 100.0);
   CHECK(r.snaps == 100);
@@ -532,7 +536,7 @@ TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") 
 }
 
 TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubbing]") {
-  // No length is drawn, so only the choice of renewed bristles distinguishes the patches.
+  // Without drawn lengths, seed and key matter for the choice of renewed bristles only.
   const std::uint32_t n = 2000;
   const auto bristles_of = [&](std::uint32_t seed, std::uint64_t key) {
     OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 0.0, 1.0),
@@ -553,7 +557,8 @@ TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubb
 }
 
 TEST_CASE("A slide on another line than the last begins anew, however long the last one was", "[rubbing]") {
-  // Moves back and aside without a snap: bristles lean across the slide until the slide has forgotten it.
+  // The last motions are back and aside without a snap, so bristles lean across the next slide until it has
+  // forgotten them.
   const std::uint32_t n = 20000;
   const Material material = rubbed(uniform, SnapRule::redraw, 0.0, 1.0);
   for (const double length : {10.0, 30.0, 200.0}) {
@@ -599,9 +604,9 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
         }
         off_across += std::pow(now.mean_across - right.mean_across, 2) / (steps - settle);
       }
-      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of one force, in newtons
-      // The carried path is right to first order in the angle; the rest grows with its square and with the
-      // curvature.
+      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of the force of one step, N
+      // The library carries long slides on turning paths by their steady state, to first order in the angle
+      // per step. The error grows with the square of the angle and with the curvature.
       const double allowed = turn > 0.2 ? 0.008 : 0.004;
       CHECK(a.end_along == Approx(b.end_along).epsilon(allowed));
       CHECK(a.mean_along == Approx(b.mean_along).epsilon(allowed));
@@ -627,7 +632,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
       OnePatch judge(material, PatchOptions(options).with_seed(2));
       Bends path{turn, false};
       constexpr int period = 20, cycles = 6;
-      // Sums by phase of the load's variation, without the first cycle.
+      // Sums for each phase of the load's period. The first period is left out.
       std::vector<BentStep> of_patch(period), of_judge(period);
       for (int k = 0; k < period * (cycles + 1); ++k) {
         path.next();
@@ -641,7 +646,8 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
           of_judge[k % period].*field += right.*field / cycles;
         }
       }
-      // Noise of the mean over all phases, and rms over single phases, in which the variation shows.
+      // Noise of the mean over all phases. Single phases, which show the effect of the varying load, are
+      // compared by their rms difference.
       const double noise = 0.6 / std::sqrt(static_cast<double>(n) * cycles);
       for (const auto field : {&BentStep::end_along, &BentStep::mean_along, &BentStep::dissipated,
                                &BentStep::snaps, &BentStep::end_across, &BentStep::mean_across}) {
@@ -733,8 +739,8 @@ TEST_CASE("A slide that bends keeps its energy, and its bits on any instruction 
 }
 
 TEST_CASE("A bristle that counts in part is renewed alike on one thread and on several", "[rubbing]") {
-  // Many bristles for the threads to share. The last two of them, one in part, are a block of their own, in
-  // which renewals happen without snaps.
+  // 300,000 bristles are shared between threads. The last two, of which one counts by a fraction, form a
+  // block of their own, in which renewals happen without snaps.
   const std::uint32_t n = 300000;
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
@@ -754,7 +760,8 @@ TEST_CASE("A bristle that counts in part is renewed alike on one thread and on s
 }
 
 TEST_CASE("The error of renewal in long steps falls with the number of bristles", "[rubbing][physics]") {
-  // Steps of 0.4 dbar in random directions; the reference takes small pieces of the path, without noise.
+  // Takes steps of 0.4 dbar in random directions. The reference solves for the mean of infinitely many
+  // bristles in small pieces of the path, so it has no sampling noise.
   std::vector<double> quantiles, lengths;
   for (int i = 0; i <= 256; ++i) {
     lengths.push_back(SnapLength::lognormal(dbar, 0.3).quantile((i + 0.5) / 257.0));

@@ -36,8 +36,8 @@ class Held {
     force_ = -r.elastic[0] / (load_n * dbar * length_);
     place_ += dx;
   }
-  /// Moves until friction holds the force; returns whether it does. Sticking has stiffness 1, so each step
-  /// falls short of the target.
+  /// Moves until friction holds the force. Returns whether it does. The stiffness is at most 1 in these
+  /// units, so no step overshoots.
   bool load_to(double share) {
     const double wanted = share * kinetic_;
     for (int i = 0; i < 400; ++i) {
@@ -87,8 +87,8 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
-      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);  // 2e-6 lengths per cycle, over the last
-                                                                    // tenth
+      // At most 2e-6 lengths of creep per cycle, in the last tenth of the cycles.
+      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);
     }
   }
 }
@@ -145,7 +145,8 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
       CHECK(std::abs(drift(renewal, quiet.first, quiet.second)) < 2e-5);
     }
   }
-  // Beyond the limit kappa = 1 creeps, and the paper's brush hardens.
+  // Held at 0.6 and shaken by 0.6, beyond the limit, the brush with kappa = 1 creeps. The paper's brush
+  // (kappa = 0) does not.
   CHECK(drift(1.0, 0.6, 0.6) > 0.1);
   CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
 }
@@ -181,7 +182,7 @@ TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "
       for (int k = 0; k < 6; ++k)
         for (const Sample& s : stroke) {
           const Response r = tip.step(s.dx, s.dy, s.load);
-          if (s.load < 0.5) continue;  // skips the lift, when few bristles hold it
+          if (s.load < 0.5) continue;  // skips the lift, in which few bristles are in contact
           const double share = std::hypot(r.elastic[0], r.elastic[1]) / s.load;
           highest = std::max(highest, share);
           if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // skips speeds below 20 mm/s
@@ -211,14 +212,15 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     patch.step(length, 0.0, 4.0);
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
-      if (now[i] > before[i] + 0.999 * length) continue;  // this bristle did not slip, but was bent on
-      sum += (now[i] - residual) / length;                // share of the step since its slip
+      if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
+      // Share of the step that followed this bristle's snap.
+      sum += (now[i] - residual) / length;
       ++slips;
     }
     before = now;
   }
   REQUIRE(slips > 2000);
-  // Expected for a uniform law: 1 / sqrt(12 n). Two renewals of one bristle in one step, a few in a hundred,
-  // show only the later one.
+  // The standard error of a uniform share is 1 / sqrt(12 n), with n the snaps. A few in a hundred bristles
+  // are renewed twice in a step and show only the later time.
   CHECK(sum / slips == Approx(0.5).margin(5.0 / std::sqrt(12.0 * slips) + 0.02));
 }

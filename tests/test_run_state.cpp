@@ -131,7 +131,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
              Contains("bytes") || Contains("options"));
   CHECK_THAT(refused("", "", folder.at("nothing")), Contains("No such file"));
 
-  // A state file of a program of one's own has patches, but no run.
+  // A state file that another program saved has patches, but not the state of a run.
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
   CHECK_THAT(refused("", "", folder.at("program")), Contains("not the state of a run"));
@@ -142,7 +142,7 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const std::string file = folder.write("file", "");
   const auto refused = [&](const std::string& place) {
-    // A force file would exist if anything had begun.
+    // The refusal comes before the run begins, so no force file exists.
     const std::string why = refusal([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
     CHECK_THAT(why, Contains(place));
     CHECK_FALSE(std::filesystem::exists(folder.at("f")));

@@ -1,4 +1,5 @@
-// Things that a step must not do on the servo thread, and checks that the watch would detect it.
+// A step must not allocate, lock or call the system on the servo thread. The tests also check that the watch
+// would detect it.
 #include <catch2/catch.hpp>
 
 #include <sys/syscall.h>
@@ -115,7 +116,8 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
   std::thread adder;
   std::atomic<bool> stop{false};
   std::atomic<long> changes{0};
-  // The adding thread may allocate memory: only the servo thread's locks and system calls count here.
+  // The thread that adds patches may allocate memory. Only locks and system calls of the servo thread are
+  // watched.
   const Sighting seen = watch(
       [&] {
         scene.emplace(1, 2000);
@@ -178,8 +180,8 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    CHECK(seen.system_call_count == 0);  // a free mutex makes no system call; only the count of locks shows
-                                         // it
+    // Only the count of locks sees a free mutex, which makes no system call.
+    CHECK(seen.system_call_count == 0);
     CHECK(seen.counts.locks == 3);
   }
   {

@@ -29,7 +29,7 @@ struct Twins {
     id = lazy.add(material, options);
     eager.add(material, options);
   }
-  /// Steps both. Returns whether every number agrees to the bit.
+  /// Steps both batches. Returns whether all numbers of their responses agree to the bit.
   bool step(double dx, double dy, double load) {
     Motion motion;
     motion.id = id;
@@ -81,9 +81,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
       for (int k = 0; k < 30000; ++k) {
         if (k % 50 == 0) speed = mean_length * std::pow(10.0, -6.0 + 6.5 * unit());
         if (k % 37 == 0) angle = 6.283185307179586 * unit();
-        if (k % 211 == 0)
-          load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // loads at which contact is lost,
-                                                      // regained and overloaded
+        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // from 0 (no contact) to overload
         double dx = speed * std::cos(angle);
         double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
         switch (k % 10) {
@@ -94,7 +92,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
           case 4:  // the patch stays at rest
             dx = dy = 0.0;
             break;
-          case 5: {  // moves up to a snap length, or an ulp beside it
+          case 5: {  // moves by a snap length, or by one bit less or more
             const double tie = mean_length * (0.5 + 0.25 * static_cast<double>(random() % 5));
             dx = (std::nextafter(tie, unit() < 0.5 ? 0.0 : 1.0)) * (unit() < 0.5 ? -1.0 : 1.0);
             dy = 0.0;
@@ -148,9 +146,11 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
         for (int round = 0; round < 40; ++round) {
           const double forward = unit() < 0.5 ? 1.0 : -1.0;
           wrong += !twins.step(forward * mean_length * (0.3 + 2.0 * unit()), 0.0, 2.0);
-          // Small steps, after which every block that a step would visit knows its bound.
+          // After these small steps the lazy batch knows, for every block of bristles, the path to its next
+          // snap.
           for (int k = 0; k < 3; ++k) wrong += !twins.step(-forward * 1e-6 * mean_length, 0.0, 2.0);
-          // Finds the nearest snap in either direction; bristles are bent along x.
+          // Finds the smallest displacement in either direction that snaps a bristle, by bisection. Bristles
+          // are bent along x.
           double holds[2] = {0.0, 0.0}, snaps[2] = {-2.0 * mean_length, 2.0 * mean_length};
           for (int side = 0; side < 2; ++side) {
             for (int k = 0; k < 60; ++k) {
@@ -159,7 +159,8 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
             }
           }
           const int side = std::fabs(snaps[0]) < std::fabs(snaps[1]) ? 0 : 1;
-          // Moves just short of the snap, exactly to it, and beyond by up to a thousandth.
+          // Moves by the largest displacement without a snap, by the smallest with one, or beyond by up to a
+          // thousandth.
           const double way = round % 4 == 0   ? holds[side]
                              : round % 4 == 1 ? snaps[side]
                                               : snaps[side] * (1.0 + std::pow(10.0, -3.0 - 4.0 * unit()));
@@ -179,7 +180,7 @@ TEST_CASE("Tremor after sliding visits under a hundredth of the bristles once it
   for (int k = 0; k < 300; ++k) twins.step(1.1 * mean_length, 0.0, 2.0);
   double at = 0.0;
   const auto tremor = [&](int k) {
-    const double to = 0.05 * mean_length * std::sin(0.0628 * k);  // a tremor of 10 Hz at 1 kHz
+    const double to = 0.05 * mean_length * std::sin(0.0628 * k);  // a tremor of 10 Hz, sampled at 1 kHz
     twins.step(to - at, 0.0, 2.0);
     at = to;
   };
@@ -209,8 +210,10 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // Straight bristles do not snap up to the shortest length, 0.5 of the mean.
   for (int k = 0; k < 40; ++k) CHECK(visited(0.01 * mean_length, 2.0) == 0);
   CHECK(visited(0.2 * mean_length, 2.0) > 0);
-  // Contact lost and regained: all bristles enter straight, and none is visited until one could snap.
+  // Contact is lost and regained. All bristles re-enter straight, so none is visited until the path reaches
+  // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  CHECK(batch.force(id).status == Status::unknown_id);  // force() reads the response of step(dt) only
+  // force() returns responses of the other step function, step(dt), only.
+  CHECK(batch.force(id).status == Status::unknown_id);
 }

@@ -37,13 +37,13 @@ SnapLength law_of(const std::string& name) {
 
 constexpr double load = 3.0;
 
-/// Mean deflection after a path; both in mean limits.
+/// Mean deflection of a patch in units of the mean limit.
 struct Bent {
   double x, y;
 };
 Bent bent(const Response& out) { return {-out.elastic[0] / (load * dbar), -out.elastic[1] / (load * dbar)}; }
 
-/// Bristles one by one, in tiny steps, by the definition of the rule.
+/// Bristles followed one by one in tiny steps, by the definition of SnapRule::slide.
 struct Brute {
   bristle::detail::Strata strata;
   std::vector<double> x, y;
@@ -98,8 +98,8 @@ struct Settings {
 }  // namespace
 
 TEST_CASE("first loading and reversal of bristles that slide are the closed forms", "[slide]") {
-  // 256 strata agree with the digits of the tables (the exponential law to 2e-5); 32 show the error of the
-  // strata.
+  // With 256 strata the patch agrees with the tables to their digits (the exponential law to 2e-5). With 32
+  // the error of the strata shows.
   for (const Settings s : {Settings{256, 3e-5}, Settings{32, 5.5e-4}})
     for (const Precision precision : precisions()) {
       int rows = 0;
@@ -140,14 +140,15 @@ TEST_CASE("a turn of bristles that slide is the closed form", "[slide]") {
 }
 
 TEST_CASE("the error of strata falls as the square of their number, tails included", "[slide]") {
-  // Closed form of first loading: E[min(x, l)] = M1(x) + x S(x).
+  // Closed form of first loading along a path x: E[min(x, l)] = M1(x) + x S(x), with l the limit, S(x) the
+  // share of limits above x and M1(x) the mean limit counted up to x.
   const std::pair<SnapLength, double> laws[] = {
       {SnapLength::lognormal(dbar, 0.3), 1e-4},     {SnapLength::lognormal(dbar, 1.0), 2.7e-4},
       {SnapLength::lognormal(dbar, 3.0), 5e-4},     {SnapLength::exponential(dbar), 2.6e-4},
       {SnapLength::normal(dbar, 0.3 * dbar), 1e-4}, {uniform, 6.4e-5}};
   for (const auto& [law, allowed] : laws) {
     double error[2] = {0.0, 0.0}, lowest[2] = {0.0, 0.0};
-    int turns = 0;  // extremes of alternating sign, with 32 strata
+    int turns = 0;  // number of extremes of the error, of alternating sign, with 32 strata
     for (int k = 0; k < 2; ++k) {
       const bristle::detail::Strata strata = bristle::detail::make_strata(law, k == 0 ? 32 : 64);
       double weight = 0.0, mean = 0.0;
@@ -176,12 +177,12 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
     CAPTURE(bristle::to_string(law.law()), law.cv(), error[0], error[1]);
     CHECK(error[0] < allowed);
     CHECK(error[1] < error[0] / 3.5);
-    // The error alternates between equal extremes, at every length and between any two, so no other lengths
-    // and weights do better.
+    // The error of the strata alternates between equal extremes, at each of their lengths and between any
+    // two. So no other lengths and weights have a smaller maximum (equioscillation).
     for (const int k : {0, 1}) CHECK(-lowest[k] == Approx(error[k]).epsilon(0.05));
     CHECK(turns >= 2 * 32 - 1);
   }
-  // A few lengths, and laws with atoms: shares sum to 1, lengths lie within the law.
+  // With few or many strata, and for laws with atoms, the shares sum to 1 and the lengths lie within the law.
   const SnapLength odd[] = {SnapLength::lognormal(dbar, 0.3), SnapLength::lognormal(dbar, 3.0),
                             SnapLength::exponential(dbar), SnapLength::single(dbar),
                             SnapLength::table(std::vector<double>{dbar, dbar, dbar, 4.0 * dbar, 4.0 * dbar})};
@@ -206,8 +207,8 @@ TEST_CASE("32 and 64 bristles that slide follow a winding path as 20,000 quantil
           "[slide]") {
   for (const double cv : {0.3, 1.0}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
-    // Midpoints that lie close together towards both ends, each stepped by the closed form of a straight
-    // step.
+    // Reference: 20,000 bristles at midpoints of strata, which are narrow towards both ends of the law. Each
+    // takes a straight step in closed form.
     struct One {
       double l, weight, x, y;
     };
@@ -284,7 +285,8 @@ TEST_CASE("bristles that slide follow a winding path as they do in tiny steps, a
         stored = now;
       }
       CAPTURE(drop);
-      // With a drop, the reference's small steps resolve the moment of a turn only to one small step.
+      // With a drop, the reference finds the moment at which a bristle starts to slide only to one of its
+      // small steps.
       CHECK(worst < (drop == 0.0 ? 3e-4 : 4e-3));
 
       // Changes the load at every step.
@@ -308,8 +310,8 @@ TEST_CASE("a straight step of bristles that slide may be cut anywhere", "[slide]
     for (const double drop : {0.0, 0.3}) {
       const Material material = sliding(SnapLength::lognormal(dbar, 0.5)).with_drop(drop);
       const PatchOptions options =
-          plain_options(600, axes, Precision::double_).with_max_normal_load(load);  // 600 strata in three
-                                                                                    // blocks
+          // 600 strata: three blocks
+          plain_options(600, axes, Precision::double_).with_max_normal_load(load);
       OnePatch whole(material, options), parts(material, options);
       Winding path;
       std::mt19937 random(3);
@@ -345,7 +347,8 @@ TEST_CASE("one step however long ends along the motion", "[slide]") {
       const double few = (precision == Precision::double_ ? 1e-13 : 2e-6) + std::exp(-0.2 * lengths);
       CHECK(bent(out).x == Approx(1.0).epsilon(few));
       CHECK(std::abs(bent(out).y) < few);
-      // All bristles slid over the whole path, except for at most two limits.
+      // A bristle slides over the whole path but for two limits at most, so dissipation and mean force are
+      // those of sliding within 2 limits over the path.
       CHECK(out.dissipated / (load * dbar * lengths * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(-out.mean[0] / (load * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(bent(patch.step(-0.25 * dbar, 0.0, load)).x == Approx(0.75).epsilon(100.0 * few));
@@ -356,7 +359,7 @@ TEST_CASE("creep below the last digit of a float turns bristles that slide, and 
           "[slide]") {
   OnePatch patch(sliding(uniform), plain_options(32, 2, Precision::single).with_max_normal_load(load));
   patch.step(100.0 * dbar, 0.0, load);
-  // Moves three limits across, in steps of 2e-8 and a tenth.
+  // 500,000 steps of 2e-7 mean limits across the last direction, 0.1 in all.
   Response out;
   for (int k = 0; k < 500000; ++k) out = patch.step(0.0, 2e-7 * dbar, load);
   OnePatch truth(sliding(uniform), plain_options(32, 2).with_max_normal_load(load));
@@ -376,7 +379,7 @@ TEST_CASE("a load that rises at rest leaves the force, and one that wavers does 
     CHECK(patch.step(0.0, 0.0, 5.0).end[0] == Approx(held).epsilon(few));
     for (int k = 0; k < 1000; ++k) patch.step(0.0, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(few));
-    // Tremor within the limits changes nothing either.
+    // Tremor within the limits leaves the force as it is, too.
     for (int k = 0; k < 1000; ++k) patch.step((k % 2 ? 1e-3 : -1e-3) * dbar, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(10.0 * few));
     // A loss of contact erases the memory.
@@ -397,7 +400,7 @@ TEST_CASE(
     const Response fallen = patch.step(0.0, 0.0, 4.0);
     CHECK(fallen.end[0] == Approx(-4.0 * dbar).epsilon(few));
     CHECK(fallen.contact_loss == Approx(stored * (1.0 - 0.16)).epsilon(10.0 * few));
-    // As stiff as under the highest load, until it slides.
+    // The stiffness stays that of the highest load until the bristles slide.
     CHECK(fallen.stiffness == Approx(10.0));
     CHECK(patch.step(-0.1 * dbar, 0.0, 4.0).end[0] == Approx(-(4.0 - 1.0) * dbar).epsilon(1e-5));
     Response slid;
@@ -424,23 +427,25 @@ TEST_CASE("a drop gives the peak of the closed form, again after a rest and afte
         }
         return highest;
       };
-      // A peak between two steps is missed by up to the rest of a step.
+      // Steps of finite length miss a peak between two of them by up to 0.003.
       CHECK(highest_of(1.0, 3.0) == Approx(peak).margin(0.003));
       CHECK(bent(patch.step(0.0, 0.0, load)).x == Approx(kinetic).margin(1e-5));
-      // After a rest bristles that hold 0.7 of their length slide at the whole: a peak after 0.3 of a length.
+      // After sliding, a bristle holds 0.7 of its length. After a rest it slides only at its whole length, so
+      // the force peaks after 0.3 of a length.
       const double after_rest = highest_of(1.0, 2.0);
       CHECK(after_rest > 0.7 + 0.6 * (peak - 0.7));
-      // A reversal restores the static limit too, in small steps and in one.
+      // A reversal restores the static limit as a rest does, whether it is made in small steps or in one.
       const double turned = highest_of(-1.0, 4.0);
       CHECK(turned > (law.law() == SnapLaw::single ? 0.997 : 0.72));
       patch.step(5.0 * dbar, 0.0, load);
       if (law.law() == SnapLaw::single) {
-        // From -0.7 to +1 is a path of 1.7, after which it holds, also in one step.
+        // A bristle goes from -0.7 to its static limit of +1 on a path of 1.7, and holds until there, in one
+        // step too.
         patch.step(-10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(1.69 * dbar, 0.0, load)).x == Approx(0.99).margin(1e-4));
       }
     }
-    // First loading follows the closed form, before and beyond the peak.
+    // First loading by x mean limits follows the closed form, before and beyond the peak.
     for (const double x : {0.3, 0.7, 0.95, 1.2, 1.8}) {
       OnePatch patch(material, plain_options(2048, 1).with_max_normal_load(load));
       CHECK(bent(patch.step(x * dbar, 0.0, load)).x ==
@@ -460,7 +465,8 @@ TEST_CASE("the limit of bristles that slide grows with rest", "[slide]") {
       for (const double rest : {0.01, 1.0, 100.0}) {
         patch.step(10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(0.0, 0.0, load, rest)).x == Approx(0.8).epsilon(1e-5));
-        // Pulled on fast, it slides at 1 + beta ln(1 + rest / tau), to which the pull adds almost nothing.
+        // A fast pull after the rest. Bristles start to slide at the aged limit 1 + beta ln(1 + rest / tau),
+        // to which the time of the pull adds almost nothing.
         const double limit = 1.0 + beta * std::log1p(rest / tau);
         const double way = limit - 0.8;
         CHECK(bent(patch.step((way - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
@@ -476,7 +482,8 @@ TEST_CASE("a pull that takes its time finds the limit that has grown meanwhile",
       sliding(SnapLength::single(dbar)).with_ageing(Ageing::saturating(0.5, 1.0)).with_drop(0.1);
   OnePatch patch(material, plain_options(8, 2).with_max_normal_load(load));
   patch.step(0.0, 0.0, load, 1e-6);
-  // In one step of two lengths and two seconds it slides where x = 1 + (1 - exp(-x)) / 2, at 1.3748.
+  // In one step of two mean limits and two seconds the ageing limit 1 + (1 - exp(-t)) / 2 grows while the
+  // deflection x = t does. They meet at x = 1.3748, where the bristles start to slide.
   double x = 1.3;
   for (int k = 0; k < 100; ++k) x = 1.0 + 0.5 * (1.0 - std::exp(-x));
   const Response out = patch.step(2.0 * dbar, 0.0, load, 2.0);
@@ -506,7 +513,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
       CHECK(again.bristle_stiffness == Approx(m.bristle_stiffness).epsilon(1e-9));
       CHECK(again.snap_length.cv() == Approx(m.snap_length.cv()).epsilon(1e-12));
     }
-  // With a single length the whole drop is the peak.
+  // With one length for all bristles the peak exceeds kinetic friction by the whole drop: 1 - 0.4 / 0.5.
   CHECK(Material::from_coefficients(
             Coefficients{}.with_rule(SnapRule::slide).with_law(SnapLaw::single).with_peak(0.5))
             .drop == Approx(0.2).epsilon(1e-9));
@@ -529,7 +536,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
   CHECK_THAT(message_of([] { plain_material(uniform, SnapRule::keep).with_drop(0.1).validate(); }),
              Contains("drop"));
 
-  // growth_per_decade is the growth of the peak, to first order.
+  // The peak's growth per decade of rest equals growth_per_decade, to first order.
   const Material aged = Material::from_coefficients(
       Coefficients(slide).with_spread(0.1).with_drop(0.3).with_growth_per_decade(1e-4).with_ageing_time(
           1e-3));
@@ -547,7 +554,7 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
       patch.step(0.4 * dbar, 0.6 * dbar, load);
       patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
 
-      // Continues with fewer strata, then with all again. Neither changes the force.
+      // Changes the number of strata (down to 1 and back to all). The force stays.
       const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
       const double force = patch.step(0.0, 0.0, load).end[0];
       for (const std::uint32_t detail : {31u, 5u, 1u, 70u}) {
@@ -556,7 +563,8 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
         CHECK(patch.step(0.0, 0.0, load).end[0] == Approx(force).epsilon(few));
       }
 
-      // Half the limits: bristles beyond them slide at once, and the energy is booked.
+      // The new material has half the limits. Bristles beyond them slide at once, and the energy they lose is
+      // in the response.
       patch.step(60.0 * dbar, 0.0, load);
       const double stored = patch.energy();
       patch.batch.set_material(patch.id, sliding(SnapLength::lognormal(0.5 * dbar, 0.4)).with_drop(drop));
@@ -589,7 +597,8 @@ TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
                  plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, load);
-  // Half the load holds half the length, and in sliding 0.7 of that: no bristle sticks in the step.
+  // At half the load bristles hold at most half their length, and 0.7 of that in sliding. They slide from the
+  // beginning of the step.
   CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
 }
 
@@ -597,7 +606,8 @@ TEST_CASE("after a fall of the load bristles turn over the limit that is left", 
   OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, 0.5 * load);
-  // The tractrix from a right angle: tan(angle / 2) = exp(-way / limit), where the limit is half of dbar.
+  // Tractrix after a turn by a right angle: tan(angle / 2) = exp(-path / limit), where the limit is half of
+  // dbar under half the load.
   const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
   CHECK(out.end[0] / out.end[1] == Approx(std::tan(2.0 * std::atan(std::exp(-0.8)))).epsilon(1e-4));
 }
@@ -636,7 +646,7 @@ TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]
   OnePatch patch(material, plain_options(64, 2, precisions().back()).with_max_normal_load(load));
   for (const std::uint32_t detail : {64u, 16u, 64u, 1u, 5u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
-    // Each bristle turns over its own limit.
+    // Checks that each bristle turns over its own limit, whatever the number of strata.
     patch.step(60.0 * dbar, 0.0, load);
     const Bristles before = read(patch, detail);
     patch.step(0.0, 0.4 * dbar, load);
@@ -658,7 +668,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
   const PatchOptions options = plain_options(32, 2).with_max_normal_load(load);
   bristle::KeyedPatches keyed(batch, material, options, bristle::KeyedOptions{});
   OnePatch alone(material, options);
-  // The pool's patch has served another contact before.
+  // The pool's patch served another contact until it was reset for this key.
   PatchId id = keyed.find_or_add(7);
   const auto step = [&](double x, double y) {
     Motion motion{id, {x, y}, load, false, {0.0, 0.0}};
@@ -681,7 +691,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
 }
 
 TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
-  // 192 cells of 32 bristles, of 1/100 of the radius.
+  // Discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
   for (const Row& row : read_table("spin_limit.csv")) {
     const auto pressure =
         row.at("pressure") == "hertz" ? bristle::Pressure::hertz : bristle::Pressure::uniform;

@@ -29,7 +29,8 @@ struct Vector {
   double x, y;
 };
 
-/// Moves one bristle by the definition: it follows its root, and is pulled back to the limit.
+/// Moves one bristle by the definition: its tip stays where it touches while the root moves, and is pulled
+/// after the root when the deflection exceeds the limit.
 struct TinySteps {
   Vector z, integral{0.0, 0.0};
   double dissipated = 0.0;
@@ -163,7 +164,8 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
     CHECK(still.dissipated == 0.0);
   }
   SECTION("a slide far shorter than the limit keeps its digits") {
-    // z lies across the motion: the force along it grows as s, the force across it falls by s^2 / 2 l.
+    // The deflection is across the motion. Over a path s the force along the motion grows as s and the force
+    // across falls by s^2 / 2 l, with l the limit.
     const float s = 1e-4f;
     const Slid<float> end = slide<float, 2, true, true>(0.6f, 0.8f, 1.0f, 1.0f, 0.0f, s);
     CHECK(end.dissipated == Approx(static_cast<double>(s) * 0.6).epsilon(1e-4));
@@ -189,7 +191,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
 }
 
 TEST_CASE("a bristle that creeps round a circle lags as one that strides") {
-  // Every turn is below the resolution of an angle in float, but the turns must add up.
+  // In float each turn is smaller than the resolution of the deflection's angle, but the turns must add up.
   const auto lag = [](auto one, int steps) {
     using T = decltype(one);
     constexpr double radius = 3.0, path = 1.5;

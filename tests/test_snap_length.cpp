@@ -85,8 +85,8 @@ std::vector<Named> all_laws() {
   };
 }
 
-/// Returns the integral of g(Q(u)) over u from 0 to `end` with Q written independently. u = e(t) with e = t^5
-/// (...) flattens both ends, where Q may grow without bound; midpoint rule.
+/// Returns the integral of g(Q(u)) over u from 0 to `end`, with an independent quantile function Q. Midpoint
+/// rule in t, with u = share(t) flat at both ends, where Q may grow without bound.
 template <class Function>
 double integrate_quantile(const bristle_test::Quantile& quantile, const Function& g, double end = 1.0) {
   constexpr int n = 200000;
@@ -94,7 +94,7 @@ double integrate_quantile(const bristle_test::Quantile& quantile, const Function
   for (int i = 0; i < n; ++i) {
     const double t = (i + 0.5) / n;
     const double s = 1.0 - t;
-    // Integral of 140 t^3 (1-t)^3: probability and its derivative.
+    // `share` is the integral of 140 t^3 (1-t)^3, and `slope` its derivative.
     const double share = t * t * t * t * (35.0 - 84.0 * t + 70.0 * t * t - 20.0 * t * t * t);
     const double slope = 140.0 * t * t * t * s * s * s;
     if (!(share > 0.0 && share < 1.0)) continue;
@@ -151,7 +151,7 @@ TEST_CASE("exp, log, expm1 and log1p answer at the ends of their range as libm d
 TEST_CASE("The normal distribution function is erfc, its inverse undoes it, down to 1e-300", "[elementary]") {
   double worst = 0.0;
   for (double z : spread_evenly(-37.0, 9.0, 20011)) {
-    // The tolerance covers the rounding of erfc's argument, whose condition grows with z^2.
+    // The tolerance grows with z^2, as does the error of erfc by the rounding of its argument.
     const double expected = 0.5 * std::erfc(-z / std::sqrt(2.0));
     worst = std::max(worst, std::abs(own::normal_cdf(z) / expected - 1.0) / (1.0 + z * z));
   }
@@ -196,7 +196,7 @@ TEST_CASE("Moments are the integrals of the quantile function", "[snap_length]")
   for (const Named& named : all_laws()) {
     INFO(named.name);
     const double mean = named.law.mean();
-    // A sum over u does not resolve the sixth moment of a wide lognormal law.
+    // The midpoint sum does not resolve the higher moments of a wide lognormal law.
     const int most = named.law.cv() > 0.9 && named.law.law() == SnapLaw::lognormal ? 2 : 6;
     for (int k = 0; k <= most; ++k) {
       INFO("k = " << k);
@@ -232,7 +232,8 @@ TEST_CASE("Moments have their closed forms to twelve digits", "[snap_length]") {
   CHECK(normal.moment(2) == Approx(mean + 1.0).epsilon(1e-14));
   CHECK(normal.moment(3) == Approx(mean + 1.0 + 2.0 * mean).epsilon(1e-14));
   CHECK(normal.cv() == Approx(std::sqrt(mean + 1.0 - mean * mean) / mean).epsilon(1e-13));
-  // A narrow law is not cut, and its spread survives the subtraction of squares.
+  // A narrow normal law is not cut at 0. Its spread is not lost in the difference of squares that gives the
+  // variance.
   CHECK(SnapLength::normal(1.0, 1e-9).cv() == Approx(1e-9).epsilon(1e-12));
   CHECK(SnapLength::lognormal(1.0, 1e-9).quantile(0.975) - 1.0 == Approx(1.959963984540054e-9).epsilon(1e-6));
   const std::vector<double> table{1.0, 1.0, 3.0};  // half of the lengths are 1, half uniform on [1, 3]
@@ -248,7 +249,7 @@ TEST_CASE("Survival and partial moments are integrals of the quantile function u
     for (double share : {0.01, 0.2, 0.4, 0.7, 0.95}) {
       const double x = named.quantile(share);
       const bool atom = named.name == "table" && (share == 0.2 || share == 0.95);
-      if (atom) continue;  // x lies on a step of the distribution function
+      if (atom) continue;  // at x the distribution function jumps
       INFO("share " << share);
       CHECK(named.law.survival(x) == Approx(1.0 - share).epsilon(1e-11));
       CHECK(named.law.partial_moment(0, x) == Approx(share).epsilon(1e-10));
@@ -303,9 +304,9 @@ TEST_CASE("The longest snap length is the bound of the law or its quantile at 1 
   CHECK(SnapLength::table(values).longest() == 5.0);
   const double z = 5.3 - (0.5 * std::erfc(5.3 / std::sqrt(2.0)) - std::ldexp(1.0, -24)) *
                              -std::sqrt(2.0 * M_PI) *
-                             std::exp(0.5 * 5.3 * 5.3);  // expected value by one Newton step from 5.3
+                             std::exp(0.5 * 5.3 * 5.3);  // expected by one Newton step from 5.3
   CHECK(SnapLength::normal(1.0, 0.1).longest() == Approx(1.0 + 0.1 * z).epsilon(1e-4));
-  // The widest allowed law stays below 2^10 mean lengths, on which fixed-point sums rely.
+  // Fixed-point sums of deflections rely on every length being below 2^10 mean lengths.
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() < 1024.0);
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() > 900.0);
 }
@@ -367,7 +368,7 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   CHECK(refuses([&] { SnapLength::table(negative); }, {"quantiles_m[0] = -1"}));
   CHECK(refuses([&] { SnapLength::table(share_of_zeros); }, {"quantiles_m[1] = 0", "1e-12"}));
   std::vector<double> far(257, 1e-6);
-  far.back() = 1.0;  // the mean is 1/512 of it, which is allowed
+  far.back() = 1.0;  // makes the mean 1/512 of the longest length, which is allowed
   CHECK(SnapLength::table(far).longest() == 1.0);
   std::vector<double> farther(257, 1e-9);
   CHECK(SnapLength::table(farther).law() == SnapLaw::single);

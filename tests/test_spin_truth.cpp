@@ -19,8 +19,8 @@ using namespace bristle_test;
 
 namespace {
 
-// For the law uniform_0.5_1.5 with SnapRule::redraw, in mean lengths: P(delta > l), and the mean deflection
-// in sliding.
+// For lengths delta uniform on 0.5 to 1.5 and SnapRule::redraw, in mean lengths: the share of lengths above
+// l, and the mean deflection in sliding.
 double uniform_survival(double l) { return l < 0.5 ? 1.0 : l > 1.5 ? 0.0 : 1.5 - l; }
 constexpr double uniform_kinetic = 13.0 / 24.0;
 
@@ -34,7 +34,7 @@ double mean_arm(BrutePressure pressure) {
 struct Turned {
   std::vector<double> s, torque;
 };
-// Returns the rows of a table of turns from rest, ascending, without the row of the peak.
+// Returns the rows of a table of discs that turn from rest, ordered by angle, without the row of the peak.
 Turned turned_rows(const std::string& table, const std::string& pressure, const std::string& length) {
   Turned rows;
   for (const Row& row : read_table(table)) {
@@ -62,9 +62,9 @@ std::vector<double> brute_turn(const std::vector<double>& s, double length, Brut
   return torque;
 }
 
-// Slides and spins until the disc has forgotten its beginning, and as far again. Returns the mean over the
-// second half of force along and aside, over mu N, and torque over mu N R. The fastest point moves by `way`
-// mean lengths in each half.
+// Slides and spins a disc until it has forgotten its beginning, then as far again. Returns the means over the
+// second part of force along and across, over mu N, and torque over mu N R. In each part the fastest point
+// moves by `way` mean lengths.
 SpinDeflection brute_slide(double eps, double length, BrutePressure pressure, std::size_t points,
                            std::size_t bristles, int way, std::uint64_t seed) {
   BruteSpin disc(points, bristles, 1.0, pressure, uniform_quantile(0.5 * length, 1.5 * length), seed);
@@ -116,7 +116,8 @@ TEST_CASE("Turned from rest with long bristles, brute force and renewal theory a
       CHECK(renewal[i] == Approx(table.torque[i]).margin(2e-4));
       CHECK(brute[i] == Approx(table.torque[i]).margin(5e-3));
     }
-    // The peak is lower than that of short bristles, whose torque is the limit.
+    // The peak torque is lower than that of short bristles (1.067 for Hertz's pressure, 1.085 for uniform
+    // pressure).
     CHECK(*std::max_element(table.torque.begin(), table.torque.end()) <
           0.99 * (p == BrutePressure::hertz ? 1.06726 : 1.08521));
   }
@@ -147,8 +148,8 @@ TEST_CASE("Sliding and spinning with long bristles, brute force gives its table 
 
 namespace {
 
-// A disc of the infinite brush with the law uniform_0.5_1.5, radius dbar over `length`. Lengths in radii,
-// deflections in the units of BruteSpin.
+// A disc of the infinite brush with lengths uniform on 0.5 to 1.5. Its radius is dbar over `length`.
+// Arguments are in radii, results in the units of BruteSpin.
 class PatchDisc {
  public:
   PatchDisc(double length, BrutePressure pressure, int rings) : radius_(dbar / length), patches_(batch_) {
@@ -167,7 +168,7 @@ class PatchDisc {
     motion_.displacement[2] = angle;
     bristle::ExtendedResponse r;
     patches_.step(tick, {&motion_, 1}, {&r, 1});
-    // One bristle per newton, of 1 N/m.
+    // One bristle of 1 N/m per newton of load.
     const double unit = load_n * radius_;
     return {-r.end[0] / unit, -r.end[1] / unit, -r.end[2] / (unit * radius_)};
   }

@@ -30,7 +30,7 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
     const double dy = axes == 2 ? length * std::sin(angle) : 0.0;
     const double share = 0.5 + 0.45 * flat(random);
 
-    // Starts both from the same bits, so that a tie is counted once.
+    // Both patches start from equal bits, so that an earlier difference by rounding is not counted again.
     std::vector<std::byte> state(whole.batch.state_size());
     REQUIRE(whole.batch.save_state(state) == state.size());
     parts.batch.restore_state(state);
@@ -41,8 +41,9 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
 
     const Bristles a = read(whole, n);
     const Bristles b = read(parts, n);
-    // Error in terms of the snap length; and of the mean length and the path, which are many lengths for a
-    // bristle much shorter than the mean (positions are fixed point, 2^-44 of a length near the mean).
+    // Allowed error of a deflection: a share of the bristle's snap length, plus a share of the mean length
+    // and of the path. Positions are fixed point with a unit of 2^-44 of a length near the mean, so a bristle
+    // much shorter than the mean may have a larger relative error.
     const bool in_double = precision == Precision::double_;
     const double of_length = in_double ? 1e-12 : 1e-4;
     const double of_path = in_double ? 2e-13 : 0x1p-22;
@@ -66,10 +67,12 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
                   "mean force of the parts, weighted by their length");
     }
   }
-  // Only a bristle within rounding of its snap length at the split or at the end may differ. In double none
-  // is expected; in float the chance is about 2^-22 x path / delta per bristle and step.
+  // A bristle may differ only if it is within rounding of its snap length at the split or at the end. In
+  // double none is expected. In float a bristle is with a chance of about 2^-22 x path / delta in each step,
+  // delta being its snap length.
   const double shorter =
-      law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;  // E[dbar / delta], a generous bound
+      // Bound on E[dbar / delta], delta the snap length.
+      law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;
   const double chance =
       precision == Precision::double_ ? 0.0 : 0x1p-22 * (2.0 + longest_step / dbar) * shorter;
   const double expected = chance * n * steps;
@@ -95,11 +98,12 @@ TEST_CASE("Splitting a straight step in two gives the same end state with keep",
 
 TEST_CASE("Splitting a straight step in two gives the same end state with redraw while nothing jumps",
           "[step]") {
-  // Stays below the distance from which many snaps are jumped at once: 3.4 mean lengths at cv 0.3.
+  // The steps stay below the distance of 3.4 mean lengths (at cv 0.3) from which a step jumps over many snaps
+  // at once.
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       if (law.law.law() == bristle::SnapLaw::exponential)
-        continue;  // this law is exact in distribution at any length, so it always jumps
+        continue;  // jumps at any distance with this law, because they are exact in distribution
       for (int axes : {1, 2}) {
         for (double longest : {0.8, 2.5}) {
           INFO(name_of(precision) << ", " << law.name << ", axes " << axes << ", steps to " << longest

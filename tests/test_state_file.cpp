@@ -40,7 +40,7 @@ std::vector<std::byte> read_bytes(const std::string& path) {
 }
 
 void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
-  std::filesystem::remove(path);  // removed first, because truncating a file just written waits for the disk
+  std::filesystem::remove(path);  // truncating a file just written would wait for the disk
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
@@ -80,7 +80,7 @@ class Scripted {
 
  public:
   PatchBatch batch;
-  std::vector<double> forces;  ///< forces and energy losses of the last step
+  std::vector<double> forces;  ///< forces and dissipated energies of all patches in the last step
 };
 
 /// Makes two small patches with bent bristles.
@@ -141,7 +141,8 @@ TEST_CASE("A run taken up from a state file goes on with the same bits", "[state
   bristle::save_state_file(folder.at("state"), first.batch);
   CHECK(bristle::restore_state_file(folder.at("state"), second.batch).empty());
   CHECK(second.batch.state_hash() == first.batch.state_hash());
-  // Forces come from sums kept beside the columns, which are not part of the hash.
+  // The forces come from sums kept beside the bristles. The hash does not cover these sums, so the forces are
+  // compared too.
   second.run(30, 31);
   first.run(30, 31);
   CHECK(second.forces == first.forces);
@@ -169,14 +170,15 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
   CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
   CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
               {folder.at("state"), "bytes", "100"}));
-  // Does not allocate more memory than expected.
+  // With a limit of 2 for the caller's own bytes, the 3 in the file are refused before memory is allocated.
   CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), batch, 2); }),
               {folder.at("state"), "at most"}));
   CHECK(bristle::restore_state_file(folder.at("state"), batch, 3) == extra);
 }
 
 TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
-  // A saved seed other than the batch's: its first snap lengths are recomputed.
+  // The saved patch has another seed than the one it is restored to, so its first snap lengths are computed
+  // again.
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
     OnePatch saved(material, plain_options(1000)), other(material, plain_options(1000));
@@ -257,8 +259,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for its
-                                                                // writer
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for data
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -269,7 +270,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
     CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
   }
   newer[8] = std::byte{1};
-  newer[48] = std::byte{9};  // format version of the state inside
+  newer[48] = std::byte{9};  // changes the format version of the batch state inside the file
   write_bytes(folder.at("newer"), newer);
   CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
 
@@ -358,7 +359,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   {
     std::vector<std::byte> same = good;
     reseal(same);
-    REQUIRE(same == good);  // the format's checksum is the documented one
+    REQUIRE(same == good);  // the independent checksum equals the library's
   }
   const std::uint64_t before = batch.state_hash();
   const auto refusal = [&](std::size_t at, const void* what, std::size_t size) {
@@ -372,7 +373,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   // Offset of the first patch's contact (core/patches/SAVED_STATE.md): head of 40 bytes, then patch head of
   // 36.
   constexpr std::size_t contact = 40 + 36;
-  CHECK(find_number(good, 1.6) == contact);  // the load is its first field
+  CHECK(find_number(good, 1.6) == contact);  // load, the first field of the contact
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
   const std::uint32_t many = 1u << 30;
   const std::int64_t far = std::int64_t{1} << 62;
@@ -395,11 +396,11 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   const std::uint32_t none = 0, two = 2;
   CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
   CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
-  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // refuses two representatives with the weight
-                                                              // of three
+  // A weight of one bristle in three does not fit two representatives.
+  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));
   CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {
-    // A state under load without a bristle in contact.
+    // Forges a state that is under load but has no bristle in contact.
     std::vector<std::byte> bad = good;
     const double nothing = 0.0;
     for (std::size_t field : {80u, 88u}) put(bad, contact + field, &nothing, 8);
@@ -420,7 +421,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(delta + 4, &zero_float, 4), {"snap length"}));
   CHECK(names(refusal(40, &many, 4), {"patch 1", "another material or other options"}));
   CHECK(names(refusal(24, &far, 8), {"saved patches"}));
-  // The third bristle is out of contact (a load of 1.6 N), so its bytes are ignored.
+  // At a load of 1.6 N the third bristle is out of contact, so its bytes are ignored.
   std::vector<std::byte> ignored = good;
   put(ignored, zx + 8, &nan_float, 4);
   put(ignored, delta + 8, &nan_float, 4);

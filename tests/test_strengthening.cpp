@@ -18,7 +18,7 @@ using bristle::Population;
 
 namespace {
 
-constexpr double a = 0.02, slow = 3e-6;  // friction per e-fold; v*, m/s
+constexpr double a = 0.02, slow = 3e-6;  // friction per e-fold of speed; reference speed v*, m/s
 
 Material strengthening_material(double bristle_stiffness = 80.0) {
   return Material{}
@@ -63,19 +63,19 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
                   Approx(r.damper[k] - plain.damper[k]).epsilon(1e-9).margin(1e-12));
           REQUIRE(trial.damper[k] == r.damper[k]);
         }
-        // Damping is the secant, so that damping times velocity is the force.
+        // The reported damping is force over velocity, so that damping times velocity gives the force.
         REQUIRE(r.damping == Approx(plain.damping + force / speed).epsilon(1e-12));
         REQUIRE(r.damper_work == Approx(r.damping * speed * speed * tick).epsilon(1e-12));
         REQUIRE(with.batch.strengthening_damping(with.id, load, speed) ==
                 Approx(force / speed).epsilon(1e-12));
       }
-      // At rest there is no force, and damping is the limit of the secant.
+      // At rest there is no force, and damping is the limit of force over velocity.
       const Response rest = with.step(0.0, 0.0, 2.0);
       CHECK(rest.damper[0] == 0.0);
       CHECK(rest.damping ==
             Approx(without.step(0.0, 0.0, 2.0).damping + 2.0 * a / (2.0 * slow)).epsilon(1e-12));
       CHECK(with.step(0.0, 0.0, 2.0).damping == rest.damping);
-      // A given velocity replaces displacement over time; out of contact there is no force.
+      // A velocity given by the caller replaces displacement over time. Out of contact there is no force.
       Motion given{with.id, {1e-9, 0.0}, 2.0};
       given.has_velocity = 1;
       given.velocity[0] = -0.4;
@@ -96,7 +96,8 @@ namespace {
 
 constexpr double mass = 0.1, load = 1.0;
 
-/// A mass on a rail over a patch whose bristles have almost no force, so friction is the strengthening.
+/// A mass on a rail over a patch whose bristles have almost no force, so that all friction comes from
+/// strengthening.
 struct Glider : RailBody {
   Glider(bool by_midpoint, double v0, double bristle_stiffness = 1e-9)
       : RailBody(by_midpoint, mass, load,
@@ -109,7 +110,8 @@ struct Glider : RailBody {
   }
 };
 
-/// Integrates m v' = push - a N asinh(v / (2 v*)) by the Runge-Kutta method in a thousandth of the tick.
+/// Integrates m v' = push - a N asinh(v / (2 v*)), the motion of a body under strengthening alone, by the
+/// Runge-Kutta method in thousandths of the tick.
 struct Flight {
   double v, x = 0.0;
   void step(double push) {
@@ -130,7 +132,8 @@ struct Flight {
 
 TEST_CASE("Strengthening with speed stops a body as its equation of motion says, by either coupling",
           "[strengthening][coupling]") {
-  // 0.02 N per e-fold on 0.1 kg changes the speed by 2 mm/s or more per step, while v* is 3 um/s.
+  // In a step, strengthening changes the body's speed by 2 mm/s or more, far above v* = 3 um/s, so an
+  // explicit coupling would overshoot.
   for (const bool midpoint : {false, true}) {
     Glider glider(midpoint, 0.05);
     Flight flight{0.05};
@@ -145,7 +148,7 @@ TEST_CASE("Strengthening with speed stops a body as its equation of motion says,
     }
     CHECK(std::abs(flight.v) < 1e-6);
     CHECK(glider.x == Approx(flight.x).epsilon(0.03));
-    CHECK(last < 1e-9);  // comes to rest and does not swing
+    CHECK(last < 1e-9);  // m/s; the body rests and does not swing
   }
 }
 
@@ -176,7 +179,7 @@ TEST_CASE("A body on bristles that strengthen comes to rest, and gains no energy
         if (midpoint) REQUIRE(energy() <= before + 1e-9);
         before = energy();
       }
-      // The remaining deflection pulls it back as slowly as strengthening allows.
+      // The bent bristles pull the body back at the low speed at which strengthening balances their force.
       CHECK(
           glider.body.velocity[0] ==
           Approx(2.0 * slow * std::sinh(glider.response.elastic[0] / (a * load))).epsilon(0.05).margin(1e-9));
@@ -214,10 +217,10 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
     }
     CAPTURE(push);
     if (push == 0.25) {
-      // Kinetic friction is 1 N, so bent bristles hold it, and it does not slip.
+      // The push is below kinetic friction, so bent bristles hold it and do not slip.
       CHECK(std::abs(x - at_half) < 1e-3 * dbar);
     } else {
-      // Half a second under the push less kinetic friction and strengthening.
+      // The body accelerates for half a second under the push less kinetic friction and strengthening.
       const double v = plate.velocity[0];
       CHECK(v > 0.05);
       const double acceleration =

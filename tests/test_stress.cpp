@@ -99,8 +99,8 @@ TEST_CASE("Ten thousand patches at rest cost less than as many that slide", "[st
 
 namespace {
 
-/// Returns the thread CPU time of `slow` over that of `usual`, 50 steps at a time, in turns; the best of
-/// each.
+/// Returns the thread CPU time of `slow` over that of `usual`. The two run in turns, 50 steps at a time, and
+/// the shortest times count.
 template <class Usual, class Slow>
 double time_ratio(Usual&& usual, Slow&& slow) {
   const auto time = [](auto&& step) {
@@ -143,14 +143,14 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
                                [&](int) { other.step(1.6 * dbar, aside, n); }),
                     2.0, "a denormal way aside against none");
-        // Steps from a snap length down to nothing, repeatedly, as in a decaying motion.
+        // Displacements shrink from a snap length to nothing, again and again, as in a decaying motion.
         check_below(time_ratio([&](int k) { usual.step(dbar * (k % 50 == 0 ? 1.0 : 1e-8), 0.0, n); },
                                [&](int k) { other.step(dbar * std::pow(10.0, -8.0 * (k % 50)), 0.0, n); }),
                     2.0, "a motion that decays to nothing against one that decays to little");
         check_below(time_ratio([&](int k) { usual.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : 0.0); },
                                [&](int k) { other.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : denormal); }),
                     2.0, "a denormal load against none");
-        // A direction that is denormal in single precision, and the deflections that it leaves.
+        // Motion with a part across that is denormal in single precision, and the deflections that it leaves.
         const double faint_y = axes == 2 ? 1e-41 : 0.0;
         const auto far_and_near = [&](OnePatch& patch, double y) {
           return [&patch, y](int k) {
@@ -160,14 +160,14 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         };
         check_below(time_ratio(far_and_near(usual, axes == 2 ? 0.3 : 0.0), far_and_near(other, faint_y)), 2.0,
                     "a denormal direction against another");
-        // Deflections that shrink under a rising overload, below the range of float.
+        // A rising overload shrinks the deflections below the normal range of float.
         OnePatch shrunk = make(material);
         for (int round = 0; round < 40; ++round)
           for (double load : {1e8, 1e12, 1e15 / 3.0, 1.0 * n}) shrunk.step(0.0, 0.0, load);
         check_below(time_ratio([&](int k) { usual.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); },
                                [&](int k) { shrunk.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); }),
                     2.0, "denormal deflections against others");
-        // Forces and energies in the range of denormal doubles.
+        // Bristles so soft that forces and energies are denormal doubles.
         OnePatch faint = make(Material(material)
                                   .with_bristle_stiffness(1e-15)
                                   .with_normal_stiffness(1e15)

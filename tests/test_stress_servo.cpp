@@ -1,9 +1,7 @@
-// A servo thread under stress: its number of bristles, patches that come and go, the worst motions, and
-// rivals for the cores.
-//
-// Where the machine's speed matters, a plain loop over equally many bristles is timed in turns with bristle
-// (bench/plain_loops.hpp). The ratio may be at most three times the least that was measured on a quiet
-// machine, so a step that takes three times as long fails.
+// A servo thread under stress: its number of bristles, patches that come and go, the slowest motions, and
+// other threads that take cores or memory. Where the machine's speed matters, a plain loop over equally many
+// bristles is timed in turns with bristle (bench/plain_loops.hpp). The allowed ratio is at most three times
+// the least that was measured on a quiet machine, so a step that takes three times as long fails.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -60,7 +58,8 @@ class Rivals {
   std::vector<std::thread> threads_;
 };
 
-/// The comparison: equally many bristles in plain loops, all of which snap in every step.
+/// A plain loop over equally many bristles, all of which snap in every step. bristle's time is compared with
+/// its time.
 struct PlainStep {
   bristle::plain::PlainLoop loop;
   double sum = 0.0;
@@ -71,7 +70,7 @@ struct PlainStep {
           options.mean_snap_length_m = dbar;
           options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
           options.mean = true;
-          // The faster of the two plain loops if all bristles snap: bench/RESULTS.md.
+          // Uses the faster of the two styles of plain loops for bristles that all snap; bench/RESULTS.md.
           options.style =
               rule == SnapRule::keep ? bristle::plain::Style::one_loop : bristle::plain::Style::chunked;
           return options;
@@ -86,7 +85,8 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = u
   return patch;
 }
 
-/// Asserts the limit only for kernels as wide as the machine's vectors, for which the plain loop is compiled.
+/// Asserts the limit only where bristle uses the machine's widest vectors, for which the plain loop is
+/// compiled.
 void check_vectors_below(const PatchBatch& batch, double value, double limit, const char* what) {
   if (is_scalar(batch) || std::getenv("BRISTLE_ISA") != nullptr)
     std::printf("%s, %s kernels: %.4g (not asserted)\n", what, batch.isa(), value);
@@ -124,7 +124,8 @@ TEST_CASE("Ninety thousand bristles, a hundred times the paper's, all snap withi
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch(plain_material(usual_law, rule), plain_options(hundredfold));
     patch.step(0.0, 0.0, hundredfold);
-    REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);  // a path beyond every length
+    // 1.6 mean lengths, beyond every length of the law
+    REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);
   }
   in_rounds([] { check_hundredfold("alone"); });
 }
@@ -138,14 +139,15 @@ TEST_CASE("A rival that streams memory on the other core leaves the servo thread
 
 namespace {
 
-/// A motion chosen to make a step slow; k is the number of the step.
+/// A motion chosen to make steps slow. `motion` returns it for step k of a patch of n bristles.
 struct HardMotion {
   const char* name;
   SnapLength law;
   SnapRule rule;
   Motion (*motion)(int k, std::uint32_t n);
-  double limit;  ///< largest ratio of p90 (at least every fourth step is a hard one) to the p50 of a plain
-                 ///< loop
+  /// Largest allowed ratio of the 90th percentile of step times to the median of a plain loop. At least every
+  /// fourth step is a hard one.
+  double limit;
 };
 
 Motion moved(double dx, double dy, double load) {
@@ -171,7 +173,7 @@ Motion all_together(int k, std::uint32_t n) {
 TEST_CASE("No motion is hard on a step: all snap at once, reversal each tick, load square wave", "[stress]") {
   constexpr std::uint32_t n = 30000;
   const SnapLength nearly_one = SnapLength::uniform(0.99 * dbar, 1.01 * dbar);
-  // With all lengths equal to the bit, remainders are taken in double, which takes ten times as long.
+  // If all lengths are equal to the bit, kernels compute remainders in double, which takes ten times as long.
   const SnapLength one = SnapLength::single(dbar);
   const HardMotion motions[] = {
       {"all snap at once", nearly_one, SnapRule::keep, all_at_once, 1.5},
@@ -207,7 +209,7 @@ double median(Times& times) {
   return times[times.size() / 2];
 }
 
-constexpr int come_and_go = 1000;  // patches exchanged in each tick
+constexpr int come_and_go = 1000;  // patches that come, and patches that go, in each tick
 constexpr std::uint32_t small = 100;
 
 /// Replaces, in each tick of the adding thread, the patches of four ticks ago.
@@ -239,7 +241,7 @@ class BusyServo {
     batch.warm_up();
   }
 
-  /// Returns the thread CPU time of the step, s.
+  /// Steps the permanent patches and the two newest groups. Returns the step's thread CPU time, s.
   double step(const std::vector<PatchId>& newest, const std::vector<PatchId>& newer) {
     std::size_t at = 0;
     for (const std::vector<PatchId>* ids :
@@ -283,8 +285,9 @@ double time_of_changing(BusyServo& servo, int ticks) {
   std::vector<double> times;
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
-    while (done.load() < k) std::this_thread::yield();  // waits until both ticks' patches exist
-    asked.store(k);                                     // asks for those of tick k during this step
+    while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
+    // Tells the adder to replace patches for tick k during this step.
+    asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
         all_known && servo.report.status == Status::ok && servo.report.patches_stepped == 4u * come_and_go;
@@ -305,15 +308,15 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     for (int tries = 0; tries < 3; ++tries) {
       BusyServo with, without;
       changing = std::min(changing, time_of_changing(with, ticks));
-      // Equal motions of equally many patches, none of which comes or goes.
+      // For comparison, equal motions of as many patches, none of which comes or goes.
       Adder adder(without.batch);
       adder.tick(0);
       adder.tick(1);
       std::vector<double> times;
       for (int k = 2; k < ticks; ++k) times.push_back(without.step(adder.ids(1), adder.ids(0)));
       steady = std::min(steady, median(times));
-      // Compares least times, because other users of a machine slow a median but not the best run of the
-      // plain loop.
+      // The ratio is of the shortest times, because other programs on a machine slow a median but not the
+      // fastest run.
       least = std::min(least, *std::min_element(times.begin(), times.end()));
       for (int k = 0; k < 20; ++k) {
         const double start = bristle::DeadlineMonitor::cpu_now();
@@ -333,8 +336,9 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
 
 namespace {
 
-/// The least work of a hand-over, for comparison. A thousand allocations go and as many come, in a list of
-/// nodes with one producer and one consumer; the consumer exchanges one pointer for each node.
+/// The least work of handing over patches between threads, for comparison: in each tick a thousand
+/// allocations arrive and a thousand are freed, in a linked list with one producer and one consumer. The
+/// consumer exchanges one pointer for each node.
 class PlainHandOver {
  public:
   ~PlainHandOver() { free_until(nullptr); }
@@ -400,7 +404,7 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
       take();
       return bristle::DeadlineMonitor::cpu_now() - start;
     };
-    double ours = 1e9, theirs = 1e9;  // the best medians of several tries
+    double ours = 1e9, theirs = 1e9;  // s, the shortest medians of several tries
     for (int tries = 0; tries < 3; ++tries) {
       std::array<double, 41> our_times, their_times;
       for (std::size_t k = 0; k < our_times.size(); ++k) {
@@ -419,9 +423,9 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
 
 #if BRISTLE_WITH_TBB
 TEST_CASE("Workers that are preempted neither stop a step nor change its bits", "[stress]") {
-  // Slow kernels, so that the pieces of a step take about a millisecond and threads are preempted within
-  // them. The number of bristles exceeds parallel_from_paused of core/runtime/sharing.hpp, because a
-  // preempted caller never returns at once, and would take a smaller step alone.
+  // Slow kernels are forced, so that pieces of a step take about a millisecond and threads are preempted
+  // within them. The number of bristles exceeds parallel_from_paused of core/runtime/sharing.hpp: a preempted
+  // caller counts as one that pauses between steps, and would take a smaller step alone.
   const std::uint32_t n = test_size(240000);
   const int cores = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
   const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
@@ -442,14 +446,12 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // Workers come when the system lets them, so not in every step.
+    // A worker comes when the system gives it a core, so not every step is shared.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
     CHECK(shared.hash() == alone.hash());
-    if (n > 200000)
-      CHECK(most_tasks > 1);  // shared in some steps; a caller that was held up steps alone for
-                              // a while
+    if (n > 200000) CHECK(most_tasks > 1);  // at least one step was shared
     CHECK(most_threads > 1);
     // Waiting for a worker that was preempted may spin, though not for long.
     std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,

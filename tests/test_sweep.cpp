@@ -122,7 +122,7 @@ std::string complaint_of(Call call) {
   return "";
 }
 
-/// A sweep of twelve rows, milliseconds each.
+/// Arguments of a sweep of twelve rows, which take milliseconds each.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
 
@@ -136,8 +136,7 @@ cli::StudyOptions study_options(const std::string& scene) {
 
 }  // namespace
 
-// -------------------------------------------------------------------------------------------------------------
-// ranges
+// ---------------------------------------------------------------------------------------------- ranges
 
 TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOML value", "[sweep]") {
   CHECK(numbers_of("0.1:0.5:5") == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
@@ -166,7 +165,8 @@ TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sw
   const std::vector<double> points = cli::sobol_points(2, 6, 0);
   // Expected points from Numerical Recipes and ACM 659.
   CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
-  // Each of the 4 x 4 cells holds one of the first 16 points, with or without a shift of digits.
+  // The first 16 points fall into the 4 x 4 cells of the unit square one each, whether or not a seed shifts
+  // their digits.
   for (const std::uint64_t seed : {0u, 7u}) {
     const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
     std::set<int> cells;
@@ -196,8 +196,7 @@ TEST_CASE("A Latin hypercube has one point in every part of every axis, in anoth
   CHECK(sample == cli::latin_points(3, points, 5));
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// keys
+// ------------------------------------------------------------------------------------------------ keys
 
 TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   toml::table root = cli::parse_toml(
@@ -234,7 +233,8 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
   cli::set_key(root, "material.a.peak", 0.5);
-  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);  // a scene takes only one of the two keys
+  // Replaces `peak`, because a scene takes only one of the two keys.
+  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
 }
 
@@ -262,8 +262,7 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// rows
+// ------------------------------------------------------------------------------------------------ rows
 
 TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]") {
   const Folder folder;
@@ -286,7 +285,7 @@ TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]")
     CHECK(number(table, row, "tip.dissipated[J]") == patch["energy"]["dissipated"].get<double>());
     CHECK(number(table, row, "tip.snaps") == patch["energy"]["snaps"].get<double>());
     CHECK(number(table, row, "tip.kinetic_in_theory") == Approx(row == 0 ? 0.3 : 0.4));
-    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // path of 1 mm/s for 0.3 s
+    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // 1 mm/s for 0.3 s
     CHECK(number(table, row, "tip.load_mean[N]") == Approx(0.8));
   }
 }
@@ -297,7 +296,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
   const auto table = csv_rows(table_of(folder, "'" + scene + "' " + twelve_rows + " --report state_hash"));
   std::set<std::string> hashes;
   for (std::size_t row = 0; row < 12; ++row) hashes.insert(cell(table, row, "state_hash"));
-  CHECK(hashes.size() == 12);  // repeats have seeds of their own
+  CHECK(hashes.size() == 12);  // each repeat has a seed of its own, so all states differ
   const Outcome written = run_cli(
       folder, "sweep '" + scene + "' " + twelve_rows + " --row 7 --out '" + folder.at("row.toml") + "'");
   REQUIRE(written.code == 0);
@@ -319,7 +318,7 @@ TEST_CASE("Values that a scene refuses make a row that says so, and the others r
     CHECK(cell(table, row, "tip.kinetic").empty());
     CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
     CHECK(cell(table, row, "failure").find(folder.path.string()) ==
-          std::string::npos);  // the message is identical on every machine
+          std::string::npos);  // a failure's text has no path, so it is identical on every machine
   }
 }
 
@@ -371,7 +370,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   options.scene = folder.write("trace.toml", scene);
   options.vary = {"material.wood.kinetic=0.3,0.4"};
   const cli::Study first(options);
-  // A study repeated from the recipe alone, in another folder.
+  // Another study is made from the recipe of the first alone, in another folder.
   const Folder elsewhere;
   const cli::Study copy(first.recipe(), elsewhere.path.string());
   CHECK(copy.hash() == first.hash());
@@ -385,8 +384,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   CHECK(second.run_row(1) != row);
 }
 
-// ------------------------------------------------------------------------------------------------ one table
-// whoever runs
+// ----------------------------------------------------------------------------- one table whoever runs
 
 TEST_CASE("A sweep's table is the same with any number of threads, on any instruction set",
           "[sweep][determinism]") {
@@ -418,8 +416,7 @@ TEST_CASE("Measured times are columns of a sweep, but no part of its table's has
   CHECK(report("--report peak,time.cpu")["table_hash"] != first["table_hash"]);
 }
 
-// -------------------------------------------------------------------------------------------------------------
-// journal
+// --------------------------------------------------------------------------------------------- journal
 
 TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, none is run twice",
           "[sweep]") {
@@ -432,7 +429,7 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
     for (std::uint64_t i = 0; i < 4; ++i) {
       rows.push_back(study.run_row(i));
       journal.add(rows.back());
-      journal.add(rows.back());  // a second copy of the row does not count
+      journal.add(rows.back());  // a repeated row counts once
     }
   }
   const std::string whole = read_file(path);
@@ -480,7 +477,7 @@ TEST_CASE(
   CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
-  // Rows with a right hash that are not rows of the study.
+  // Lines with a right hash whose contents are not rows of the study.
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
   const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
   for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
@@ -490,7 +487,7 @@ TEST_CASE(
     CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
   }
 
-  // A comment in the scene changes nothing; a number does.
+  // A comment added to the scene leaves the hash of the study, a changed number changes it.
   folder.write("slide.toml", "# a comment\n" + slide_scene);
   CHECK(cli::Study(study_options(scene)).hash() == study.hash());
   std::string changed = slide_scene;
@@ -548,8 +545,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the file has every row once, and the header
 }
 
-// ---------------------------------------------------------------------------------------------------------------
-// files
+// ----------------------------------------------------------------------------------------------- files
 
 TEST_CASE("A sweep's table is CSV, and another ending is refused before the study", "[sweep]") {
   const Folder folder;

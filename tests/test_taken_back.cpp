@@ -1,4 +1,4 @@
-// A patch restores any state that it saved, even at the edge of what numbers can represent: a few units of
+// A patch restores any state that it saved, even where numbers reach their limits: a load of a few units of
 // mass, times at which the clock hardly advances or stands still, one bristle that others renew. Forged
 // states are refused.
 #include <catch2/catch.hpp>
@@ -57,7 +57,7 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
       const double load = units * unit_of_mass;
       const Response far = patch.step(1.0, 0.0, load);
       expect_taken_back(patch);
-      // All bristles slide: the force is between that of straight bristles and that of the longest.
+      // All bristles slide, so the force is above 0 and below that of the longest bristles.
       CHECK(far.elastic[0] < 0.0);
       CHECK(far.elastic[0] > -100.0 * dbar * load);
       CHECK(patch.step(0.0, 0.0, 0.0).elastic[0] == 0.0);
@@ -68,7 +68,8 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
 
 TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
           "[state][cohorts][determinism]") {
-  // Each of many cohorts rounds the little mass that it keeps, so their sum may exceed the mass of the load.
+  // Each of many cohorts (bristles bent alike) rounds the little mass that it keeps, so their sum may exceed
+  // the mass of the load.
   for (const double cv : {0.15, 0.3}) {
     std::vector<OnePatch> patches;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())
@@ -96,7 +97,8 @@ TEST_CASE("An infinite brush is the same everywhere when its load falls to a few
 
 TEST_CASE("An infinite brush of any lengths is taken back after its lengths became shorter",
           "[state][cohorts]") {
-  // The share of bristles longer than the longest length is 0 except for rounding.
+  // The bristles are bent beyond the longest new length. The share of lengths above that is 0 only up to
+  // rounding.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   for (int k = 0; k < 40; ++k) {
@@ -125,7 +127,7 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
     for (const double left : {residual, 0.0}) {
       patch.batch.set_material(patch.id, Material(plain).with_residual_length(left));
       patch.step(0.0, 0.0, many);
-      CHECK(shortest() > 0.0);  // every snap length exceeds the residual
+      CHECK(shortest() > 0.0);  // all snap lengths are positive with either residual length
       expect_taken_back(patch);
     }
   }
@@ -152,7 +154,7 @@ TEST_CASE("A patch that ages is taken back after steps below its time's rounding
     OnePatch patch(ages, options);
     const double load = options.max_normal_load;
     for (int k = 0; k < 60; ++k) {
-      // Holds for a time whose end is rounded, then moves away in almost no time.
+      // Holds for a long time whose end rounds in the clock, then moves on in almost no time.
       patch.step(0.1 * dbar, 0.0, load, 1e3 * (1.0 + static_cast<double>(random() >> 11) * 0x1p-53));
       for (int n = 0; n < 2; ++n) {
         patch.step(3.0 * dbar, 0.0, load, 1e-15);
@@ -170,7 +172,7 @@ TEST_CASE("A patch that ages and is rubbed is taken back after a slide in no tim
     for (const double dt : {1e-300, 1e-12, 1.0}) {
       OnePatch patch(redrawn().with_ageing(ageing).with_shared_renewal(0.3), plain_options(40));
       const double load = plain_options(40).max_normal_load;
-      // A speed beyond any number, a rest, and a step at the usual speed.
+      // Moves at a speed that may overflow, then rests, then moves at a usual speed.
       patch.step(1e300, 0.0, load, dt);
       expect_taken_back(patch);
       patch.step(0.0, 0.0, load, 1e9);
@@ -185,8 +187,8 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
   const std::vector<std::byte> good = saved(patch.batch);
-  // Offset, in bytes, of the oldest hold in a saved state (core/patches/SAVED_STATE.md): it follows both
-  // heads, the contact, the remainders and the two numbers of the patch's time.
+  // Byte offset of the oldest hold (time at rest) in a saved state (core/patches/SAVED_STATE.md). It follows
+  // both heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
       bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;
@@ -206,8 +208,8 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
   constexpr std::uint32_t many = 1u << 20;
   const SnapLength law = SnapLength::exponential(dbar);
   for (Precision precision : precisions()) {
-    // The bristle at the end of a long slide combines two draws, its age and the rest of its length: one of a
-    // million exceeds the longest draw.
+    // A long slide is jumped over. Its last bristle combines two draws, the path since its snap and the rest
+    // of its length, and one of a million exceeds the longest single draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
     std::vector<double> x(many), y(many), length(many);
     double longest = 0.0;
@@ -251,7 +253,7 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
     if (isa.usable) patches.emplace_back(material, plain_options(300), BatchOptions{}.with_isa(isa.name));
   patches.emplace_back(material, plain_options(300), stepped_eagerly());
   for (OnePatch& patch : patches) {
-    patch.step(0.0, 0.0, 1.0, 1e300);  // now the clock stands still
+    patch.step(0.0, 0.0, 1.0, 1e300);  // after 1e300 s the clock no longer advances
     patch.batch.remove(patch.id);
     patch.id = patch.batch.add(material, plain_options(300));
   }
@@ -308,7 +310,7 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
     for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
     expect_taken_back(patch);
   }
-  // In contact again, it slides as a patch that was never saved.
+  // When contact is regained, the restored patch slides to the bit as one that was never saved.
   for (int k = 0; k < 5; ++k) {
     for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
     expect_taken_back(patch);
@@ -318,7 +320,8 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
 
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
-  // Laws and paths: under wide laws a step may be longer than any other bristle is bent.
+  // The infinite brush is carried over many distances, under a usual and a wide law. Under the wide one a
+  // step may be longer than the deflection of any other bristle.
   for (const double cv : {0.3, 3.0}) {
     for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
       if (!isa.usable) continue;
@@ -462,7 +465,7 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
     if (lifted) motion.normal_load = 0.0;
     if (lifted) rest();
     const std::vector<std::byte> good = save();
-    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // the head: magic number, count, checksum
+    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // magic number, count and checksum
     const int taken = forge_words(good, head, [&](std::vector<std::byte>& bad) {
       bristle::detail::Hasher checksum;
       for (std::size_t at = head; at < bad.size(); ++at) checksum.add(static_cast<std::uint64_t>(bad[at]));
@@ -489,9 +492,10 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
 
 namespace {
 
-/// The saved state of a batch of one bed, as numbers.
+/// The words of the saved state of a batch with one bed.
 struct SavedBed {
-  // Offsets after the batch's magic number, count and checksum, and the bed's slot and count.
+  // Byte offsets: the head is the batch's magic number, count and checksum. `numbers` follows the bed's slot
+  // and count.
   static constexpr std::size_t head = 24, rolled_last = head + 8, numbers = rolled_last + 8,
                                columns = numbers + 17 * 8;
   enum Number {
@@ -583,7 +587,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
       {"energy below 0", any, [](S& s, auto, auto) { s.set(S::energy, -1.0); }},
       {"energy", any, [](S& s, auto, auto) { s.set(S::energy + 1, 1e46); }},
       {"root", wheel,
-       [](S& s, auto, auto) {  // moves the tips along, so that only the root is wrong
+       [](S& s, auto, auto) {  // moves the tips along with the root, so that only the root's place is wrong
          const double far = 1e12 + s.get(S::root);
          s.set(S::root, far);
          for (std::size_t i = 0; i < bristles; ++i) s.put(bed_tip_x, i, far);
@@ -676,8 +680,8 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
 }
 
 TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state][cohorts]") {
-  // Two layers of half the load each, bent differently: 2^45 units of mass in the rows of each, with a rest
-  // below a unit.
+  // Two layers of cohorts under half the load each, bent differently. Each has 2^45 units of mass, with a
+  // rest below a unit.
   OnePatch patch(redrawn(), infinite_options());
   patch.step(0.0, 0.0, 0.5);
   patch.step(0.2 * dbar, 0.0, 0.5);
@@ -705,6 +709,6 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
     }
   }
   CHECK(found >= 2);
-  CHECK(refused == 3 * 2);  // three refused values for the mass in each of two rows; the other words are
-                            // ranks
+  // Three forged values are refused for the mass of each of two layers; the other words found are ranks.
+  CHECK(refused == 3 * 2);
 }

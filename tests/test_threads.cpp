@@ -36,8 +36,8 @@ namespace {
 
 #if BRISTLE_WITH_TBB
 
-/// Patches whose step takes some tens of milliseconds of slow kernels. With more threads than cores, eight
-/// threads all get their turn only if pieces of work take about a millisecond each (measured).
+/// Patches whose step takes some tens of milliseconds with slow kernels. Pieces of work take about a
+/// millisecond each: with shorter ones, eight threads on fewer cores did not all get one (measured).
 struct LongStep {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -70,7 +70,7 @@ std::map<int, std::string> other_threads(const char* key) {
       if (line.rfind(key, 0) == 0) found[thread] = line.substr(std::strlen(key));
   }
 #if defined(__SANITIZE_THREAD__)
-  if (!found.empty()) found.erase(found.begin());  // the first is the sanitizer's own
+  if (!found.empty()) found.erase(found.begin());  // the first thread is the sanitizer's
 #endif
   return found;
 }
@@ -134,7 +134,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       std::set<std::thread::id> threads;
       int done = 0;
     } seen;
-    // Pieces take 3 ms on any core, so that each of eight threads on two cores does some.
+    // Pieces take 3 ms on any core, so that each of eight threads gets some on two cores.
     const auto piece = [](void* context, int) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
       Seen& s = *static_cast<Seen*>(context);
@@ -178,7 +178,8 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
 }
 
 TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
-  // The worker's first task lasts until all others are done, so no other thread may wait for the worker.
+  // The worker holds its first task until all others are done, so the caller must do these and not wait for
+  // the worker.
   constexpr int tasks = 64;
   bristle::detail::Workers workers(2);
   workers.warm_up();
@@ -196,7 +197,7 @@ TEST_CASE("What a worker that is held up has not begun, the caller does", "[thre
           if (std::this_thread::get_id() != s.caller && s.held_up.exchange(1) == 0) {
             while (s.done < tasks - 1) std::this_thread::yield();
           } else if (s.held_up == 0) {
-            // The worker may need a while to come.
+            // Waits up to 50 us for the worker to begin its task.
             const auto start = std::chrono::steady_clock::now();
             while (s.held_up == 0 &&
                    std::chrono::steady_clock::now() - start < std::chrono::microseconds(50)) {
@@ -228,10 +229,10 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
 
 TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
-  // Paths of one piece and of several, turns, and long slides that are mostly carried.
+  // Paths of one and of several pieces, turns, and long slides that are mostly carried by their steady state.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = 70000;  // several ranges of blocks, of which the last has fewer
+  const std::uint32_t n = 70000;  // several ranges of blocks for the threads, the last one shorter
   setenv("BRISTLE_SHARING", "0,4096,100", 1);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const bool ages : {false, true}) {
@@ -266,7 +267,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
 TEST_CASE("A small step wakes no worker", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);
-  // The paper's patch, and a scene of a few small ones.
+  // A patch of 900 bristles, as in the paper, and nine small ones.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
     Motion motion;
@@ -297,29 +298,30 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
   return;
 #endif
-  // A worker on its way to sleep may be put on a core once more on a busy machine, so this tries up to five
-  // times.
+  // On a busy machine a worker on its way to sleep may get a core once more, which counts as a switch. So
+  // this tries up to five times.
   auto before = switches();
   bool undisturbed = false;
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
     REQUIRE(wait_for_sleep());
     before = switches();
-    REQUIRE(!before.empty());  // the worker exists
+    REQUIRE(!before.empty());  // the library's worker thread exists
     large.displacement[0] = 0.0;
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
       expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
-      // A large step at rest wakes no worker either.
+      // A large step whose motion is 0 wakes no worker either.
       if (k % 10 == 0) batch.step(tick, {&large, 1}, {&response, 1});
     }
     undisturbed = switches() == before;
   }
   CHECK(undisturbed);
-  // A large step wakes a worker, so the count above would have shown one.
+  // A large step that slides wakes a worker. This shows that the count of switches above would have noticed
+  // one.
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
-    wait_for_sleep();  // a switch is counted when the thread goes to sleep
+    wait_for_sleep();  // the system counts a switch when a thread goes to sleep
   }
   CHECK(switches() != before);
 }
@@ -352,8 +354,8 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
     while (!retreat.is_over()) ++count;
     return count;
   };
-  // Alternates steps without a wait and steps in which the caller waits for the last piece as long as it
-  // worked.
+  // The caller's wait for the last piece alternates between 0 and as long as its own work. That must not make
+  // it step alone.
   for (int k = 0; k < 100; ++k) {
     CHECK(retreat.is_over());
     retreat.judge(1e-3, k % 2 == 0 ? 0.0 : 1e-3);
@@ -391,12 +393,13 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     }
     const Motion gone = motions[30];
     batch.remove(gone.id);
-    add(90);                            // the new patch takes the slot, so that the slot is named twice
-    motions[60].displacement[0] = NAN;  // motion of a large patch
-    motions[61].normal_load = -1.0;     // motion of a small patch
+    // The new patch takes the removed one's slot, so the step names this slot twice.
+    add(90);
+    motions[60].displacement[0] = NAN;  // makes a large patch's motion invalid
+    motions[61].normal_load = -1.0;     // makes a small patch's motion invalid
     motions[100].id = bristle::PatchId{};
     if (!repeats) motions.erase(motions.begin() + 30);
-    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // motion of a large patch
+    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // names a large patch twice
     std::vector<Response> responses(motions.size());
     std::vector<Status> seen;
     std::uint32_t tasks = 0;
@@ -422,7 +425,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
       const auto shared = run(threads, repeats);
       CHECK(std::get<0>(shared) == status);
       CHECK(std::get<1>(shared) == std::get<1>(alone));
-      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step was shared
+      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step ran on several threads
     }
   }
 }
@@ -433,7 +436,7 @@ TEST_CASE("A step whose patches all hold still was done by the calling thread", 
                  plain_options(n), BatchOptions{}.with_threads(2));
   patch.step(0.1 * dbar, 0.0, n);
   for (int k = 0; k < 10; ++k) {
-    patch.step(1e-6 * dbar, 0.0, n);  // a step within every bound
+    patch.step(1e-6 * dbar, 0.0, n);  // shorter than the path to any snap, so no bristle is visited
     CHECK(patch.report.patches_stepped == 1);
     CHECK(patch.report.tasks >= 1);
     CHECK(patch.report.threads >= 1);
@@ -446,7 +449,8 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
   }
   if (std::thread::hardware_concurrency() < 2) {
     std::printf("skipped: one core only, no other to keep to\n");
-    CHECK(scene.batch.unbound_workers() > 0);  // reported, and stepped all the same
+    // The library reports that it could not bind a worker, and steps.
+    CHECK(scene.batch.unbound_workers() > 0);
     return;
   }
   CHECK(scene.batch.unbound_workers() == 0);
@@ -467,9 +471,10 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
   CHECK(cores({2, 3}, {3}, 3) == List{2});
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});  // a servo core that the process does not have
-  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});      // all cores are servo cores, so it stays off its own at
-                                                   // least
+  // A servo core that the process may not use leaves the others.
+  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
+  // All cores are servo cores, so the worker stays off that of its own batch only.
+  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
   CHECK(cores({1}, {1}, 1).empty());
 }
 
@@ -485,9 +490,7 @@ TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]"
 }
 
 TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
-    return;  // among the workers of other tests it proves
-             // nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
   const std::vector<int> mine = cores_of_thread(0);
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
@@ -512,14 +515,13 @@ TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[thre
 }
 
 TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr)
-    return;  // among the workers of other tests it proves
-             // nothing
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
   const std::vector<int> mine = cores_of_thread(0);
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // the machine has no such core
+    // Servo core 1023, which the machine lacks.
+    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {
         for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {
@@ -551,6 +553,6 @@ TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
                             Catch::Matchers::Contains(std::to_string(core)) &&
                             Catch::Matchers::Contains("0 to 1023"));
   }
-  // With one thread there are no workers to bind.
+  // With one thread there are no workers that could fail to be bound.
   CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
 }

@@ -12,7 +12,8 @@ using namespace bristle_test;
 TEST_CASE("After a turn the force along and across the new direction follow the tables", "[physics]") {
   const std::vector<Row> rows = read_table("turn_2d.csv");
   const std::uint32_t n = test_size(100000);
-  const double start = 0.4;  // rad: direction of steady sliding, oblique so that no axis is special
+  // rad, direction of steady sliding before the turn; oblique, so that no axis is special.
+  const double start = 0.4;
   int points = 0;
   for (Precision precision : precisions()) {
     for (const char* turn : {"90", "180"}) {
@@ -35,8 +36,8 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
             INFO("y = " << y << " mean snap lengths after the turn");
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
-            // The component across is the rest of the old direction, which lies to the right after a turn to
-            // the left.
+            // The component across is what remains of the old deflection. After a turn to the left it points
+            // to the right.
             expect_near(f.x * ex + f.y * ey, number(row, "f_parallel_ref"), tolerance, "deflection along");
             expect_near(f.x * ey - f.y * ex, number(row, "f_perp_ref"), tolerance, "deflection across");
             ++points;

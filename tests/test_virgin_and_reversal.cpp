@@ -27,10 +27,10 @@ Quantile quantile_of(const std::string& name) {
   return single_quantile(1.0);
 }
 
-/// Returns a bound on the error of the virgin curve with SnapRule::keep, for snap lengths Q(u_i) with u_i of
-/// discrepancy D (Koksma): variation of x mod Q(u) over u > u0, times D, plus the contribution of the
-/// shortest bristles. The sawtooth x mod delta has a tooth of height x/k for every whole k between x/longest
-/// and x/Q(u0).
+/// Returns a bound on the error of the virgin curve at x with SnapRule::keep, for snap lengths Q(u_i) whose
+/// u_i have the given discrepancy (Koksma's inequality). It is the variation of x mod Q(u) over u > u0 times
+/// the discrepancy, plus the contribution of bristles below Q(u0). x mod delta is a saw tooth in delta, with
+/// a tooth of height x/k for every whole k between x/longest and x/Q(u0).
 double stratified_bound(const Quantile& quantile, double x, double discrepancy) {
   double best = INFINITY;
   for (double u0 : {1e-9, 1e-4, 1e-3, 1e-2, 1e-1}) {
@@ -65,15 +65,16 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
             const double to = number(row, "x_over_dbar");
             const Deflection f = brush.step((to - x) * e.x, (to - x) * e.y);
             x = to;
-            if (!row.at("note").empty()) continue;  // a tie that rounding decides
+            // Skips rows marked in the table, where rounding decides whether bristles snap.
+            if (!row.at("note").empty()) continue;
             INFO("x = " << x << " mean snap lengths");
             double tolerance = sampling_tolerance(number(row, "mc_se"), n, precision);
             if (rule == SnapRule::keep && !brush.single()) {
               const double rounding = sampling_tolerance(0.0, n, precision);
               tolerance = std::min(tolerance, stratified_bound(quantile, x, discrepancy) + rounding);
             }
-            // Bristles so rare that the Monte Carlo run need not have met one (lognormal, below 0.2): one of
-            // them at most.
+            // For the lognormal law, bristles shorter than 0.2 are so rare that the reference's Monte Carlo
+            // run may have missed them. The tolerance allows one in the patch.
             if (law.law.law() == bristle::SnapLaw::lognormal) tolerance += std::min(x, 1.0) / n;
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");
             expect_near(f.x * e.y - f.y * e.x, 0.0, 1e-5, "deflection across the motion");
@@ -104,7 +105,7 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
             const Deflection f = brush.step((y - to) * e.x, (y - to) * e.y);
             y = to;
             INFO("y = " << y << " mean snap lengths after the reversal");
-            // With a single length phases are uniform, and one bristle may be on the other side of its snap.
+            // With one length for all, phases are uniform, and rounding may move one bristle across its snap.
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");

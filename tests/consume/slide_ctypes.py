@@ -1,4 +1,4 @@
-"""The same from Python, by ctypes: no header is read, the layouts are written down once more."""
+"""The program slide.c in Python, by ctypes. It reads no header: the layouts of the structs are declared here."""
 import ctypes as c
 import sys
 
@@ -74,7 +74,8 @@ def new(struct, kind):
 
 coefficients = new(Coefficients, "coefficients")
 coefficients.kinetic, coefficients.peak, coefficients.snap_rule = 0.40, 0.46, 1
-coefficients.residual_share = coefficients.shared_renewal = 0.0  # the law that a minimal library has too
+# A library built with BRISTLE_MINIMAL has only this law.
+coefficients.residual_share = coefficients.shared_renewal = 0.0
 material = new(Material, "material")
 call("material_from_coefficients", c.byref(coefficients), c.byref(material))
 options = new(PatchOptions, "patch_options")

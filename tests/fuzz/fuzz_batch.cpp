@@ -31,7 +31,8 @@ struct Model {
   }
 };
 
-/// The batch, and a twin that gets the same calls but uses another instruction set and visits every bristle.
+/// Two batches under test: the second, the twin, gets the same calls but uses another instruction set and
+/// visits every bristle.
 class Session {
  public:
   explicit Session(Bytes bytes)
@@ -177,7 +178,7 @@ class Session {
     check_finite(response);
     check(has(response.status, Status::unknown_id) == (patch == nullptr), "only unknown ids are unknown");
     check(batch_.state_hash() == before, "find_force changes nothing");
-    // The trial's response is that of the step.
+    // A step must return the response that find_force() predicted.
     if (has(response.status, refusals) || input_.flag()) return;
     Response stepped;
     stepped.id = id;

@@ -49,7 +49,7 @@ Outline any_outline(Input& input) {
                              1 + static_cast<int>(input.choice(4)), 1 + static_cast<int>(input.choice(4)));
       break;
     case 5:
-      break;  // leaves the outline of a point
+      break;  // keeps the default outline, a point
     default: {
       outline.cells.resize(1 + input.choice(6));
       double sum = 0.0;

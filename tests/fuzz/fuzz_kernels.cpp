@@ -11,8 +11,8 @@ using bristle::Motion;
 using bristle::PatchBatch;
 using bristle::Response;
 
-/// Makes a batch for each instruction set of this machine, and one that visits every bristle. Batches are
-/// kept, so that materials are set up once; patches are not.
+/// Makes a batch for each instruction set of this machine, and one that visits every bristle. The caller
+/// keeps the batches for all inputs, so that materials are set up once, and adds and removes the patches.
 std::vector<PatchBatch> make_batches() {
   std::vector<PatchBatch> batches;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())

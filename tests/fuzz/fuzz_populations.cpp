@@ -6,8 +6,8 @@
 namespace fuzz {
 namespace {
 
-/// Number of representatives, compared with the infinite brush along one path, in steps so small that few
-/// bristles snap twice in one.
+/// Number of representatives of the patch that is compared with the infinite brush. Both follow one path, in
+/// steps so small that few bristles snap twice in a step.
 constexpr std::uint32_t bristles = 8000;
 /// Returns the tolerance, as a share of the force limit: more than six standard deviations of the bristles in
 /// contact (1 % in sliding under the whole load, for the widest law here), plus the error of the infinite

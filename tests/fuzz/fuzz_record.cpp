@@ -11,7 +11,7 @@ namespace fuzz {
 void record(Bytes bytes) {
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   try {
-    // A folder that does not exist, because a script may name files.
+    // Names a folder that does not exist, so that files named by a fuzzed script are never read.
     const room::Script script = room::parse_script(text, "/nowhere/record.toml", room::RoomMeasures{});
     check(script.seconds >= 0.0 && std::isfinite(script.seconds), "a recording has a length");
     double before = 0.0;
@@ -19,7 +19,7 @@ void record(Bytes bytes) {
       check(change.t >= before, "changes come in the order of time");
       before = change.t;
     }
-    // Settings that are written and read again stay equal.
+    // A script's settings that are written as a file and read again give an equal file.
     const std::string again = "[settings]\n" + room::settings_as_toml(script.settings);
     const room::Script twin = room::parse_script(again, "/nowhere/record.toml", room::RoomMeasures{});
     check("[settings]\n" + room::settings_as_toml(twin.settings) == again,

@@ -32,7 +32,8 @@ void step_some(const cli::Scene& scene) {
 
 void scene(Bytes bytes) {
   const std::string text(bytes.begin(), bytes.end());
-  if (text.find("trace") != std::string::npos) return;  // a trace would read any file that it names
+  // Skipped, because a trace reads any file that it names.
+  if (text.find("trace") != std::string::npos) return;
   try {
     const cli::Scene scene = cli::parse_scene(text, "scene.toml");
     check(!scene.patches.empty() && scene.dt > 0.0, "a scene that was read has patches and a step");

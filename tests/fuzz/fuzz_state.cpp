@@ -48,7 +48,7 @@ struct Batch {
   }
 };
 
-/// Corrects the checksum, so that the data behind it are read.
+/// Corrects the checksum of a changed state, so that restoring reads the data behind it.
 void reseal(std::vector<std::byte>& state) {
   if (state.size() < bristle::detail::saved_batch_size) return;
   std::uint64_t patches = 0;
@@ -56,8 +56,8 @@ void reseal(std::vector<std::byte>& state) {
   bristle::detail::seal_batch({state.size(), patches}, state);
 }
 
-/// Makes a state from the input. The first byte says whether the others are a state, or changes to one: where
-/// (two bytes), what.
+/// Makes a saved state from the fuzzer's input. If the first byte is even, the other bytes are the state; if
+/// odd, they change a good state: two bytes say where, a third the new value.
 std::vector<std::byte> make_state(Bytes bytes, const std::vector<std::byte>& bent) {
   std::vector<std::byte> state;
   if (bytes.empty()) return state;

@@ -1,6 +1,6 @@
-// Runs a target on files and folders of files: the kept corpus in the tests, or a crash that a fuzzer found.
-// Or on random bytes, which find less than a fuzzer for each run, but an optimised build makes many more runs
-// in the same time.
+// Runs a fuzz target on files and folders of files: the kept corpus in the tests, or a crash that a fuzzer
+// found. It can also run the target on random bytes. These find less per run than a fuzzer, but an optimised
+// build makes many more runs in the same time.
 #include <unistd.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ void run_file(const Target& target, const std::filesystem::path& path) {
   target.run({bytes.data(), bytes.size()});
 }
 
-std::uint64_t run_number = 0;  // number of the run under way, by which it can be repeated
+std::uint64_t run_number = 0;  // number of the current run on random bytes, with which it can be repeated
 
 void say_how_far(const char* what) {
   char text[80];
