@@ -157,7 +157,7 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// Returns v with the upper half of `count` lanes moved to the lower half.
+/// Returns v with the upper half of its first `count` lanes moved to the lower half.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -185,7 +185,7 @@ inline T fold_lanes(Lanes<T> v) {
   }
 }
 
-/// One number for each logical lane, in the vectors of this instruction set.
+/// One number for each of the 16 logical lanes, in the vectors of this instruction set.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -196,7 +196,7 @@ struct Row {
   }
 };
 
-/// Returns the sum of the 16 logical lanes by the fixed tree, in registers.
+/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set, in registers.
 template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
@@ -209,7 +209,7 @@ inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) 
   return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // compiles to one masked
                                                                                    // instruction
 #else
-  // Selects in the float domain, which moves the bits of integers unchanged.
+  // Selects as floats, which moves the bits of integers unchanged.
   return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
 #endif
 }
@@ -241,8 +241,8 @@ struct DrawStates<float> {
   }
 };
 
-/// A draw state occupies the lower half of its lane, and the upper half is 0, so shifts and products of
-/// 32-bit lanes serve.
+/// A 32-bit draw state occupies the lower half of its 64-bit lane, and the upper half is 0, so shifts and
+/// products of 32-bit lanes serve.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;
