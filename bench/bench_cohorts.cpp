@@ -168,8 +168,8 @@ void register_cohorts() {
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {
-        if (patches == 10000 && subject.bristles == 10000)
-          continue;  // ten thousand patches of 10,000 bristles would take a gigabyte
+        // Ten thousand patches of 10,000 bristles would take a gigabyte.
+        if (patches == 10000 && subject.bristles == 10000) continue;
         const std::string name =
             std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;
         add_cohort_benchmark("cohorts/step/" + name, motion, subject, patches, false);

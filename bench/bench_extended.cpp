@@ -84,8 +84,8 @@ class LuGreDisc {
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = friction() / load_n;
-    s.stiffness = load_n;  // stiffness of the whole disc, N/m, equal to that of the brush, whose bristles
-                           // have 1 N/m each
+    // Stiffness of the whole disc, N/m, equal to that of the brush, whose bristles have 1 N/m each.
+    s.stiffness = load_n;
     s.damping = s.viscous_friction = 0.0;
     return s;
   }

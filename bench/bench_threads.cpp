@@ -110,8 +110,8 @@ struct SharedStep {
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
-  std::uint32_t piece =
-      0;  ///< smallest number of bristles that a thread takes; 0: the library's own rules, with its threshold
+  /// Smallest number of bristles that a thread takes; 0: the library's own rules, with its threshold.
+  std::uint32_t piece = 0;
 };
 
 void add_shared_step(const std::string& name, const SharedStep& what) {

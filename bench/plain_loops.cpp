@@ -241,8 +241,8 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    const float rest =
-        path.h - t;  // path left after the first snap; 0 without a snap, so that `more` and `r` vanish too
+    // Path left after the first snap; 0 without a snap, so that `more` and `r` vanish too.
+    const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
     const float new_zx = snaps ? r * path.ex : zx + path.dx;

@@ -87,8 +87,8 @@ class SteadyScene {
   bristle::PatchBatch batch_;
   double dt_s_;
   Settling settling_;
-  std::vector<bristle::Motion> sliding_,
-      motions_[2];  ///< motions of all patches in even steps and in odd steps
+  /// Motions of all patches in even steps and in odd steps.
+  std::vector<bristle::Motion> sliding_, motions_[2];
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;
   int turn_ = 0;

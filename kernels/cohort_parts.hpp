@@ -185,8 +185,8 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  if (s.layered == 0)
-    return m * share * (dx * dx + dy * dy);  // without layers of load every cohort has all ranks
+  // Without layers of load every cohort has all ranks.
+  if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
@@ -321,8 +321,8 @@ struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps
 };
-constexpr double highest_hazard = 4.0;  // leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, which
-                                        // stands for exp(-4 v), needs v <= 1
+// Leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, which stands for exp(-4 v), needs v <= 1.
+constexpr double highest_hazard = 4.0;
 
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,

@@ -132,11 +132,8 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double mass = mass_of(rows, i);
 
   const double quarter = 0.25 * hazard * path;
-  const double root_left =
-      1.0 -
-      quarter *
-          (1.0 -
-           0.5 * quarter);  // exp(-quarter) to second order: the share left after a quarter of the hazard
+  // Share left after a quarter of the hazard: exp(-quarter) to second order.
+  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);
   const double twice = root_left * root_left;
   double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
   const double left = entry(rows, i, cohort_left);

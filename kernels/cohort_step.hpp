@@ -123,9 +123,10 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;   ///< whether the sums for energy and for ranks are asked for; others stay 0
-  CohortBits& emptied;  ///< bits of emptied cohorts, set in place, because reading back a copy just written
-                        ///< would wait for the store
+  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; others stay 0
+  /// Bits of emptied cohorts, set in place, because reading back a copy just written would wait for the
+  /// store.
+  CohortBits& emptied;
   std::uint32_t first = 0;  ///< first cohort of the row that is being visited
 
   VectorSums(bool books_, bool ranked_, CohortBits& emptied_)
@@ -213,8 +214,8 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  if (ages &&
-      any_lane<double>(beyond)) {  // ageing only lengthens, so bristles within their fresh length need no g
+  // Ageing only lengthens, so bristles within their fresh length need no g.
+  if (ages && any_lane<double>(beyond)) {
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
     beyond = bent > reach;

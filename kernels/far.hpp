@@ -223,8 +223,8 @@ struct FarRow {
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
-  alignas(64) double phase[lane_count];  ///< random phase as a share of the snap length, for steps too long
-                                         ///< to resolve the phase
+  /// Random phase as a share of the snap length, for steps too long to resolve the phase.
+  alignas(64) double phase[lane_count];
 };
 
 /// Steps one vector of bristles of the row, from the k-th on. `left` is the residual.
@@ -324,8 +324,8 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    if (ages && advance.snaps_all) {  // beyond far_length the patch's position stays as it is, so the
-                                      // bristle's deflection is moved
+    // Beyond far_length the patch's position stays as it is, so the bristle's deflection is moved.
+    if (ages && advance.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);
     }

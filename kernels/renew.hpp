@@ -23,8 +23,8 @@ namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
-constexpr double finer =
-    0x1p40;  ///< number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws
+/// Number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws.
+constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
@@ -57,10 +57,10 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  const std::uint32_t first, size;  ///< first bristle and number of bristles of the range; the last block may
-                                    ///< extend beyond those in contact
-  const double left;                ///< deflection that a snap leaves (residual)
-  const double part;                ///< length of the part of the piece that belongs to each draw
+  /// First bristle and number of bristles of the range; the last block may extend beyond those in contact.
+  const std::uint32_t first, size;
+  const double left;  ///< deflection that a snap leaves (residual)
+  const double part;  ///< length of the part of the piece that belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
   std::uint8_t marked[by_columns ? marks : 1];  ///< indexed by the last digits of the bristle's number;
@@ -91,10 +91,10 @@ class Renewer {
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    alignas(64) std::uint32_t state[draws_together];  ///< SnapRule::redraw: random state from which the
-                                                      ///< bristle's next length is sampled
-    alignas(64) T length[draws_together];             ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];               ///< 1: the draw must be handled alone
+    /// SnapRule::redraw: random state from which the bristle's next length is sampled.
+    alignas(64) std::uint32_t state[draws_together];
+    alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
+    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled alone
   };
   struct List {
     std::uint32_t k[draws_together];

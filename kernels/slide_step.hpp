@@ -33,8 +33,8 @@ inline T per_share_of(const SlideView<T>& patch) {
 /// Values of a step that all bristles of a block share.
 struct SlideMotion {
   double length;  ///< length that is computed; the rest of a longer step changes nothing
-  double p0[2],
-      p1[2];  ///< displacement of the patch from the block's position, at the start and the end of the step
+  /// Displacement of the patch from the block's position, at the start and the end of the step.
+  double p0[2], p1[2];
   bool counts_anew;  ///< whether deflections are rewritten relative to the position at the end of the step
 
   SlideMotion(const Advance& a, const SlideBlock& block)

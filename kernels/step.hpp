@@ -71,8 +71,8 @@ class Stepper {
   // up to where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  static constexpr double two_looked_up =
-      1.0;  ///< step length from which two draws are always made; below it one
+  /// Step length from which two draws are always made; below it one.
+  static constexpr double two_looked_up = 1.0;
 
   template <bool is>
   struct Flag {

@@ -49,8 +49,8 @@ inline double steady_deflection(const SnapLength& law, double kappa) {
   return along / whole / dbar;
 }
 
-/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load, so that with
-/// plain_material the force is the mean deflection.
+/// A patch of the infinite brush that checks the energy balance of every step. Lengths in mean snap lengths,
+/// forces over load, so that with plain_material the force is the mean deflection.
 struct Brush {
   explicit Brush(const Material& material, const PatchOptions& options = infinite_options(),
                  const BatchOptions& batch = {})

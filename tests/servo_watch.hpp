@@ -20,7 +20,8 @@ struct Counts {
 /// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).
 bool can_watch() noexcept;
 
-/// Returns the counts since the program started; `locks` counts from the calling thread's first call.
+/// Returns the counts since the program started; `locks` counts from the calling thread's first call of this
+/// function.
 Counts counts_so_far() noexcept;
 
 /// Events that the watch saw in a child process.

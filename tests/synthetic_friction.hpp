@@ -33,13 +33,14 @@ struct SyntheticFriction {
   // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
-  double compliance = 0.0;  // m/N, compliance of the stage
-  double delay = 0.0;       // s, time constant of a first-order low-pass of the force
+  double compliance = 0.0;  // compliance of the stage, m/N
+  double delay = 0.0;       // time constant of a first-order low-pass of the force, s
   // Disturbances of the sensors:
-  double noise = 0.0;                                                // N, noise of the force
-  double encoder = 0.0;                                              // m, resolution of the encoder
-  std::function<double(double)> drift = [](double) { return 0.0; };  // N, drift of the force at time s
-  int every = 1;                                                     // records one of this many samples
+  double noise = 0.0;    // noise of the force, N
+  double encoder = 0.0;  // resolution of the encoder, m
+  // Drift of the force as a function of time (s), N.
+  std::function<double(double)> drift = [](double) { return 0.0; };
+  int every = 1;  // records one of this many samples
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
@@ -157,7 +158,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    double speed_arm = 1.0;  // mean square of the levers, for the parts of friction that grow with speed
+    // Mean square of the levers over the rim's, for the parts of friction that grow with speed.
+    double speed_arm = 1.0;
     if (s.annuli > 0) {
       speed_arm = 0.5;
       for (std::size_t k = 0; k < s.annuli; ++k) {

@@ -117,7 +117,7 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
   return xy / std::sqrt(xx * yy);
 }
 
-/// Numbers over all pairs of seeds 2 to `last`.
+/// Correlation of the errors of two seeds: its statistics over all pairs of seeds from 2 to `last`.
 struct Pairs {
   double mean = 0.0, largest = 0.0, root_mean_square = 0.0;
 };
@@ -315,7 +315,7 @@ TEST_CASE("A force that is off by a known share has that error, end and mean eac
   }
   reference.work_end = {8.0};
   reference.work_mean = {4.0};
-  cli::ForceRecord coarse;  // record of steps twice as long
+  cli::ForceRecord coarse;  // forces of the same motion in steps twice as long
   coarse.steps = 2;
   coarse.copies = 1;
   coarse.patch_of = {0};
@@ -345,7 +345,8 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   reference.finish();
   CHECK(reference.runs() == 4);
   CHECK(reference.mean().end[0] == Approx(1.0));
-  CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
+  // Half the difference, over the forces of the second half.
+  CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));
 }
 
 // Checks that with SnapRule::redraw several resolutions stand beside the numbers of bristles, and that below
@@ -401,7 +402,7 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK_FALSE(result.cheapest[0].found);
   CHECK_FALSE(result.cheapest[1].found);
-  add(100, 0.0, 0.02, 1e-6);  // an error too large to choose
+  add(100, 0.0, 0.02, 1e-6);  // this setting's error is too large to be chosen
   add(0, 2.0, 0.011, 1e-6);
   add(1000, 0.0, 0.009, 3e-6);
   add(10'000, 0.0, 0.001, 9e-6);
@@ -410,8 +411,8 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK(result.cheapest[0].setting.bristles == 1000);
   CHECK(result.cheapest[0].scene_step_s == 3e-6);
-  CHECK(result.cheapest[1].setting.resolution == 4.0);  // the other population loses, and is named with its
-                                                        // own figures
+  // The other population loses; it is named with its own figures.
+  CHECK(result.cheapest[1].setting.resolution == 4.0);
   CHECK(result.cheapest[1].error == 0.008);
 }
 
@@ -483,8 +484,8 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
           "[accuracy]") {
   const bristle_test::TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
-  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");  // a value equal to the default of
-                                                                  // coefficients
+  // A value that is the default of coefficients().
+  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");
   cli::AccuracyOptions options;
   options.quick = true;
   options.seconds = 0.5;
@@ -523,7 +524,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
 
 TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",
           "[accuracy]") {
-  cli::AccuracyResult result;  // a result such as a study would give
+  cli::AccuracyResult result;  // result as a study would give it
   result.scene_parts = 2;
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
@@ -537,7 +538,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
       fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
   const std::string file = folder.write("inline.toml", scene);
   const cli::Scene before = cli::read_scene(file);
-  // A scene written to another folder names the motion file from there.
+  // A scene written to another folder names its motion file by the path from that folder.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
   CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);

@@ -42,7 +42,8 @@ SnapLength law_of(const std::string& name) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material scaled so that its friction coefficient equals the mean deflection in mean snap
+/// lengths.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
   return Material{}
@@ -109,8 +110,8 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
       bend[i] += piece;
       const auto beyond = [&](double r) { return r - length[i] * growth(ageing, r * law.mean() / speed); };
       if (beyond(bend[i]) < 0.0) continue;
-      // Finds the place of the snap within the piece by the secant; the rest of the piece is the new
-      // deflection.
+      // Finds the place of the snap within the piece by the secant method; the path left bends the bristle
+      // again.
       const double from = beyond(before), to = beyond(bend[i]);
       bend[i] = piece * to / (to - from);
       if (rule == SnapRule::redraw) length[i] = draw();
@@ -168,7 +169,8 @@ TEST_CASE("Kinetic friction at a speed with shared renewal follows bristles one 
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     const Ageing ageing = Ageing::logarithmic(0.1, tau);
     CAPTURE(static_cast<int>(rule));
-    // 6000 bristles over ten renewals: 2e-3; order of snaps and renewals within a piece: some 1e-3.
+    // Statistical error of 6000 bristles over ten renewals: 2e-3; error from the order of snaps and renewals
+    // within a piece: some 1e-3.
     CHECK(ageing_material(law, ageing, rule, 1.0).kinetic_coefficient(speed) ==
           Approx(follow(law, rule, ageing, 1.0, speed)).margin(6e-3));
   }
@@ -194,13 +196,13 @@ TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sl
   for (const double kappa : {0.0, 1.0}) {
     const Material slow = ageing_material(law, Ageing::logarithmic(0.02, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(slow.kinetic_coefficient(1e9) == Approx(slow.kinetic_coefficient()).epsilon(1e-9));
-    // A decade of speed costs beta ln 10 of the part beyond the residual, less the change that its growth
-    // makes.
+    // A tenth of the speed adds beta ln 10 of the friction beyond the residual, less the change that its
+    // growth makes.
     const double fast = slow.kinetic_coefficient(1e-4 * dbar / tau),
                  tenth = slow.kinetic_coefficient(1e-5 * dbar / tau);
     const double beyond = slow.kinetic_coefficient() - 0.3;
     CHECK(tenth - fast == Approx(0.02 * std::log(10.0) * beyond).epsilon(0.05));
-    // Slow sliding, in which a bristle ages fully: every length is longer by one factor, the whole gain.
+    // In slow sliding a bristle ages fully, so every length is longer by one factor, the whole gain.
     const Material skin = ageing_material(law, Ageing::saturating(0.5, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(skin.kinetic_coefficient(0.0) ==
           Approx(0.3 + 1.5 * (skin.kinetic_coefficient() - 0.3)).epsilon(1e-9));
