@@ -29,7 +29,7 @@ using bristle::TimeHistogram;
 
 namespace {
 
-/// Returns the smallest time that at least this share of the times does not exceed.
+/// Returns the smallest of the times that at least this share of them does not exceed.
 double percentile_of(std::vector<double> times, double share) {
   std::sort(times.begin(), times.end());
   const double rank = std::ceil(share * static_cast<double>(times.size()));
@@ -76,7 +76,7 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
   }
   DeadlineMonitor monitor(1e-3);
   monitor.record(1e-3, 0.0);
-  CHECK(monitor.p50() == 1e-3);  // with a single value the maximum limits its bucket
+  CHECK(monitor.p50() == 1e-3);  // of a single time the percentile is the maximum, not the end of its bucket
 }
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
@@ -243,7 +243,8 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
-  monitor.record(5e-3, 0.0);  // late: counts the hundred faults since the refresh, not the thousand before
+  // A late tick counts the hundred faults since the refresh, not the thousand before.
+  monitor.record(5e-3, 0.0);
   CHECK(monitor.late_events().minor_faults >= 100);
   CHECK(monitor.late_events().minor_faults < 1000);
   CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
@@ -279,7 +280,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::atomic<int> turns{0};  // snapshots that differ from the previous one
+  std::atomic<int> turns{0};  // number of snapshots that differ from the previous one
   std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
