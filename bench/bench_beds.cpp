@@ -75,7 +75,7 @@ double median(std::vector<double> values) {
 }
 
 struct Figures {
-  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells
+  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, of its rival
   double error = 0.0, rival_error = 0.0;  ///< error of force and torque, per cent
 };
 

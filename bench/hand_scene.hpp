@@ -13,7 +13,7 @@ namespace bristle_bench {
 struct HandPath {
   const char* name;
   double turn, wander;  ///< turn of the direction per step, rad: its steady part, its random part
-  int stroke;           ///< steps after which the path reverses; 0 = never
+  int stroke;           ///< number of steps after which the path reverses; 0 = never
   double ripple;        ///< amplitude of the load over its mean, with a period of 20 steps
 };
 constexpr HandPath straight_path = {"straight", 0.0, 0.0, 0, 0.0};

@@ -72,9 +72,9 @@ struct PlainOptions {
   std::size_t bristles = 900;
   double mean_snap_length_m = 10e-6;  ///< mean, m; lengths are uniform on 0.5 to 1.5 of it
   double bristle_stiffness = 1.0;     ///< N/m
-  int axes = 2;                       ///< 1 (x only) or 2
+  int axes = 2;                       ///< number of tangential axes, 1 (x only) or 2
   Rule rule = Rule::keep;
-  bool mean = false;  ///< whether to compute the mean force over the step too
+  bool mean = false;  ///< whether to compute the step's mean force beside the end force
   Style style = Style::one_loop;
   std::uint32_t seed = 1;
 };
@@ -103,7 +103,7 @@ class PlainLoop {
     float* zx = nullptr;
     float* zy = nullptr;  ///< second axis only
     float* delta = nullptr;
-    std::uint32_t* draws = nullptr;  ///< draw counters, for redraw only
+    std::uint32_t* draws = nullptr;  ///< number of draws of each bristle, for redraw only
   };
 
  private:

@@ -11,8 +11,8 @@ namespace bristle_bench {
 
 /// Periodic motion that keeps the share of snapping bristles constant.
 struct SteadyMotion {
-  double step = 0.0;            ///< displacement per step over the mean snap length
-  bool there_and_back = false;  ///< whether every other step goes back
+  double step = 0.0;            ///< displacement per step, mean snap lengths
+  bool there_and_back = false;  ///< whether every other step goes back, so that patches stay in place
   bool zigzag = false;  ///< whether every other step is perpendicular to the one before (two axes only)
 };
 

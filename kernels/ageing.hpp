@@ -23,7 +23,7 @@ constexpr double oldest = 1e30;  ///< largest age, in ageing times, and largest 
 template <class T>
 struct AgeingLaw {
   T strength;
-  T per_length;  ///< age gained per length of path
+  T per_length;  ///< age (in ageing times) gained per length of path
   bool saturates;
 };
 

@@ -28,7 +28,8 @@ template <class T>
 struct CellBits;
 template <>
 struct CellBits<float> {
-  static constexpr int shift = 19;  ///< shift that leaves the exponent and four bits of the mantissa
+  /// Right shift of a number's bits that leaves the exponent and four bits of the mantissa.
+  static constexpr int shift = 19;
   static constexpr std::uint32_t first = (127 - 24) * 16;
 };
 template <>

@@ -101,7 +101,7 @@ class DrawnLosses {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;
     if (!(weight > 0.0)) return mass;
-    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // less mass than one bristle
+    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // a cohort with less mass than one bristle
     if (!(draws_ > 0.0)) return mass;
     const std::uint64_t random = mix64(mix64(law_.draw_key + pass_ * golden) + (i + 1) * golden);
     const double chance = least(weight / weight_, 1.0);
@@ -117,8 +117,8 @@ class DrawnLosses {
   const CohortLaw& law_;
   CohortState& s_;
   std::uint64_t pass_;
-  double draws_ = 0.0;   ///< draws not yet made
-  double weight_ = 0.0;  ///< mass of the cohorts to which the draws left may go
+  double draws_ = 0.0;   ///< number of draws not yet assigned to a cohort
+  double weight_ = 0.0;  ///< mass of the cohorts that may still get draws
 };
 
 }  // namespace

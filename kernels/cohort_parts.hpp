@@ -12,9 +12,9 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 3.0;         ///< pairs that cost at most this factor of the cheapest are
-                                             ///< merged in the same search
-constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this number of cohorts
+/// Pairs of cohorts that cost at most this factor of the cheapest pair are merged in the same search.
+constexpr double merge_margin = 3.0;
+constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this many cohorts
 
 /// S(x), the share of a law longer than x, and E[delta; delta < x].
 struct Survival {
@@ -302,10 +302,10 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
 /// path left after the snap, z the deflection at the end if nothing had snapped.
 struct PieceSums {
   double lost;          ///< mass that snapped
-  double gap;           ///< sum of mass x gap
-  double gap_gap;       ///< sum of mass x gap^2
-  double gap_x, gap_y;  ///< sum of mass x gap x z
-  double squares;       ///< sum of mass x |z|^2
+  double gap;           ///< sum of mass that snapped x gap
+  double gap_gap;       ///< sum of mass that snapped x gap^2
+  double gap_x, gap_y;  ///< sum of mass that snapped x gap x z
+  double squares;       ///< sum of mass that snapped x |z|^2
   double ranks, rank_squares;
   double x, y;  ///< sum of mass x place over the mass that is left
   /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal

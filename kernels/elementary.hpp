@@ -37,7 +37,7 @@ inline V natural_log(V x) {
 template <class T, class V>
 inline V exponential(V y) {
   constexpr int terms = sizeof(T) == 4 ? 7 : 13;
-  constexpr T offset = T(1024);  // makes the argument of whole_part positive
+  constexpr T offset = T(1024);  // makes the argument of whole_part() positive, as it must be
   const V k = whole_part(y * V(T(1.4426950408889634)) + V(offset + T(0.5))) - V(offset);
   // Subtracts k ln 2, with ln 2 in two parts, so that k times the first part is exact.
   const V r = (y - k * V(T(0.693145751953125))) - k * V(T(1.4286068203094173e-06));

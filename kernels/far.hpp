@@ -22,9 +22,9 @@ constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// State of a bristle at the end of a step in which it snapped.
 struct AfterFarStep {
-  double deflection;  ///< deflection along the motion
-  double squares;     ///< sum of delta^2 over the snaps after the first
-  double count;       ///< number of the snaps after the first
+  double deflection;  ///< deflection along the motion at the end
+  double squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  double count;       ///< number of the bristle's snaps after the first
   double variance;    ///< variance of the part of `squares` that is known only in the mean
 };
 

@@ -40,7 +40,8 @@ struct BitsOf<float> {
   using Type = std::uint32_t;
   static constexpr int mantissa = 23;
   static constexpr std::uint32_t exponent_bias = 127;
-  static constexpr float integer_bit = 8388608.0f;  // 2^23: adding it leaves an integer in the low bits
+  // 2^23: a float plus this has its whole part in the low bits.
+  static constexpr float integer_bit = 8388608.0f;
 };
 template <>
 struct BitsOf<double> {
@@ -206,8 +207,8 @@ inline double tree_sum(Row<T> row) {
 
 inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {
 #if defined(BRISTLE_ISA_AVX512)
-  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // compiles to one masked
-                                                                                   // instruction
+  // Compiles to one masked AVX-512 instruction.
+  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);
 #else
   // Selects as floats, which moves the bits of integers unchanged.
   return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
@@ -237,7 +238,8 @@ struct DrawStates<float> {
     x = x * Bits<float>(0x735A2D97u);
     const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
     const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
-    return in_one_two - Lanes<float>(0.999999940395355224609375f);  // 1 - 2^-24: exact
+    // 1 - 2^-24, which float represents exactly.
+    return in_one_two - Lanes<float>(0.999999940395355224609375f);
   }
 };
 

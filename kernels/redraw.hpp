@@ -27,8 +27,8 @@ struct Walk {
   alignas(64) T path[size];      ///< path of the first pass; the length of the step if the bristle does not
                                  ///< snap
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
-  alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
-  alignas(64) T count[size];     ///< number of the snaps after the first
+  alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
+  alignas(64) T count[size];     ///< number of the bristle's snaps after the first
   alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived
@@ -51,7 +51,8 @@ template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  T largest_growth;  ///< largest growth of a snap length, as Advance::largest_growth
+  /// Largest factor by which ageing can lengthen a snap length, as Advance::largest_growth.
+  T largest_growth;
 };
 
 /// Vectors of a block in which a bristle snaps, by their offsets in the block.
@@ -229,9 +230,9 @@ template <class T, bool sums, class AnyWalk>
 /// State of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
-  Lanes<T> deflection;  ///< r, the deflection along the motion
-  Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
-  Lanes<T> count;       ///< number of the snaps after the first
+  Lanes<T> deflection;  ///< r, the deflection along the motion at the end
+  Lanes<T> squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  Lanes<T> count;       ///< number of the bristle's snaps after the first
 };
 
 /// State of a vector of bristles with path left, kept in registers.
@@ -239,7 +240,7 @@ template <class T>
 struct Walker {
   Mask<T> open;
   Lanes<T> rest;
-  Lanes<T> delta;  ///< snap length; becomes that of the bristle at the end of the path
+  Lanes<T> delta;  ///< snap length before the walk; after it, that of the bristle at the end of the path
   DrawStates<T> states;
   AfterSnaps<T> land;
 };

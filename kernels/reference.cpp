@@ -28,8 +28,8 @@ struct LaneSum {
 template <class T>
 struct AfterSnaps {
   T deflection = 0;  ///< r, deflection along the motion at the end
-  T squares = 0;     ///< sum of delta^2 over the snaps after the first
-  T count = 0;       ///< number of the snaps after the first
+  T squares = 0;     ///< sum of delta^2 over the bristle's snaps after the first
+  T count = 0;       ///< number of the bristle's snaps after the first
   T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
 };
 
@@ -195,7 +195,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
   const auto end_age = [&](std::uint32_t i) { return patch.age[i] + static_cast<T>(since.after); };
-  const auto end_limit = [&](std::uint32_t i) {  // limit of a bristle's deflection at the end of the step
+  // Deflection at which bristle i would snap at the end of the step.
+  const auto end_limit = [&](std::uint32_t i) {
     return left + (patch.delta[i] - left) * growth<T>(ageing, most(end_age(i), T(0)));
   };
 
@@ -216,7 +217,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   };
   bool any = false;
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
-  if (!any) return;  // writes nothing: the displacement since the last rewrite grows by itself
+  // No bristle snaps: writes nothing, since the displacement since the last rewrite grows by itself.
+  if (!any) return;
 
   if (advance.in_double) {
     const FarSums far =
@@ -265,7 +267,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           const T age = patch.age[i] + static_cast<T>(since.before);
           tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
         }
-        const T path = least(tau, length);  // path of the first pass, up to the first snap
+        const T path = least(tau, length);  // path up to the first snap, or the whole step
         BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;

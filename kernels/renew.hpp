@@ -59,12 +59,12 @@ class Renewer {
   RenewalTotals& totals;
   /// First bristle and number of bristles of the range; the last block may extend beyond those in contact.
   const std::uint32_t first, size;
-  const double left;  ///< deflection that a snap leaves (residual)
+  const double left;  ///< residual deflection that a snap leaves
   const double part;  ///< length of the part of the piece that belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  std::uint8_t marked[by_columns ? marks : 1];  ///< indexed by the last digits of the bristle's number;
-                                                ///< equals `mark` if such a bristle was drawn
+  /// Entry for the last digits of a bristle's number; equals `mark` if such a bristle was drawn.
+  std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
   struct Draws {
@@ -84,7 +84,8 @@ class Renewer {
   };
   /// Columns of draws, one entry for each: the bristle's state and what the draw makes of it.
   struct Columns {
-    alignas(64) double shift[axes][draws_together];  ///< displacement since its block's last rewrite
+    /// Displacement of the bristle since its block's last rewrite.
+    alignas(64) double shift[axes][draws_together];
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
     alignas(64) T now[axes][draws_together];          ///< new value of `stored` after the draw
@@ -94,7 +95,7 @@ class Renewer {
     /// SnapRule::redraw: random state from which the bristle's next length is sampled.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled alone
+    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -102,17 +103,17 @@ class Renewer {
   };
   /// State of a bristle at the start of the piece.
   struct Start {
-    double shift[2];  ///< displacement since its block's last rewrite
+    double shift[2];  ///< displacement of the bristle since its block's last rewrite
     double z[2];
-    double along;    ///< deflection along the motion
-    double limit;    ///< deflection at which it snaps, residual + snap length
-    double chord2;   ///< square of the deflection along the motion at which it snaps
-    double aside2;   ///< square of the deflection across the motion
-    double to_snap;  ///< with ageing: path to its snap, if it snaps before its renewal point
+    double along;    ///< deflection of the bristle along the motion
+    double limit;    ///< deflection at which the bristle snaps, residual + snap length
+    double chord2;   ///< square of the deflection along the motion at which the bristle snaps
+    double aside2;   ///< square of the bristle's deflection across the motion
+    double to_snap;  ///< with ageing: path to the bristle's snap, if it snaps before its renewal point
   };
   /// Energy and path integral of a bristle up to its renewal point.
   struct Passed {
-    double bent2 = 0.0;    ///< |z|^2 at the renewal point
+    double bent2 = 0.0;    ///< squared deflection |z|^2 at the renewal point
     double squares = 0.0;  ///< sum of delta^2 over the snaps before the renewal point
     double twice_integral[2] = {0.0, 0.0};
   };
@@ -411,7 +412,7 @@ class Renewer {
     Start start = find_start(i);
     const double end = start.along + way;
     const bool snaps = ages ? snaps_within(i, way, start) : end > 0.0 && start.chord2 <= end * end;
-    if (!snaps && !(end > left)) return;  // the draw is spent without effect
+    if (!snaps && !(end > left)) return;  // the bristle is not bent enough, so the draw has no effect
     write_zero_block<T, axes, redraw, ages>(patch, i / block_size);
     if constexpr (ages) age_block(i / block_size);
     T fresh{};
@@ -495,8 +496,8 @@ class Renewer {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count along
-                                                      // `way`
+    // Twice the integral of the deflection that the kernels will count along `way`.
+    const double written = (2.0 * left - way) * way;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
       gains.twice_integral[axis][k] = weight * (passed.twice_integral[axis] - e * written);

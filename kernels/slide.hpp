@@ -146,9 +146,9 @@ template <class V>
 struct Slid {
   V x, y;             ///< z', the deflection at the end
   V path;             ///< distance over which the tip stuck; it slid over the rest of the step
-  V integral_x = {};  ///< integral of z over the step (`mean`)
+  V integral_x = {};  ///< integral of the deflection z over the step (only with `mean`)
   V integral_y = {};
-  V dissipated = {};  ///< dissipated energy over stiffness (`energy`)
+  V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)
 };
 
 /// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
@@ -164,7 +164,8 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   end.x = limit * ex;
   end.y = limit * ey;
   const V s = length - path;
-  V along_integral = limit * s;  // integrals of z along and across the motion, while the tip slides
+  // Integrals of the deflection along and across the motion, while the tip slides.
+  V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
     // Takes angles up to 4 eps s / l as 0; such angles add up to 4 eps at most, in steps of any length.

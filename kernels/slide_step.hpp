@@ -51,9 +51,10 @@ inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2]
 
 /// Sums over a block in which a bristle slid.
 struct SlideSums {
-  double stored[2] = {0.0, 0.0};    ///< weight x deflection, as stored after the step
-  double integral[2] = {0.0, 0.0};  ///< integral of weight x deflection over the computed part of the step
-  double dissipated = 0.0;          ///< energy dissipated in the computed part of the step
+  double stored[2] = {0.0, 0.0};  ///< sum of weight x deflection, as stored after the step
+  /// Sum of weight x the deflection's integral over the computed part of the step.
+  double integral[2] = {0.0, 0.0};
+  double dissipated = 0.0;  ///< energy dissipated in the computed part of the step
 };
 
 /// Adds a block in which no bristle slid to the totals.
@@ -69,7 +70,8 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
-  double along = 0.0;  // deflection along the motion at the end, for a step longer than the computed part
+  // Sum of weight x deflection along the motion at the end, for a step longer than the computed part.
+  double along = 0.0;
   const double rest = a.length - motion.length;
   for (int axis = 0; axis < axes; ++axis) {
     if (motion.counts_anew) now.position[axis] = a.to[axis];

@@ -18,7 +18,7 @@ namespace {
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;
-  Lanes<T> path;  ///< length of the first pass
+  Lanes<T> path;  ///< length of the path up to the snap, or of the whole step
   Mask<T> snaps;
 };
 
@@ -147,7 +147,7 @@ struct PassSums {
 /// Sums over the bristles of a block, lane by lane.
 template <class T>
 struct RowSums : PassSums<T> {
-  Lanes<T> stored[2];  ///< sum of the deflections at the end
+  Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
   Lanes<T> along;      ///< sum over all passes of the squared deflection along the motion
   Lanes<T> further;    ///< as `squares`, over all snaps of a bristle but the first
   Lanes<T> snaps;

@@ -14,7 +14,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
   Lanes<T> before, after;  ///< age gained since the block's last rewrite, at the start and at the end of the
                            ///< step
-  Lanes<T> later;          ///< lower bound of that age in every later step
+  Lanes<T> later;  ///< lower bound of the age gained since the block's last rewrite, in every later step
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }

@@ -59,7 +59,8 @@ class Stepper {
   }
 
  private:
-  static_assert(!ages || (mean && energy && residual));  // a single kernel with ageing serves all outputs
+  // One kernel with ageing serves patches with any outputs.
+  static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;

@@ -53,7 +53,7 @@ class SmallPieces {
  private:
   struct Group {
     double x = 0.0, y = 0.0;  ///< deflection of the group's bristles, which were last straight in one piece
-    double farthest = 0.0;    ///< largest deflection so far, beyond the residual
+    double farthest = 0.0;    ///< largest deflection of these bristles so far, beyond the residual
     double share = 1.0;       ///< share of all bristles that were last straight there, less those renewed
     double left = 1.0;        ///< share of these bristles that have not snapped
   };

@@ -40,8 +40,8 @@ class RubbedBristles {
 
   double x() const { return mean(&Bristle::x); }
   double y() const { return mean(&Bristle::y); }
-  double snaps = 0.0;    ///< snaps of all bristles so far
-  double renewed = 0.0;  ///< renewals of all bristles so far
+  double snaps = 0.0;    ///< number of snaps of all bristles so far
+  double renewed = 0.0;  ///< number of renewals of all bristles so far
 
  private:
   struct Bristle {

@@ -31,7 +31,7 @@ using bristle::Status;
 
 /// Mean snap length of most scenes, m.
 constexpr double dbar = 10e-6;
-constexpr double tick = 1e-3;  ///< s, duration of a step
+constexpr double tick = 1e-3;  ///< duration of a step, s
 
 /// Snap-length law of most scenes.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);

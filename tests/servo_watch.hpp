@@ -12,8 +12,8 @@ namespace bristle_test {
 
 /// Counts of events on all threads of the process, unless a field says otherwise.
 struct Counts {
-  long allocations = 0;  ///< calls of malloc, free and their kin
-  long locks = 0;        ///< calls of pthread's locks and conditions, on the watched thread
+  long allocations = 0;  ///< number of calls of malloc, free and their kin
+  long locks = 0;        ///< number of calls of pthread's locks and conditions, on the watched thread
   long exceptions = 0;   ///< number of exceptions thrown
 };
 

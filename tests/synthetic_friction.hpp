@@ -17,19 +17,19 @@ namespace bristle_test {
 struct SyntheticFriction {
   // Parameters of the material:
   double kinetic = 0.35;
-  double length = 15e-6;   // m, mean snap length
-  double spread = 0.4;     // coefficient of variation, lognormal
-  double viscous = 0.0;    // N s/m, viscous friction
-  double damping = 0.0;    // s/m, damping per newton of load
+  double length = 15e-6;   // mean snap length, m
+  double spread = 0.4;     // coefficient of variation of the snap length, lognormal
+  double viscous = 0.0;    // viscous friction, N s/m
+  double damping = 0.0;    // damping per newton of load, s/m
   double stribeck = 1e-3;  // m/s, Stribeck velocity
   bool redraw = true;
   std::size_t bristles = 1800;
   // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
   // is then that just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
   std::function<double(double age)> growth;
-  double strengthening = 0.0;          // a of the strengthening a N asinh(v / (2 v*))
-  double strengthening_speed = 10e-6;  // m/s, v* of the strengthening
-  double asymmetry = 0.0;              // share by which friction towards +x is larger and towards -x smaller
+  double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
+  double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
+  double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
   // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
@@ -45,8 +45,9 @@ struct SyntheticFriction {
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
-  double most_load = 0.0;  // N, for a load that changes: load at which all bristles touch. The last to enter
-                           // are the first to leave.
+  // Load at which all bristles touch, N, for a load that changes. The last bristles to enter are the first to
+  // leave..
+  double most_load = 0.0;
 };
 
 struct RecordedFriction {
@@ -194,8 +195,9 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
-    if (s.delay > 0.0) {  // Low-pass of the force: force' = (friction - force) / delay, with friction
-                          // straight between the steps
+    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction straight
+    // between steps..
+    if (s.delay > 0.0) {
       const double lag = s.delay * (force - force_before) * s.rate;
       shown =
           i == 0 ? force : force - lag + (shown - force_before + lag) * std::exp(-1.0 / (s.rate * s.delay));

@@ -363,7 +363,7 @@ void check_populations(const json& r, const std::string& table, bool keep) {
     ++infinite;
     CHECK(s["bristles"].is_null());
     CHECK(s["ns_per_bristle"].is_null());
-    CHECK(s["error"]["rms_standard_error"] == 0.0);  // without a seed there is no noise
+    CHECK(s["error"]["rms_standard_error"] == 0.0);  // the infinite brush has no seed, hence no noise
     if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
     if (s["resolution"] == 16.0) fine = s["error"]["rms"];
   }
@@ -424,7 +424,8 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const std::string file = folder.write("ramp.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
-  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;  // 1.5 s in builds that run slowly
+  // Time for the study, s; ten times as long in builds that run slowly.
+  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;
   options.error = 0.02;
   const cli::Scene before = cli::read_scene(file);
   const cli::AccuracyResult result = cli::study_accuracy(before, options);
@@ -546,7 +547,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
   CHECK(after.patches[0].options.precision == bristle::Precision::single);
-  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // numbers are written with twelve digits
+  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // the scene file has numbers of twelve digits
 }
 
 TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {

@@ -277,7 +277,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
 
 TEST_CASE("both forms of ageing, with a residual and round a corner, are those of bristles one by one",
           "[ageing]") {
-  constexpr double corner = 1.9;  // angle of the corner, rad
+  constexpr double corner = 1.9;  // angle by which the motion turns at the corner, rad
   const std::uint32_t n = test_size(6000);
   const double error = sigmas * 0.36 * 1.6 * std::sqrt(2.0 / n);
   struct Leg {
@@ -620,7 +620,7 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   AgeingBrush brush(material, n);
   brush.slide_in_pieces(6.0, 1.0, 0.3);
   brush.wait(1000.0);
-  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // a deflection well beyond the fresh limits
+  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // bends them well beyond their fresh snap lengths
   const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
   brush.patch().batch.set_detail(brush.patch().id, 300);
   expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,

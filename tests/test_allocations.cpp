@@ -136,7 +136,7 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more than the matcher's capacity
+  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());

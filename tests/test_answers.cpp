@@ -241,7 +241,7 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
 
 TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
           "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // needs double, for one patch of the scene
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
   const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
@@ -394,8 +394,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
     CHECK(options.size() == long_options);
   }
   CHECK(replies[2 * paths.size()] == "lognormal");
-  CHECK(replies[2 * paths.size() + 1] == "completion");  // completes a file name
-  CHECK(replies[2 * paths.size() + 2].empty());          // a number has no completion
+  CHECK(replies[2 * paths.size() + 1] == "completion");  // the option takes a file name, which is completed
+  CHECK(replies[2 * paths.size() + 2].empty());          // the option takes a number, which has no completion
 }
 
 TEST_CASE("Completion says what an option is for, and zsh and fish can read their scripts", "[answers]") {

@@ -268,7 +268,8 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
   std::uint64_t hashes[3];
   int at = 0;
   for (unsigned mode :
-       {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {  // flush to zero, denormals are zero
+       // Modes in which denormal results count as 0, then also denormal inputs.
+       {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {
     PatchBatch batch(BatchOptions{}.with_threads(2));
     const std::vector<PatchId> ids =
         add_patches(batch, 40, Material{}, PatchOptions{}.with_bristles(4000).with_outputs(Outputs::all));

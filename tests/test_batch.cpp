@@ -165,8 +165,8 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     const double energy = patch.energy();
     patch.batch.set_material(patch.id, shorter);
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);  // half of 1000 within 10, because lengths
-                                                                   // are stratified
+    // Half of 1000 snap, within 10, because lengths are stratified.
+    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);
     const double left = static_cast<double>(n - r.snaps);
     expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
     const Bristles b = read(patch, n);
@@ -252,7 +252,7 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.bristles == 500);
   CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
-  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles of weight 4
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at a weight of 4
   CHECK(info.normal_load == 0.5);
   CHECK(info.memory_bytes >= 500u * info.bytes_per_bristle);
   CHECK(info.bytes_per_bristle >= 8);

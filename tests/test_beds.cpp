@@ -155,7 +155,8 @@ std::vector<Kind> all_kinds() {
 TEST_CASE("A sphere's row follows Cattaneo and Mindlin under held, rising and falling load") {
   CHECK(mindlin_error(32) < 1e-3);
   CHECK(mindlin_error(16) < 2e-3);
-  CHECK(mindlin_error(128) < 1e-4);  // second order: 32 bristles give 3.3e-4, so 128 give less than a fifth
+  // The error is of second order: 3.3e-4 with 32 bristles, so less than a fifth of that with 128.
+  CHECK(mindlin_error(128) < 1e-4);
 }
 
 TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and the program CONTACT say") {
@@ -561,7 +562,7 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
   const double settled = at;
   run(400000);
   CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
-  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection: 6e-8 of 1 mm, a float's
+  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection in single precision: 6e-8 of 1 mm
   const double halfway = at;
   run(400000);
   CHECK(std::abs(at - halfway) < 1e-10);
@@ -1250,7 +1251,8 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
   bristle_id id = 0;
-  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // refused, because `rolls` is not set
+  // The motion is refused, because `rolls` is not set.
+  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;
   REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);

@@ -78,7 +78,7 @@ struct Tool {
   Vector3d position, force = Vector3d::Zero();
 };
 
-constexpr double depth = 0.004;  // m, penetration that gives 2 N of wall force
+constexpr double depth = 0.004;  // depth of penetration at which the wall force is 2 N, m
 
 }  // namespace
 
@@ -207,7 +207,7 @@ TEST_CASE("A damper takes the velocity of a scaled device from many counts where
     Tool tool(world, start, BrushProxyOptions{}.with_resolution(windowed ? scale * count : 0.0), damped);
     double last = 0.0;
     jump[windowed ? 1 : 0] = 0.0;
-    for (int i = 0; i < 1000; ++i) {  // the hand moves at 7 mm/s
+    for (int i = 0; i < 1000; ++i) {  // moves the hand at 7 mm/s
       const double x = scale * count * std::floor(7e-6 * i / count);
       const double now = tool.hold_at(start + Vector3d(x, 0, 0))[0];
       if (i > 200) jump[windowed ? 1 : 0] = std::max(jump[windowed ? 1 : 0], std::fabs(now - last));

@@ -164,7 +164,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
 }
 
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // needs double, for one patch of the scene
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
   const Folder folder;
   const json report =
       run_report(folder, "run " + scene_path("two_surfaces") + " --out '" + folder.at("f.csv") + "'");
@@ -765,7 +765,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 }
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
-  const cli::CapacityOptions options;  // default options, with a deadline of 1 ms
+  const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
   // A clock of 1 ns a bristle, later by the given factors in probes and in the confirming run.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {

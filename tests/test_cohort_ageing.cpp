@@ -610,7 +610,8 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  const PatchId idle = batch.add(material, infinite_options());  // out of contact during the rest
+  // Stays out of contact during the rest of the other.
+  const PatchId idle = batch.add(material, infinite_options());
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});
   CHECK(live(batch.add(material, infinite_options())) == hashes);
@@ -809,7 +810,7 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
       AgedBrush brush(material);
       brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
       brush.slide(0.1, speed, 0.05);
-      brush.step(9.0, 9.0 / speed);  // the weakest bristles snap
+      brush.step(9.0, 9.0 / speed);  // lets the weakest bristles snap
       if (long_step > 0.0) brush.step(long_step, long_step / speed);
       force[longer] = brush.slide(0.2, speed, 0.05);
     }

@@ -93,7 +93,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
 TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]") {
   const auto steps = static_cast<int>(test_size(1000000));
   std::mt19937_64 random(7);
-  std::vector<bool> up(4096);  // random signs, not only alternating ones
+  std::vector<bool> up(4096);  // random directions of the counts, not only alternating ones
   for (std::size_t k = 0; k < up.size(); ++k) up[k] = (random() & 1u) != 0;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -271,7 +271,7 @@ Depth hold(HeldCapsule& capsule, const Grip& grip, int from, int steps) {
 
 TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the grip does from 12 to 60 N",
           "[creep]") {
-  constexpr double damping_per_newton = 20.0;  // s/m, damping per newton of load
+  constexpr double damping_per_newton = 20.0;  // damping of the pads per newton of load, s/m
   constexpr int steps = 1600;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {

@@ -153,9 +153,9 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
-  tick(5.001, 40e-6);  // period 30 us too long
-  tick(5.002, 20e-6);  // period 20 us too short
-  tick(5.005, 0e-6);   // two ticks skipped: period 2 ms - 20 us too long
+  tick(5.001, 40e-6);  // this period is 30 us too long
+  tick(5.002, 20e-6);  // this period is 20 us too short
+  tick(5.005, 0e-6);   // two ticks are skipped: the period is 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
   tick(9.001, 70e-6);  // the first tick after a pause has no period
@@ -299,7 +299,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   for (int k = 0; turns < 1000 && DeadlineMonitor::wall_now() - start < 3.0; ++k) {
     monitor = k % 2 ? few : many;
     if (k % 4 == 0) monitor.reset();
-    const double gap = DeadlineMonitor::wall_now();  // leaves a gap, as between ticks
+    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between records, as between ticks
     while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
   done = true;
@@ -350,7 +350,7 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
     const double due = static_cast<double>(k) * 1e-3;
     monitor.record_tick(Tick{due, due, due + static_cast<double>(k) * us, k % 2 == 0 ? us : 0.0});
     const double start = DeadlineMonitor::wall_now();
-    while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // ticks come in bursts of four
+    while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // records ticks in bursts of four
     }
   }
   const double end_of_ticks = DeadlineMonitor::wall_now();

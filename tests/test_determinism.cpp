@@ -419,14 +419,13 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   const Material material;
   const std::uint64_t base = hash_after(3e-6, 0.5, material, 1);
   CHECK(hash_after(3e-6, 0.5, material, 1) == base);
-  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);  // hash differs with another block displacement
-  CHECK(hash_after(3e-6, 0.4, material, 1) != base);       // hash differs with another active count
-  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);  // hash differs
-                                                                                             // with another
-                                                                                             // material
-  CHECK(hash_after(3e-6, 0.5, material, 2) != base);                                         // hash differs
-                                                                                             // with other
-                                                                                             // snap lengths
+  // Another displacement of a block gives another hash.
+  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);
+  // Another number of bristles in contact gives another hash.
+  CHECK(hash_after(3e-6, 0.4, material, 1) != base);
+  // Another material gives another hash.
+  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);
+  CHECK(hash_after(3e-6, 0.5, material, 2) != base);  // other snap lengths give another hash
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
   CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
 }

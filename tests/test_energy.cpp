@@ -37,10 +37,10 @@ std::vector<LawCase> laws() {
 constexpr double balance_bound(Precision precision) { return precision == Precision::double_ ? 1e-12 : 1e-6; }
 
 struct Balance {
-  double work = 0.0;      ///< J, done by the mean force's elastic part
-  double stored = 0.0;    ///< J, change of stored energy
-  double lost = 0.0;      ///< J, lost in snaps and contacts
-  double involved = 0.0;  ///< J, sum of the sizes of these terms
+  double work = 0.0;      ///< work of the elastic part of the mean force, J
+  double stored = 0.0;    ///< change of the stored energy, J
+  double lost = 0.0;      ///< energy lost in snaps and contacts, J
+  double involved = 0.0;  ///< sum of the sizes of these terms, J
   double tolerance = 0.0;
   double residual() const { return work - stored - lost; }
 };
@@ -117,7 +117,7 @@ class RandomWalk {
 
 TEST_CASE("The energy balance with the mean force holds in every step of every kind of patch", "[energy]") {
   const int steps = static_cast<int>(test_size(400));
-  for (const PatchCase& c : every_variant(530)) {  // 530 bristles: two blocks and a tail
+  for (const PatchCase& c : every_variant(530)) {  // 530 bristles fill two blocks and part of a third
     if (c.options.outputs != Outputs::all || c.options.compared.literal || c.options.bristles > 1000)
       continue;
     INFO(c.name);

@@ -166,8 +166,9 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
     const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
     const double found = rows_of(result, "bisection", "rate_state").front().values[1];
     const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    CHECK(theory == Approx(expected).epsilon(0.015));  // the experiment takes 15 samples in the shorter Dc
-    CHECK(found == Approx(expected).epsilon(0.03));    // found by bisection to 2 %
+    // The experiment takes 15 samples in the shorter of both Dc.
+    CHECK(theory == Approx(expected).epsilon(0.015));
+    CHECK(found == Approx(expected).epsilon(0.03));  // the experiment bisects the stiffness to 2 %
     CHECK(is_shown(result, "linear_theory", "rate_state"));
   }
 }
@@ -195,7 +196,7 @@ TEST_CASE("Critical stiffness: where friction does not fall with speed no spring
 
 namespace {
 
-constexpr double length = 2e-5;  // m, presliding length of the experiments
+constexpr double length = 2e-5;  // presliding length of the experiments, m
 
 // Settings of the tables' brush: no residual, no renewal, no damper, a tau of 10 ms. The tables have speeds
 // in lengths per tau and forces in mean snap lengths; kinetic friction at high speed is m2 / 2.

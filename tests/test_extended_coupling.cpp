@@ -97,7 +97,7 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< pose of the first patch
+  Vector3d pose = Vector3d::Zero();  ///< position (m) and angle (rad) of the first patch
   double lost = 0.0;                 ///< J, energy lost
 };
 
@@ -288,8 +288,8 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
 
 TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor comes to rest",
           "[extended][coupling][stability]") {
-  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m
-  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m
+  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m, for a step T
+  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m, for a step T
   CAPTURE(k, c);
   constexpr double length = 10e-6;
   // Stiffness per newton of load, for a disc of 0.1 kg under a load of one newton.

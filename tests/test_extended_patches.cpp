@@ -338,8 +338,8 @@ TEST_CASE("The error on the limit surface falls with the area of a cell", "[exte
   };
   const double few = worst(2), more = worst(4), many = worst(8);
   CHECK(few < 0.15);
-  CHECK(more < 0.25 * few);  // error with four times the cells
-  CHECK(many < 0.07 * few);  // error with sixteen times the cells
+  CHECK(more < 0.25 * few);  // four times the cells have less than a quarter of the error
+  CHECK(many < 0.07 * few);  // sixteen times the cells have less than a fourteenth of it
 }
 
 TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
@@ -1085,7 +1085,7 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
     return bytes_in_use();
   };
   const double bytes = again(20);
-  CHECK(again(200) < bytes + 1e6);  // room for the cells of 200 discs is 6 MB
+  CHECK(again(200) < bytes + 1e6);  // keeping the cells of 200 discs would take 6 MB
 }
 
 TEST_CASE("An outline that was given another seed keeps it when it is reset", "[extended]") {
