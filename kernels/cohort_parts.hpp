@@ -315,8 +315,8 @@ struct PieceSums {
 };
 
 /// Hazard with which each eligible bristle is selected for renewal along a piece: kappa times the snaps of
-/// the piece over all bristles. Half of it applies before the snaps of the first pass (competing risks), and
-/// newborn bristles may snap again within the piece.
+/// the piece over all bristles. Half of it applies before the snaps, because bristles may be renewed before
+/// they snap (competing risks). Second snaps of newborn bristles within the piece count too.
 struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps

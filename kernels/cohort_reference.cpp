@@ -1,5 +1,5 @@
 // The infinite brush, cohort by cohort: written to be read beside core/patches/COHORTS.md. The vector kernels
-// (cohort_step.hpp) give the same bits: sums have 8 lanes and a fixed tree.
+// (cohort_step.hpp) give the same bits, because all sums have 8 lanes and one order.
 #include "cohort_draws.hpp"
 #include "cohort_parts.hpp"
 

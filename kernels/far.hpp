@@ -216,7 +216,7 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// A row of 16 bristles, for SnapRule::keep.
+/// State of a row of 16 bristles, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step

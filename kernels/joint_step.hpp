@@ -11,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// A value for forward motion and one for backward motion.
+/// Values of a quantity for forward and for backward motion.
 template <class V>
 struct BothWays {
   V forward, backward;

@@ -14,7 +14,8 @@
 namespace bristle::detail {
 namespace {
 
-/// The first pass of a vector of bristles: from the start to the first snap, or to the end of the step.
+/// First pass of a vector of bristles: their path from the start of the step to the first snap, or to the
+/// end.
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;

@@ -345,9 +345,9 @@ class Stepper {
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // Operations on a vector wait for each other for some 55 cycles. With narrow vectors, registers hold only
-    // three such chains at a time, too few to fill the pipes, so the first pass and the rest run one after
-    // the other.
+    // The operations on one vector form a chain of some 55 cycles. With narrow vectors the registers hold
+    // only three chains at a time, too few to fill the pipes, so the first pass runs over all rows before the
+    // rest.
     constexpr bool two_passes = width < lane_count;
     alignas(64) T path[two_passes ? block_size : 1];
     for (std::uint32_t part = 0; part < parts; ++part) {

@@ -1,4 +1,4 @@
-// A check of every output and a loop over kinds of patches, for the tests of extremes.
+// A check that every output is finite, and the kinds of patches to try, for the tests of extremes.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// One patch of the infinite brush, for the tests of that model.
+// One patch of the infinite brush and its friction in closed form, for the tests of that model.
 #pragma once
 
 #include <algorithm>

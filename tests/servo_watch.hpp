@@ -36,9 +36,9 @@ struct Sighting {
   long value = 0;  ///< value that the watched function `steps` returned
 };
 
-/// Forks. The child runs `prepare`, then watches its main thread while it runs `steps`, and ends. System
-/// calls with a number in `allowed` are let through. Any other is recorded and not made; it fails (a futex
-/// wakes nobody). Fork before this process has threads.
+/// Forks a child, which runs `prepare`, then `steps` under watch, and ends. System calls with a number in
+/// `allowed` are made; any other is recorded and fails instead (a futex wakes nobody). Call it before this
+/// process has threads.
 Sighting watch(const std::function<void()>& prepare, const std::function<long()>& steps,
                const std::vector<int>& allowed = {});
 

@@ -82,7 +82,7 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// A piece of a programme of slides and rests: duration, and speed (0 for a rest).
+/// A slide or a rest of a programme of motion: its duration, and its speed (0 for a rest).
 struct Piece {
   double seconds, speed;  // m/s
 };

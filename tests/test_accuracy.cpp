@@ -448,10 +448,11 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const json& best = r["recommendation"];
   REQUIRE(best["found"] == true);
   CHECK(best["search"]["error"]["rms"].get<double>() <= 0.02);
-  // The confirming seeds did not choose the setting; few runs give an rms to some 10 %.
+  // The error is confirmed with other seeds than those that chose the setting; few runs give an rms to some
+  // 10 %.
   CHECK(best["confirmed"]["error"]["rms"].get<double>() <= 0.03);
   for (const json& s : r["settings"]) {
-    // No setting on the front is beaten by another.
+    // No setting on the front (`pareto`) is beaten in both error and time by another.
     if (!s["pareto"].get<bool>()) continue;
     for (const json& other : r["settings"]) {
       if (!other["usable"].get<bool>()) continue;

@@ -34,7 +34,7 @@ Material ageing_material(const Row& row) {
       .with_ageing(Ageing::logarithmic(number(row, "beta"), tau));
 }
 
-/// A patch with deflections and speeds in mean snap lengths, speeds per tau.
+/// A patch of bristles that age. Deflections are in mean snap lengths, speeds in mean snap lengths per tau.
 class AgeingBrush {
  public:
   AgeingBrush(const Material& material, std::uint32_t n, Precision precision = Precision::single,

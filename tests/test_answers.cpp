@@ -38,7 +38,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// Returns the first paragraph, as one line.
+/// Returns the first paragraph of a text, as one line.
 std::string answer_of(const std::string& text) {
   std::string answer = text.substr(0, text.find("\n\n"));
   std::replace(answer.begin(), answer.end(), '\n', ' ');

@@ -59,7 +59,7 @@ struct CoulombPlate {
   }
 };
 
-/// A world of bristles with a floor of coefficient 0.5.
+/// A world of Bullet whose contacts have bristles, with a floor of friction coefficient 0.5.
 struct OnFloor {
   explicit OnFloor(double floor = 0.5, double dt = 1.0 / 240.0, double reach = FrictionOptions{}.reach)
       : world(Friction::bristle, btVector3(0, 0, -gravity), law(), options(reach)), dt_s(dt) {

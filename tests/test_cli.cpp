@@ -333,7 +333,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
       "[[motion]]\npatch = \"first\"\ntype = \"ramp\"\nvelocity = 0.01\nload = 4\n"
       "[[motion]]\npatch = \"many\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 3\n");
   const std::string decisions = folder.at("decisions.csv");
-  // A budget of two microseconds, in which no machine steps 40,000 bristles.
+  // The budget is two microseconds a step, in which no machine steps 40,000 bristles.
   const json run =
       run_report(folder, "run '" + scene + "' --budget 2 --record-decisions '" + decisions + "'");
   const json& overload = run["overload"];
@@ -539,7 +539,7 @@ TEST_CASE("A patch of a scene has the lay that its table says", "[cli][lay]") {
   };
   replace(s.patch, "bristles = 100", "population = \"infinite\"\nlay = { limit_ratio = 1.0 }");
   const double plain = sliding();
-  // The patch moves along x, across a lay that is turned by 90 degrees.
+  // The patch moves along x, across the lay of the surface, which is turned by 90 degrees.
   replace(s.patch, "limit_ratio = 1.0", "limit_ratio = 0.25, angle = 1.5707963267948966");
   CHECK(sliding() == Approx(0.25 * plain).epsilon(0.01));
   replace(s.patch, "limit_ratio = 0.25", "to_over_fro = 2.0");

@@ -182,7 +182,8 @@ TEST_CASE("Carrying a bent patch round a sphere changes neither its energy nor t
     expect_near(frame.force(p.response.end).dot(frame.normal()), 0.0, 1e-14 * size, "no normal part");
   }
   CHECK(p.batch.state_hash(p.patch) == hash);
-  // Back at the pole, the force is turned by the holonomy of the path, so it differs from the first.
+  // Back at the pole, the axes and the force have been turned by the path (its holonomy), so the force
+  // differs from the first.
   CHECK((frame.force(p.response.end) - before).norm() > 0.01 * size);
 }
 
@@ -275,7 +276,7 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       slipped += frame.displacement(relative).norm();
       p.step(frame, relative);
     }
-    // The chord is short by arc^2/24 of the (R + r) arc.
+    // A chord is shorter than its arc, of radius R + r, by the share arc^2/24.
     CHECK(slipped == Approx((big + small) * 1.0 * arc * arc / 24).epsilon(1e-3));
   }
 }

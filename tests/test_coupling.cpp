@@ -173,7 +173,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
         bristle::apply_end_forces(tick, body, none, feet, responses);
       } else {
         const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
-        // Forces of 500 bristles that redraw over many snaps jump by one bristle at a time.
+        // The solve cannot be exact: the force of 500 bristles jumps where one of them snaps.
         expect(report.residual < 5e-3, "solved");
         batch.step(tick, motions, responses);
         bristle::apply_mean_forces(tick, body, none, feet, responses);

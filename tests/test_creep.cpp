@@ -360,7 +360,7 @@ double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64
   double worst = 0.0;
   for (double mean : means) worst = std::max(worst, std::abs(mean / means[0] - 1.0));
   CHECK(worst < std::max(1e-4, sampling));
-  // In a straight line the mean is the kinetic friction in closed form; SnapRule::keep: over 300 lengths,
+  // In a straight slide the mean is kinetic friction in closed form; under SnapRule::keep over 300 lengths,
   // with an error of 1/n.
   if (axes == 1) CHECK(std::abs(means[0] - 1.0) < (rule == SnapRule::keep ? 3e-3 : sampling) + 1e-4);
   return worst;

@@ -67,8 +67,8 @@ Balance balance_of(const Response& r, double before, double after, double dx, do
   return b;
 }
 
-/// A random walk of all kinds of steps: tiny, presliding, a few snaps, jumps; the load varies slightly,
-/// jumps, is lost.
+/// A random walk with steps of every size: tiny, presliding, a few snaps, so long that snaps are jumped. The
+/// load varies slightly, changes at random, or becomes 0.
 class RandomWalk {
  public:
   RandomWalk(int axes, double max_load, unsigned seed) : axes_(axes), max_load_(max_load), random_(seed) {}

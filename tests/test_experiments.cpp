@@ -64,8 +64,8 @@ TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brus
     const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
     const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
     const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
-    // Allows the change by halving the step (the fine run has a third of it as error), and the table's own
-    // tolerance of integration, 1e-5 of the 10 um it moves.
+    // Allows the change that halving the step makes (three times the error of the fine run), and the table's
+    // tolerance of integration, 1e-5 of the 10 um that the block moves.
     const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
     CHECK(std::abs(drift - ode) <= step_error + 1e-10);
     CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um

@@ -179,7 +179,8 @@ TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its way", "[
   CHECK(creepage > 3e-3);
   CHECK(finding(result, "rolls_down", "bed") == Approx(1.0 + 2.0 / 7.0 * creepage).margin(1e-4));
   CHECK(finding(result, "thrown_rolls", "bed") == Approx(5.0 / 7.0).margin(1e-3));
-  // A regularised contact slips at a speed, so at twice the ball's speed it creeps half as much per distance.
+  // A regularised Coulomb contact slips at a speed that its force sets, so at twice the ball's speed it
+  // creeps half as much per distance.
   CHECK(finding(result, "creeps_by_distance", "coulomb") == Approx(0.5).margin(0.01));
 }
 

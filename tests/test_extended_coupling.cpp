@@ -179,7 +179,7 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
-    // A residual r of the solve allows an error in energy of r times the largest force times the path.
+    // A relative residual r of the solve may change the energy by r times the largest force times the path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
     expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
@@ -367,7 +367,7 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
 }
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
-  // The axes ride on the table; in them the ground velocity of its surface is that of its rotation.
+  // The disc's axes turn with the table, in which the velocity of the ground stays the same.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;

@@ -712,7 +712,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK(response.status == Status::bad_input);
   CHECK(response.end[2] == 0.0);
 
-  // An outline that computes only its end force checks its velocity all the same.
+  // An outline that computes only its end force, which needs no velocity, still refuses an invalid one.
   ExtendedMotion plain = good;
   plain.id = pads.add(plain_material(smooth, SnapRule::redraw),
                       infinite_options(8.0).with_outputs(bristle::Outputs::end),
@@ -1207,7 +1207,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   CHECK(other.pads.state_hash(other.id) == now);
   CHECK(other.reset_and_slide() == now);
   CHECK(other.batch.info(other.pads.cell_patches(other.id)[0]).key == 9);
-  // The scale is a part of the state.
+  // The scale of an outline is a part of its state.
   REQUIRE(other.pads.set_scale(other.id, 1.5));
   CHECK(other.pads.state_hash(other.id) != now);
 }

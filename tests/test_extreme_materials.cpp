@@ -71,7 +71,7 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
       CHECK(law == SnapLength::single(dbar));
       others.push_back(std::make_unique<OnePatch>(plain_material(law, kind.rule), options));
     }
-    // A spread so small that a fresh length hardly differs from the old one.
+    // The law's spread is so small that a fresh length hardly differs from the old one.
     OnePatch nearly(plain_material(SnapLength::lognormal(dbar, 1e-9), kind.rule), options);
     INFO(kind.name());
     for (const OnePatch* patch : {&plain, &nearly})

@@ -308,8 +308,9 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
     const double exact = out_and_back(2);
     const double sampling = sigmas * 1.5 * std::sqrt(n * reach);
     expect_near(exact / dbar, steady / dbar - n * reach, sampling, "in two steps");
-    // An odd number of parts hides a path of reach / m^2 around the turn. A bristle that should have snapped
-    // there keeps up to a snap length too much; on average n reach / m^2 bristles do.
+    // With an odd number m of parts the turn falls within a step, which leaves out a path of reach / m^2. On
+    // average n reach / m^2 bristles should have snapped there; each stays bent by up to a snap length too
+    // much.
     for (int parts : {3, 5, 9, 33}) {
       const double hidden = n * reach / (parts * parts);
       const double off = (out_and_back(parts) - exact) / dbar;
