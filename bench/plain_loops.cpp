@@ -168,7 +168,7 @@ inline float smaller(float a, float b) { return a < b ? a : b; }
 struct Path {
   float dx, dy;  // displacement
   float h;       // length of the displacement
-  float ex, ey;  // direction of the displacement; 0 where h is 0
+  float ex, ey;  // unit vector along the displacement; 0 where h is 0
 };
 
 /// Sums over bristles of the deflection at the end (m), and (with Mean only) of its integral over the path

@@ -21,7 +21,7 @@ struct SyntheticFriction {
   double spread = 0.4;     // coefficient of variation of the snap length, lognormal
   double viscous = 0.0;    // viscous friction, N s/m
   double damping = 0.0;    // damping per newton of load, s/m
-  double stribeck = 1e-3;  // m/s, Stribeck velocity
+  double stribeck = 1e-3;  // Stribeck velocity, m/s
   bool redraw = true;
   std::size_t bristles = 1800;
   // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
