@@ -1,8 +1,9 @@
 // Compares beds with what their users have otherwise (plain_beds.hpp, tools/rivals), in one run.
 //
-// A row is one pair, moved alternately in blocks of steps, so that whatever slows the machine slows both;
-// `ratio` is the median over the blocks of the rival's time over ours. `error` and `rival_error` are those of
-// force and torque, per cent of mu N and mu N R, if a closed or converged answer exists.
+// Each row times a bed and one alternative (its rival), stepped alternately in blocks, so that whatever slows
+// the machine slows both; `ratio` is the median over the blocks of the rival's time over the bed's. `error`
+// and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a closed or
+// converged answer exists.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -74,11 +75,12 @@ double median(std::vector<double> values) {
 }
 
 struct Figures {
-  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells
-  double error = 0.0, rival_error = 0.0;  ///< error in per cent
+  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, of its rival
+  double error = 0.0, rival_error = 0.0;  ///< error of force and torque, per cent
 };
 
-/// Adds a benchmark. `make` sets both steps and returns the figures. Times are divided by `per`.
+/// Adds a benchmark of a bed beside its rival. `make` sets the functions that step each and returns their
+/// sizes and errors. Reported times are those of a step divided by `per`.
 void add_pair(const std::string& name, const std::string& label, double per,
               std::function<Figures(Step& ours, Step& rival)> make) {
   add_benchmark("beds/" + name, [=](benchmark::State& state) {
@@ -114,7 +116,8 @@ std::shared_ptr<Beds> disc_bed(int rings, int around) {
                                 BedShape::disc(disc_radius, BedPressure::uniform, rings, around), disc_load);
 }
 
-/// Moves a disc by a step of `way` (force limits) at the rim, half slide and half spin.
+/// Sets a motion, half slide and half spin, that moves the disc's rim by `way` times the deflection at which
+/// bristles slide.
 void move_disc(Beds& bed, double way) {
   bed.in[0].displacement[0] = 0.45 * way * disc_limit;
   bed.in[0].displacement[1] = 0.2 * way * disc_limit;
@@ -202,7 +205,8 @@ void register_discs() {
 
 constexpr double ellipse_a = 8e-3, ellipse_b = 4e-3, ellipse_load = 82e3, ellipse_friction = 0.3;
 constexpr double ellipse_flexibility[3] = {4.937e-14, 5.152e-14, 4.090e-14};
-/// Converged force and moment (tests/data/ellipse_steady.csv, creep y -6.25e-4, spin 0.625 /m).
+/// Converged force and moment of the rolling ellipse (tests/data/ellipse_steady.csv, creep y -6.25e-4, spin
+/// 0.625 /m).
 constexpr double ellipse_fy = -0.64179, ellipse_mz = -0.27112;
 
 double ellipse_error(double fy, double mz) {
@@ -237,7 +241,7 @@ void register_ellipses() {
 
 // ---- rows in batches, and grains
 
-/// Grains under random loads and motions in every step.
+/// Contacts of grains, moved and loaded at random in every step.
 struct Grains {
   static constexpr std::size_t n = 10000;
   static constexpr double friction = 0.5, radius = 1e-4, load = 1.0, presliding = 1e-6;
@@ -270,8 +274,9 @@ struct Grains {
   void step_springs() { springs.step(dx.data(), dy.data(), loads.data(), fx.data(), fy.data()); }
 };
 
-/// Finds the energy that cycles of load and motion give beyond what they took, in per cent of it. Such cycles
-/// bend the spring under a large load and release it under a small one, at which it is softer.
+/// Finds the energy that a contact gives out beyond what it took in over cycles of load and motion, in per
+/// cent of what it took. Such cycles bend the spring under a large load and release it under a small one, at
+/// which it is softer.
 void energy_made(Figures& figures) {
   const auto cycle = [](const std::function<double(double, double)>& force) {
     double given = 0.0, taken = 0.0, before = 0.0;

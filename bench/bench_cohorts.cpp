@@ -28,8 +28,8 @@ constexpr double golden_turn = 2.399963229728653;  // rad
 struct CohortMotion {
   const char* name;
   const char* label;
-  double stroke;  ///< mean snap lengths per step
-  double turn;    ///< rad, turn of the direction from step to step
+  double stroke;  ///< path of a step, mean snap lengths
+  double turn;    ///< turn of the direction from step to step, rad
   double noise;   ///< relative noise of the load from step to step
 };
 constexpr CohortMotion motions[] = {
@@ -67,12 +67,12 @@ class CohortScene {
 
   std::uint32_t patches() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-  /// Writes the next motions, at a few nanoseconds a patch, and steps.
+  /// Computes the next motions, at a few nanoseconds a patch, and steps all patches.
   bristle::StepReport step() {
     next();
     return batch_.step(tick, moved_, responses_);
   }
-  /// Returns the time of a step of `stroke` mean lengths, ns.
+  /// Returns the time, ns, of a step that moves by `stroke` mean snap lengths.
   double time_step(double stroke, double angle) {
     place(stroke, angle);
     const auto start = std::chrono::steady_clock::now();
@@ -137,8 +137,8 @@ void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, c
 constexpr int walk_steps = 4000;
 constexpr int walk_passes = 7;
 
-/// Adds a benchmark of a walk in random directions. Every pass repeats the same walk; the least time of a
-/// step over the passes excludes disturbances by other work.
+/// Adds a benchmark of a walk in random directions. Every pass repeats the same walk, and each step counts
+/// with its least time over the passes, which excludes disturbances by other work.
 void add_walk_benchmark(const Subject& subject, double stroke) {
   const std::string name = std::string("cohorts/walk/") + (stroke < 1.0 ? "short/" : "long/") + subject.name;
   benchmark::RegisterBenchmark(
@@ -168,7 +168,8 @@ void register_cohorts() {
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {
-        if (patches == 10000 && subject.bristles == 10000) continue;  // would take a gigabyte
+        // Ten thousand patches of 10,000 bristles would take a gigabyte.
+        if (patches == 10000 && subject.bristles == 10000) continue;
         const std::string name =
             std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;
         add_cohort_benchmark("cohorts/step/" + name, motion, subject, patches, false);

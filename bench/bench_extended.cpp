@@ -1,10 +1,10 @@
 // Compares patches that slide and spin with a grid of LuGre cells in one run: error against time.
 //
-// A row is one pair: a disc of the infinite brush with a number of rings of cells, and a LuGre grid. Both are
-// moved alternately, in blocks of steps, so that whatever slows the machine slows both; `ratio` is the median
-// over the blocks of the rival's time over ours. `error` and `rival_error` are the largest errors of force
-// over mu N and torque over mu N R, per cent, against the closed form of the limit surface, over eleven
-// ratios of slide and spin and four directions.
+// Each row times a disc of the infinite brush, cut into rings of cells, and a LuGre grid (its rival). Both
+// are moved alternately, in blocks of steps, so that whatever slows the machine slows both; `ratio` is the
+// median over the blocks of the rival's time over the brush's. `error` and `rival_error` are the largest
+// errors of force over mu N and torque over mu N R, per cent, against the closed form of the limit surface,
+// over eleven ratios of slide and spin and four directions.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -37,7 +37,7 @@ using rivals::Wrench;
 constexpr double radius = 2000.0 * dbar;
 constexpr double load_n = 900.0;
 
-/// Disc of brush cells with the law lognormal 0.3.
+/// Disc of brush cells whose snap lengths are lognormal with a coefficient of variation of 0.3.
 class BrushDisc {
  public:
   BrushDisc(int rings, int around, Population population, std::uint32_t bristles, double resolution)
@@ -84,7 +84,8 @@ class LuGreDisc {
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = friction() / load_n;
-    s.stiffness = load_n;  // N/m, equal to the brush's bristles at 1 N/m each
+    // Stiffness of the whole disc, N/m, equal to that of the brush, whose bristles have 1 N/m each.
+    s.stiffness = load_n;
     s.damping = s.viscous_friction = 0.0;
     return s;
   }
@@ -92,7 +93,7 @@ class LuGreDisc {
   LuGreGrid grid_;
 };
 
-/// Motion of a step that slides and spins; the disc's fastest point moves by `way`.
+/// Motion of a step that slides and spins, in which the disc's fastest point moves by the path `way`.
 struct SlideAndSpin {
   Pair slide;
   double turn = 0.0;
@@ -129,7 +130,7 @@ double limit_error(const Make& make) {
 
 struct Ours {
   const char* name;
-  int rings, around;  ///< cells around; 0: three times the rings
+  int rings, around;  ///< number of cells in each ring; 0: three times the number of rings
   Population population;
   std::uint32_t bristles;  ///< number of representatives in the whole disc
   double resolution;       ///< resolution of the infinite brush
@@ -156,7 +157,7 @@ constexpr Theirs theirs[] = {{"lugre_21_exact", 21, LuGreGrid::StepRule::exact},
 struct SpinRegime {
   const char* name;
   const char* label;
-  double way;  ///< mean snap lengths per step
+  double way;  ///< path of the disc's fastest point in a step, mean snap lengths
   double eps;
   bool there_and_back;
 };
@@ -174,7 +175,7 @@ class Moved {
     time(50);
   }
 
-  /// Returns the time per step, ns, of a number of steps.
+  /// Runs this number of steps. Returns the mean time of one, ns.
   double time(int steps) {
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < steps; ++i) {
@@ -205,7 +206,7 @@ std::unique_ptr<LuGreDisc> make_theirs(const Theirs& t) {
   return std::make_unique<LuGreDisc>(t.across, t.rule);
 }
 
-/// Returns an error, computed once for each name.
+/// Returns the error of the subject with this name, which `find` computes at the first call.
 double error_of(const char* name, double (*find)(const void*), const void* what) {
   static std::map<std::string, double> known;
   const auto found = known.find(name);

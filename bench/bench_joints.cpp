@@ -1,5 +1,5 @@
 // Measures some fifty thousand joints in a step (4,096 robots of 12 joints), a single joint, and a single
-// robot. Beside them run the loop that a user would write, and a copy of input and output.
+// robot. Compares them with the loop that a user would write, and with a mere copy of input and output.
 #include <cstring>
 
 #include <bristle/joint_friction.hpp>
@@ -17,7 +17,7 @@ using namespace bristle;
 constexpr std::size_t joint_count = 50000;
 constexpr double stiffness = 300.0, base = 0.4, by_motor = 0.12;
 
-/// Input and output of all joints. `swing` is the angle they move in a step, rad.
+/// Inputs and outputs of all joints. `swing` is the angle that each joint moves in a step, rad.
 struct JointArrays {
   std::vector<double> angle, speed, motor, outside, torque;
   std::vector<double> more[3];
@@ -71,7 +71,7 @@ struct JointScene {
   JointArrays arrays;
 };
 
-/// Adds a benchmark. `swing`: rad per step, eight steps in either direction.
+/// Adds a benchmark of joints that move by `swing` (rad) per step, eight steps in either direction.
 void add_joint_benchmark(const std::string& motion, double swing, bool all, int threads,
                          std::size_t n = joint_count) {
   const std::string name = "joints/" + motion + (all ? "/all/" : "/load/") + std::to_string(threads) +

@@ -15,8 +15,8 @@ using bristle::MatcherOptions;
 
 constexpr std::uint32_t contact_count = 10000;
 
-/// Pool and the keys of a step: in every step `fresh` keys are new and as many old ones are not asked for
-/// again.
+/// Pool of contacts, and the keys asked for in a step. Every step has `fresh` new keys and leaves out as many
+/// old ones.
 struct KeyedScene {
   KeyedScene(std::uint32_t fresh_keys, bool seeded)
       : patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep),

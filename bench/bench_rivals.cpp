@@ -1,4 +1,5 @@
-// Compares bristle with what it replaces, in one run: the paper's loop, the plain loops, the streaming limit.
+// Compares bristle with what it replaces, in one run: the paper's loop and plain loops, and with the time it
+// takes to stream the same bytes.
 #include "bench/plain_loops.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
@@ -7,7 +8,7 @@ namespace bristle_bench {
 
 namespace {
 
-/// Brings a rival's loop into the regime by the motions that bristle gets.
+/// Adds a benchmark of a plain loop, which it brings into the regime by the same motions as bristle's patch.
 template <class Loop, class Make>
 void add_loop_benchmark(const std::string& name, const Regime& regime, double bytes_per_bristle, Make make) {
   add_benchmark(name, [=](benchmark::State& state) {
@@ -78,8 +79,8 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
     });
   }
 
-  // Counts columns as bristle does: deflections and snap length read; deflections written where bristles
-  // snap; with redraw, where all snap, snap lengths and draw numbers too.
+  // Streams as many columns as bristle does: it reads deflections and snap lengths, and writes deflections
+  // where bristles snap; with redraw, where all snap, it writes snap lengths and draw numbers too.
   const bool snaps = !regime.there_and_back;
   const bool draws = rule == SnapRule::redraw && regime.step > 0.1;
   const int read = usual_axes + 1 + (draws ? 1 : 0);
@@ -87,7 +88,8 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   add_stream_benchmark(group + "stream", n, read, written);
 }
 
-/// Registers bristles that slide, beside keep in a regime where all snap, and the plain loop.
+/// Registers bristles that slide at their limit, beside bristles of SnapRule::keep that all snap, and the
+/// plain loop.
 void register_slide(bool zigzag) {
   if (BRISTLE_MINIMAL) return;
   constexpr std::uint32_t n = 14400;

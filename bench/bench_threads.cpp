@@ -24,7 +24,7 @@ constexpr int timed_steps = 600;
 enum class Pacing { back_to_back, paced };
 const char* name_of(Pacing pacing) { return pacing == Pacing::paced ? "paced" : "back_to_back"; }
 
-/// Times single calls of `step`, which returns how many threads took part, and sets the counters.
+/// Times every call of `step`, which returns how many threads took part, and sets the benchmark's counters.
 template <class Step>
 void measure_steps(benchmark::State& state, Pacing pacing, std::uint64_t bristles, Step step) {
   std::vector<double> seconds;
@@ -56,10 +56,10 @@ void add_timed_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// Tasks that do nothing, or that wait until a second thread has come (5 ms at most).
+/// Tasks that do nothing, or that wait until a second thread has joined (5 ms at most).
 struct Meeting {
   bool wait = false;
-  long number = 0;  ///< number of the fork
+  long number = 0;  ///< number of the present fork, counted from the start
   std::atomic<int> come{0};
 
   static void attend(void* self, int) {
@@ -76,8 +76,8 @@ struct Meeting {
   }
 };
 
-/// Registers a fork and join of eight empty tasks, which is what sharing costs the caller; and of tasks that
-/// wait until a worker has come, which is the time to wake one.
+/// Registers a fork and join of eight empty tasks, whose time is what sharing costs the caller, and of tasks
+/// that wait for a worker, whose time is that of waking one.
 void register_fork_join() {
   for (bool wait : {false, true}) {
     for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
@@ -110,14 +110,15 @@ struct SharedStep {
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
-  std::uint32_t piece = 0;  ///< smallest piece of work; 0 = the library's own rules, with its threshold
+  /// Smallest number of bristles that a thread takes; 0: the library's own rules, with its threshold.
+  std::uint32_t piece = 0;
 };
 
 void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
     BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
     if (what.bound) options.with_servo_core(servo_core());
-    // Shares at any size, to find from where it pays.
+    // Shares a step of any size, to find the size from which sharing pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(options);
     unsetenv("BRISTLE_SHARING");
@@ -135,8 +136,8 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
   });
 }
 
-/// Registers steps on one thread, shared, and shared with bound threads, to find from how many bristles
-/// sharing pays, and how much.
+/// Registers steps of growing size on one thread, shared, and shared with bound threads, to find from how
+/// many bristles sharing pays, and how much.
 void register_share() {
   for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
     for (std::uint32_t n : {10000u, 20000u, 40000u, 60000u, 100000u, 200000u, 400000u, 1000000u}) {
@@ -156,7 +157,7 @@ void register_share() {
   }
 }
 
-/// Registers 200,000 bristles in pieces of different size, as one patch and as many.
+/// Registers 200,000 bristles, as one patch and as 2,000, shared in pieces of different size.
 void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {

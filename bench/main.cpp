@@ -74,7 +74,8 @@ std::string scene_hash() {
   return text;
 }
 
-/// Reporter that passes everything on, and at the end prints the rivals' times over bristle's from this run.
+/// Reporter that passes everything on to another one, and at the end prints the ratios of this run: times of
+/// the loops that bristle is compared with over bristle's.
 class WithRatios : public benchmark::BenchmarkReporter {
  public:
   explicit WithRatios(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
@@ -98,7 +99,7 @@ class WithRatios : public benchmark::BenchmarkReporter {
       auto& group = groups_[name.substr(7, slash - 7)];
       const double time = run.GetAdjustedRealTime();
       const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
-      if (!fresh) entry->second = std::min(entry->second, time);  // keeps the best repetition
+      if (!fresh) entry->second = std::min(entry->second, time);  // keeps the least time of the repetitions
     }
   }
   void Finalize() override {

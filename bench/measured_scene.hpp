@@ -1,4 +1,4 @@
-// Shared by the benchmarks: motions, a batch in a steady regime, counters.
+// Helpers that the benchmarks share: regimes of motion, a batch in steady state, counters.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -38,7 +38,7 @@ constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
 
 struct Regime : SteadyMotion {
   const char* name;
-  const char* motion;  ///< name for the label
+  const char* motion;  ///< motion in words, for the benchmark's label
   constexpr Regime(const char* name_, double step_, bool there_and_back_, const char* motion_)
       : SteadyMotion{step_, there_and_back_}, name(name_), motion(motion_) {}
 };
@@ -83,11 +83,11 @@ inline std::vector<int> axes_counts() {
 }
 inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs::mean; }
 
-/// Settling motion of 20 mean snap lengths of sliding, in steps out of phase with the snap lengths, then the
-/// regime itself.
+/// Steps that bring a scene into its regime: 54 steps of 0.37 mean snap lengths (20 in all, out of phase with
+/// the snap lengths), then 16 steps of the regime itself.
 constexpr Settling usual_settling = {0.37, 54, 16};
 
-/// Batch with its motions, in steady state.
+/// Batch of patches in steady motion.
 class MeasuredScene : public SteadyScene {
  public:
   explicit MeasuredScene(const BatchOptions& options = {}) : SteadyScene(options, tick, usual_settling) {}
@@ -126,9 +126,10 @@ inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precisi
   return rule == SnapRule::redraw && regime.step > 0.1 ? moved + real + 8.0 : moved;
 }
 
-/// Runs `step` and sets the counters, the same ones everywhere, since the CSV reporter stops at a row with
-/// others. `visited` is the share of bristles that a kernel visited, if `step` returns a StepReport. The time
-/// is measured here once more, because Google Benchmark labels all of its own rate counters "per second".
+/// Runs `step` repeatedly and sets the counters. Every benchmark has the same ones, because the CSV reporter
+/// stops at a row with others. `visited` is the share of bristles that a kernel visited, if `step` returns a
+/// StepReport. Measures the time itself, because Google Benchmark labels all of its own rate counters "per
+/// second".
 template <class Step>
 void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {
   const auto start = std::chrono::steady_clock::now();
@@ -161,7 +162,7 @@ void add_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// Benchmark of one patch in a regime.
+/// Settings of a benchmark of one patch in one regime.
 struct OnePatchCase {
   Regime regime = all_snap;
   std::uint32_t bristles = 4096;

@@ -37,7 +37,7 @@ class BoundThread {
   cpu_set_t before_;
 };
 
-/// Wait of a servo loop: sleeps until the next point of a grid of absolute times.
+/// Timer of a servo loop, which sleeps until the next point of a grid of absolute times.
 class PacedLoop {
  public:
   explicit PacedLoop(double period_s = 1e-3) : period_ns_(std::lround(1e9 * period_s)) {
@@ -56,7 +56,7 @@ class PacedLoop {
     clock_gettime(CLOCK_MONOTONIC, &now);
     if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;
   }
-  /// s, monotonic: the time at which this tick should have begun
+  /// Returns the time at which this tick should have begun, s on the monotonic clock.
   double due_s() const noexcept { return due_s_; }
 
  private:

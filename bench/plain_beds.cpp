@@ -86,7 +86,8 @@ Fastsim::Fastsim(int nx, int ny, double a_m, double b_m, const double (&flexibil
 Fastsim::~Fastsim() { std::free(memory_); }
 
 Wrench Fastsim::solve(double creep_x, double creep_y, double spin) noexcept {
-  // Converts creepages to units: tractions over the bound at the middle, lengths along over a, across over b.
+  // Makes the creepages dimensionless: tractions in units of the bound at the middle, lengths along the
+  // motion in units of a, across in units of b.
   const float ux = static_cast<float>(a_ * creep_x / (flexibility_[0] * most_pressure_));
   const float uy = static_cast<float>(a_ * creep_y / (flexibility_[1] * most_pressure_));
   const float spin_x = static_cast<float>(a_ * b_ * spin / (flexibility_[2] * most_pressure_));

@@ -160,7 +160,7 @@ namespace {
 
 using Columns = PlainLoop::Columns;
 
-// Replaces std::max and std::min, whose inline functions must not be used here (see the head of this file).
+// Replaces std::max and std::min, whose inline functions the linker might share with code for other machines.
 inline float larger(float a, float b) { return a > b ? a : b; }
 inline float smaller(float a, float b) { return a < b ? a : b; }
 
@@ -168,16 +168,17 @@ inline float smaller(float a, float b) { return a < b ? a : b; }
 struct Path {
   float dx, dy;  // displacement
   float h;       // length of the displacement
-  float ex, ey;  // direction of the displacement; 0 where h is 0
+  float ex, ey;  // unit vector along the displacement; 0 where h is 0
 };
 
-/// Sums over bristles: the deflection at the end (m), and its integral over the path (m^2), computed with
-/// Mean only.
+/// Sums over bristles of the deflection at the end (m), and (with Mean only) of its integral over the path
+/// (m^2).
 struct Sums {
   float end_x = 0.0f, end_y = 0.0f, path_x = 0.0f, path_y = 0.0f;
 };
 
-/// Source of uniform snap lengths, by number of bristle and of draw: a hash of two multiplications.
+/// Source of uniform snap lengths: a hash of two multiplications of the bristle's number and the number of
+/// its draw.
 struct Draw {
   float shortest, width;  // m
   std::uint32_t seed;
@@ -189,7 +190,7 @@ struct Draw {
     x ^= x >> 15;
     x *= 0x846CA68Bu;
     x ^= x >> 16;
-    // Converts through a signed number, the only kind that instruction sets before AVX-512 convert.
+    // Converts through a signed integer, because no instruction set before AVX-512 converts unsigned ones.
     return shortest + width * 0x1p-24f * static_cast<float>(static_cast<std::int32_t>(x >> 8));
   }
 };
@@ -240,7 +241,8 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    const float rest = path.h - t;  // 0 without a snap, so that the two terms below vanish too
+    // Path left after the first snap; 0 without a snap, so that `more` and `r` vanish too.
+    const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
     const float new_zx = snaps ? r * path.ex : zx + path.dx;
@@ -252,7 +254,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// As keep_one_loop(), after a test whether any bristle of the chunk snaps: if none does, it only adds.
+/// As keep_one_loop(), but first tests whether any bristle of the chunk snaps. If none does, it only adds the
+/// displacement.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                   const Path& path_in, Sums& out) {
@@ -261,7 +264,7 @@ template <int Axes, bool Mean>
   const float* __restrict delta_column = columns.delta;
   const Path path = path_in;
   float beyond = -1.0f;  // largest |z + d|^2 - delta^2; positive if any bristle snaps
-  Sums sums;             // valid if nothing snaps
+  Sums sums;             // sums that are valid if no bristle snaps
   for (std::size_t i = begin; i < end; ++i) {
     const float x = zx_column[i] + path.dx;
     const float y = Axes == 2 ? zy_column[i] + path.dy : 0.0f;
@@ -607,7 +610,7 @@ constexpr std::size_t stream_block = 256;
 [[gnu::noinline]] float rewrite_block(float* column, std::size_t count) {
   float sum = 0.0f;
   for (std::size_t i = 0; i < count; ++i) {
-    const float value = 1.0f - column[i];  // the mapping is its own inverse, so values stay bounded
+    const float value = 1.0f - column[i];  // 1 - x is its own inverse, so values stay bounded
     column[i] = value;
     sum += value;
   }

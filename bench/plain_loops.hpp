@@ -20,7 +20,7 @@ struct Force {
   double mean[2] = {0.0, 0.0};
 };
 
-/// Bristle for tests (`set` and `get`), lengths in m.
+/// State of one bristle, which tests read (`get`) and write (`set`); lengths in m.
 struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
 };
@@ -49,7 +49,7 @@ class PaperLoop {
   void set(std::size_t i, const Bristle& bristle) noexcept;
   Bristle get(std::size_t i) const noexcept;
 
-  struct Element;  ///< a bristle as the loop stores it
+  struct Element;  ///< one bristle in the loop's own layout
 
  private:
   Element* bristles_;
@@ -61,18 +61,20 @@ enum class Rule : unsigned char { keep, redraw };
 
 /// Style in which the loop over the bristles is written.
 enum class Style : unsigned char {
-  one_loop,  ///< everything in one loop body, as one writes it first
-  chunked    ///< per 1024 bristles: a cheap pass that looks whether any snaps and else only adds; redraw in
-           ///< rounds over the chunk, so that it vectorises too: what one writes after a day with a profiler
+  one_loop,  ///< all work of a bristle in one loop body, as one writes it first
+  /// First a cheap pass over 1024 bristles, which adds their deflections and tests whether any snaps; redraw
+  /// in rounds over the chunk, so that it vectorises too. What one writes after a day with a profiler.
+  chunked
+  ///< rounds over the chunk, so that it vectorises too: what one writes after a day with a profiler
 };
 
 struct PlainOptions {
   std::size_t bristles = 900;
-  double mean_snap_length_m = 10e-6;  ///< m; lengths are uniform on 0.5 to 1.5 of it
+  double mean_snap_length_m = 10e-6;  ///< mean, m; lengths are uniform on 0.5 to 1.5 of it
   double bristle_stiffness = 1.0;     ///< N/m
-  int axes = 2;                       ///< 1 (x only) or 2
+  int axes = 2;                       ///< number of tangential axes, 1 (x only) or 2
   Rule rule = Rule::keep;
-  bool mean = false;  ///< whether to compute the mean force over the step too
+  bool mean = false;  ///< whether to compute the step's mean force beside the end force
   Style style = Style::one_loop;
   std::uint32_t seed = 1;
 };
@@ -101,7 +103,7 @@ class PlainLoop {
     float* zx = nullptr;
     float* zy = nullptr;  ///< second axis only
     float* delta = nullptr;
-    std::uint32_t* draws = nullptr;  ///< draw counters, for redraw only
+    std::uint32_t* draws = nullptr;  ///< number of draws of each bristle, for redraw only
   };
 
  private:
@@ -129,7 +131,7 @@ class SlideLoop {
  private:
   std::size_t n_;
   double mean_m_;
-  float* zx_;  ///< lengths in units of the mean limit
+  float* zx_;  ///< deflections and limits in units of the mean limit
   float* zy_;
   float* limit_;
 };
@@ -149,7 +151,7 @@ class JointLoop {
   static constexpr std::size_t bristles = 8;
   std::size_t n_;
   double stiffness_, base_, by_motor_;
-  double* tip_;  ///< a column per bristle
+  double* tip_;  ///< deflections: for each of the 8 bristles a column with all joints
 };
 
 /// Streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of them

@@ -11,13 +11,13 @@ namespace bristle_bench {
 
 /// Periodic motion that keeps the share of snapping bristles constant.
 struct SteadyMotion {
-  double step = 0.0;            ///< displacement per step over the mean snap length
-  bool there_and_back = false;  ///< whether every other step goes back
-  bool zigzag = false;          ///< whether every other step goes across, on two axes
+  double step = 0.0;            ///< displacement per step, mean snap lengths
+  bool there_and_back = false;  ///< whether every other step goes back, so that patches stay in place
+  bool zigzag = false;  ///< whether every other step is perpendicular to the one before (two axes only)
 };
 
 /// Motion that brings a scene from rest into its steady motion: `slides` steps of `slide` mean snap lengths,
-/// after which the law of the deflections is steady, then `moves` steps of the motion itself.
+/// after which the distribution of the deflections is steady, then `moves` steps of the motion itself.
 struct Settling {
   double slide;
   int slides, moves;
@@ -57,7 +57,7 @@ class SteadyScene {
     bristles_ += options.bristles;
   }
 
-  /// Settles the scene. Call it once, after the last add.
+  /// Brings all patches into their steady motion. Call it once, after the last add().
   void settle() {
     responses_.resize(motions_[0].size());
     batch_.warm_up();
@@ -80,14 +80,15 @@ class SteadyScene {
 
   std::uint64_t bristles() const { return bristles_; }
   const bristle::PatchBatch& batch() const { return batch_; }
-  /// Returns the info of the first patch.
+  /// Returns the PatchInfo of the scene's first patch.
   bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
 
  private:
   bristle::PatchBatch batch_;
   double dt_s_;
   Settling settling_;
-  std::vector<bristle::Motion> sliding_, motions_[2];  ///< motions of even and of odd steps
+  /// Motions of all patches in even steps and in odd steps.
+  std::vector<bristle::Motion> sliding_, motions_[2];
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;
   int turn_ = 0;

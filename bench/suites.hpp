@@ -1,13 +1,13 @@
-// Suites of benchmarks, each in the file of its name, which main registers once.
+// Functions that register one suite of benchmarks each, in the file of its name; main calls each once.
 #pragma once
 
 namespace bristle_bench {
 
 void register_kernels();
 void register_batches();
-void register_beds();  // absent in the minimal library
+void register_beds();  // not built in the minimal library
 void register_cohorts();
-void register_extended();  // built only if tools/rivals is
+void register_extended();  // built only if tools/rivals is built
 void register_scaling();
 void register_joints();
 void register_keys();

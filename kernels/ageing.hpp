@@ -18,16 +18,17 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double oldest = 1e30;  ///< largest age, and largest age per length
+constexpr double oldest = 1e30;  ///< largest age, in ageing times, and largest age gained per length of path
 
 template <class T>
 struct AgeingLaw {
   T strength;
-  T per_length;  ///< age gained per length of path
+  T per_length;  ///< age (in ageing times) gained per length of path
   bool saturates;
 };
 
-/// Growth g(a) of a snap length, its derivative, and the rate -g'' / g' at which the derivative falls.
+/// Growth factor g(a) of a snap length, its derivative g', and the rate -g'' / g' at which the derivative
+/// falls.
 template <class V>
 struct Growth {
   V factor, rate, turn;
@@ -56,10 +57,10 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether Newton's method has to go on: the place after a step differs from the root by more than rounding.
-/// `slope` and `curve` are first and second derivative of the limit at the start of the step, whose remaining
-/// error is half curve fall^2 / (1 - slope). If a path only just touches its limit, each step halves the
-/// distance, so the error is at most the length of the step.
+/// Whether Newton's method needs another step, because its place differs from the root by more than rounding.
+/// After a step of length `fall` the remaining error is half curve fall^2 / (1 - slope), with the first and
+/// second derivative of the limit, `slope` and `curve`, at the start of that step. If a path only just
+/// touches its limit, each step halves the distance, so the error is at most the length of the step.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -70,13 +71,14 @@ inline auto goes_on(V fall, V slope, V curve, V limit) {
   return left > V(accuracy) * (limit * rise);
 }
 
-/// A bristle that was bent before the step: its deflection along and across the motion at the start.
+/// Deflection of a bristle at the start of a step: its part along the motion, and the square of its part
+/// across.
 template <class V>
 struct Bent {
   V along, aside2;
 };
 
-/// Returns the path along the motion from the start to the circle of this radius.
+/// Returns the path along the motion after which the deflection has this radius; 0 if it has it already.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -84,8 +86,8 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path to the snap of the `open` bristles, by Newton's steps from a place at or beyond the snap.
-/// `delta`: fresh snap length; `age`: age at the start.
+/// Returns the path to the snap of the `open` bristles, by Newton's steps from `way`, a path at or beyond the
+/// snap. `delta`: fresh snap length; `age`: age at the start.
 template <class T, int axes, class V, class M>
 inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
   const V none(T(0));
@@ -112,8 +114,8 @@ inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V de
   return way;
 }
 
-/// Returns the path from one snap to the next for a fresh length, or some path of at least `rest` if the snap
-/// lies beyond `rest`.
+/// Returns the path between two snaps of a bristle that ages, given its fresh snap length; if that path is
+/// longer than `rest`, any path of at least `rest`.
 template <class T, class V>
 inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   const V none(T(0));
@@ -123,7 +125,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // The slope is below 0.33 from the root on (AGEING.md); the bound only protects lanes without a bristle.
+    // The slope is below 0.33 at and beyond the root (AGEING.md); the bound only protects lanes without a
+    // bristle.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
@@ -132,7 +135,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Most trials to sample the bristle at the end of a long slide, of which at least one in five is accepted.
+/// Most trials to sample the bristle at the end of a long slide; at least one trial in five is accepted.
 constexpr int most_trials = 1000;
 
 template <class A>

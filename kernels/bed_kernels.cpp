@@ -11,7 +11,8 @@ template <int variant = 0>
 constexpr void fill_variants(BedKernels& kernels) {
   static_assert(int{bed_variants} == int{joint_variants});
   kernels.step[variant] = &step_bed<BedEngine, variant>;
-  // A step with gradients computes every output, and derivatives by all parameters.
+  // Joints have one kernel for steps with gradients: it computes every output, and derivatives by all
+  // parameters.
   constexpr bool gradients = (variant & joint_gradients) != 0;
   kernels.joint[variant] = &step_joints < JointEngine, gradients ? joint_variants - 1 : variant > ;
   if constexpr (variant + 1 < bed_variants) fill_variants<variant + 1>(kernels);

@@ -1,4 +1,5 @@
-// The tractrix for beds that compute only the end of a step: no direction, no exp, and one division.
+// The path of a dragged tip (tractrix) for beds that ask only for the end of a step: computed without the
+// motion's direction, without exp, and with one division.
 #pragma once
 
 #include "slide.hpp"
@@ -6,17 +7,17 @@
 namespace bristle::detail {
 namespace {
 
-/// Result of a slide: the deflection becomes keep z + push d.
+/// Result of a slide: the deflection z becomes keep z + push d, d being the motion.
 template <class V>
 struct Dragged {
   V keep, push;
 };
 
-/// Slides a bristle at its limit l along a straight motion d (the tractrix), for its end alone.
-/// t = x^2 = d^2 / l^2, q2 = 2 z d / l^2, gap = 1 - z^2 / l^2, which is 0 but for rounding: one Newton step
-/// brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 + q2 T)) / (1 + t T^2 + q2
-/// T), which is as long as z for every T. T = above / below is a polynomial with an error of 6e-7 up to
-/// t = 1. Up to 256 the angle is doubled four times; beyond, tanh is 1.
+/// Slides a bristle of deflection z at its limit l along a straight motion d, and finds only the deflection
+/// z' at the end. t = x^2 = d^2 / l^2, q2 = 2 z d / l^2, gap = 1 - z^2 / l^2, which is 0 but for rounding:
+/// one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 + q2 T)) /
+/// (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a polynomial with an error of
+/// 6e-7 up to t = 1. For t up to 256 the angle is doubled four times; beyond, tanh is 1.
 template <class V>
 inline Dragged<V> drag(V t, V q2, V gap) {
   const V one(1.0f), two(2.0f);

@@ -12,7 +12,7 @@ namespace {
 
 using BedEngine = Engine<float>;
 
-/// Pointer to the columns of a bed at one vector of bristles.
+/// Pointer to the columns of a bed, at the entries of one vector of bristles.
 template <class E>
 struct BedAt {
   float* block;
@@ -21,7 +21,7 @@ struct BedAt {
   void put(BedColumn c, V x) const { E::put(block + c * lane_count, x); }
 };
 
-/// Calls `visit` with each vector of bristles and its index within a block of 16.
+/// Calls `visit` for each vector of bristles, with its columns and its index within a block of 16.
 template <class E, class Visit>
 inline void for_each_vector(std::uint32_t count, float* columns, const Visit& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // After rolling every tip is rewritten, relative to a root at zero.
+  // In a bed that rolled every tip is rewritten, relative to a root at zero.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -81,7 +81,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of an undeflected tip after the step.
+    // Place of the tip after the step if its bristle were straight.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -107,7 +107,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     auto slides = none > one;
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Sets deflections out of contact to 0, where they are only rounding errors.
+      // Sets deflections out of contact to 0, where they hold only rounding errors.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -115,8 +115,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // If a limit falls within the step, the slide uses its mean; the deflection beyond the new limit is
-      // dropped at the end.
+      // If a bristle's limit falls within the step, it slides at the mean of its limits at the start and the
+      // end; at the end its deflection drops to the new limit.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {
@@ -136,7 +136,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       integral_y = end.integral_y;
       lost = end.dissipated;
     } else {
-      // A bristle without a limit has an inverse limit of 0 and no stiffness, so it never slides.
+      // A bristle without a limit has an inverse limit of 0 and a stiffness of 0, so it never slides.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
       V over_both = over_limit2, over_hold2 = over_limit2;
       if constexpr (drops) {
@@ -153,8 +153,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // Bristles need the slow way if they unload or are off their limit by more than rounding, which is at
-        // most 5e-7 of the largest limit.
+        // Bristles take the slow branch if they unload, or if their deflection differs from the limit by more
+        // than rounding, which is at most 5e-7 of the largest limit.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
@@ -169,7 +169,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // A bristle beyond a falling limit slides at the mean limit of the step.
+          // A bristle bent beyond its falling limit slides at the mean limit of the step.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
@@ -260,7 +260,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns the pressure of a profile relative to the centre. `inside` is 1 at the centre, 0 at the edge.
+/// Returns a profile's pressure relative to that at the centre. `inside` is 1 at the centre, 0 at the edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);
@@ -268,8 +268,8 @@ inline V pressure_at(BedProfile profile, V inside) {
   return profile == BedProfile::parabolic ? positive : root(positive);
 }
 
-/// Writes stiffness and pressure of bristles, and takes those without pressure out of contact. Returns
-/// stiffness x pressure.
+/// Writes stiffness and pressure of a vector of bristles, both 0 where the pressure is too small for contact.
+/// Returns stiffness x pressure.
 template <class E>
 inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E::V pressure) {
   using V = typename E::V;
@@ -323,8 +323,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of the row in contact. Places along the row count towards the leading edge, so
-    // `sign` swaps the ends.
+    // Half length of the part of the row that is in contact, over that of the row. Places along the row count
+    // towards the leading edge, so `sign` swaps the row's ends.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
@@ -348,8 +348,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
-      // The cell covers the distances `near` to `far` from the leading edge; the part within `carried` has
-      // entered in this step.
+      // The cell covers the distances `near` to `far` from the leading edge; its part nearer than `carried`
+      // has entered in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

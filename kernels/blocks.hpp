@@ -1,5 +1,5 @@
-// Operations on blocks outside the step of their bristles: entering, rewriting at a position, energy. One
-// source serves the reference and every instruction set; the compiler vectorises its rows.
+// Operations on blocks of bristles other than a step: coming into contact, rewriting at a position, energy.
+// One source serves the reference and every instruction set; the compiler vectorises its rows.
 #pragma once
 
 #include "core/kernel_table.hpp"
@@ -24,7 +24,8 @@ inline std::uint32_t end_of_columns(const PatchView<T>& patch, std::uint32_t sta
   return start + block_size < padded ? start + block_size : padded;
 }
 
-/// Writes the columns of a block that entered with straight bristles and has not been visited since.
+/// Fills the columns of a block whose bristles came into contact straight and which no kernel has visited
+/// since.
 template <class T, int axes, bool redraw, bool ages>
 inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   if (!patch.blocks[b].zero) return;
@@ -38,7 +39,7 @@ inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   patch.blocks[b].zero = 0;
 }
 
-/// Rewrites a block, as documented at KernelSet::rewrite.
+/// Rewrites the deflections of a block relative to the position `at`, as documented at KernelSet::rewrite.
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];
@@ -65,8 +66,8 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
   block.reach = -1.0f;
 }
 
-/// Returns the sum of weight |z + p|^2 over the bristles in contact of block b, scaled, by the fixed tree
-/// (KernelSet::squares).
+/// Returns the sum of weight x squared deflection over the bristles in contact of block b at the position
+/// `at`, scaled, added in the fixed order of all instruction sets (KernelSet::squares).
 template <class T>
 double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   const Block& block = patch.blocks[b];

@@ -10,7 +10,7 @@
 
 #include "core/kernel_table.hpp"
 
-// Must be included before the templates that use these operations.
+// Vectors and plain numbers must be declared before the templates that use their operations.
 #if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
 #else
@@ -28,7 +28,8 @@ template <class T>
 struct CellBits;
 template <>
 struct CellBits<float> {
-  static constexpr int shift = 19;  ///< shift that leaves the exponent and four bits of the mantissa
+  /// Right shift of a number's bits that leaves the exponent and four bits of the mantissa.
+  static constexpr int shift = 19;
   static constexpr std::uint32_t first = (127 - 24) * 16;
 };
 template <>
@@ -37,7 +38,7 @@ struct CellBits<double> {
   static constexpr std::uint64_t first = (1023 - 24) * 16;
 };
 
-/// Returns the length at the share, 0 < share < 1 in steps of 2^-24.
+/// Returns the snap length at a share of the law (0 < share < 1, in steps of 2^-24).
 template <class T>
 inline T length_of_cell(const double* table, T share) {
   const T other = T(1) - share;
@@ -50,7 +51,7 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Loads the lines of the cells of a vector of shares.
+/// Coefficients of the lines a + b w in the cells of a vector of shares.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;
@@ -71,7 +72,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // This order keeps the shuffles within 128-bit halves.
+  // Orders the pairs so that the shuffles stay within 128-bit halves.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

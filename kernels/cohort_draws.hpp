@@ -49,10 +49,11 @@ inline double deviation_of(std::uint64_t random) {
   return (static_cast<double>(sum) + 2.0) * (1.7320508075688772 / 65536.0) - 2.0 * 1.7320508075688772;
 }
 
-/// Draws the number that leaves of n bristles (n whole), each with probability `chance`.
+/// Returns a random number of bristles that leave, of n (a whole number), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  constexpr double bound = 12.0;  // from n chance / (1 - chance) = 12 on, root(12) deviations are within 0
+  // From n chance / (1 - chance) = 12 on, the mean less root(12) deviations is at least 0.
+  constexpr double bound = 12.0;
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
   // Rounding to whole bristles adds 1/12 to the variance.
@@ -60,8 +61,8 @@ inline double draw_binomial(std::uint64_t random, double n, double chance) {
   return least(whole_of(most(n * chance + deviation + 0.5, 0.0)), n);
 }
 
-/// Draws the mass that leaves a cohort (CohortNoise::leave). A bristle that the load holds in part leaves as
-/// a whole or stays.
+/// Returns a random mass that leaves a cohort (CohortNoise::leave). A bristle that the load holds in part
+/// leaves as a whole or stays.
 inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t number, double mass,
                     double chance) {
   if (!(chance > 0.0) || !(mass > 0.0)) return 0.0;
@@ -94,12 +95,13 @@ class DrawnLosses {
     return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
   }
 
-  /// Assigns to this cohort some of the draws left, by its share of the weight left.
+  /// Gives cohort i some of the draws left, by its share of the weight of the cohorts left. Returns the mass
+  /// it keeps.
   double renewed_of(std::uint32_t i, double mass, double mean_kept) {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;
     if (!(weight > 0.0)) return mass;
-    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // less mass than one bristle
+    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // a cohort with less mass than one bristle
     if (!(draws_ > 0.0)) return mass;
     const std::uint64_t random = mix64(mix64(law_.draw_key + pass_ * golden) + (i + 1) * golden);
     const double chance = least(weight / weight_, 1.0);
@@ -115,8 +117,8 @@ class DrawnLosses {
   const CohortLaw& law_;
   CohortState& s_;
   std::uint64_t pass_;
-  double draws_ = 0.0;   ///< draws not yet made
-  double weight_ = 0.0;  ///< mass of the cohorts to which the draws left may go
+  double draws_ = 0.0;   ///< number of draws not yet assigned to a cohort
+  double weight_ = 0.0;  ///< mass of the cohorts that may still get draws
 };
 
 }  // namespace

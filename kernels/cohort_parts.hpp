@@ -12,9 +12,9 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 3.0;         ///< pairs that cost at most this factor of the cheapest are
-                                             ///< merged in the same search
-constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this number of cohorts
+/// Pairs of cohorts that cost at most this factor of the cheapest pair are merged in the same search.
+constexpr double merge_margin = 3.0;
+constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this many cohorts
 
 /// S(x), the share of a law longer than x, and E[delta; delta < x].
 struct Survival {
@@ -35,7 +35,7 @@ inline Survival young_survival_at(const CohortLaw& law, double x) {
 
 inline double square_of(double a) { return a * a; }
 
-// Ageing of a number or of a vector of them: see Material::ageing_factor.
+// Growth g of snap lengths by ageing, at one age or at a vector of ages (see Material::ageing_factor).
 
 /// g at an age in s, and its slope, 1/s, as the fraction g' = rise / run.
 template <class V>
@@ -63,7 +63,7 @@ inline V ageing_at(const CohortTimes& t, V age) {
   return strength_at(t, age).factor;
 }
 
-/// Returns the age at which g has this value.
+/// Returns the age, s, at which g equals `factor`.
 inline double age_at(const CohortTimes& t, double factor) {
   const double grown = most(factor - 1.0, 0.0) / t.strength;
   if (t.saturates != 0) return -natural_log<double>(most(1.0 - grown, 1e-17)) / t.rate;
@@ -88,8 +88,8 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// Returns the R of bristles bent from straight to `bent` at constant speed. If none snaps yet, any value up
-/// to `bent` serves.
+/// Returns the reach R (the fresh length up to which bristles have snapped) of bristles bent from straight to
+/// `bent` at constant speed. If none snaps yet, any value up to `bent` serves.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
@@ -101,8 +101,8 @@ struct CohortBits {
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Clears the bits of lanes beyond the last cohort, which read as bent beyond any reach because their
-  /// places are far away.
+  /// Clears the bits of lanes beyond the last cohort: their filler places are so far away that they read as
+  /// bent beyond their reach.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
@@ -118,18 +118,19 @@ struct CohortBits {
   }
 };
 
-/// Removes cohorts without mass, from the last one on, so that the cohort moved into each place has mass.
+/// Removes cohorts without mass, from the last one on, so that the cohort that moves into each gap has mass.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
     remove_cohort(s, rows, ages ? births : nullptr, i);
 }
 
-/// Interval of ranks [low, high) of a mixture, with its mean and variance, inside [0, all).
+/// Interval of ranks [low, high) (order of coming into contact) that stands for a mixture of intervals: it
+/// has the mixture's mean and variance, and lies inside [0, all).
 struct Ranks {
   double low, high;
 };
-/// Returns the interval with this mean rank and this mean of squared ranks (`square`), inside [0, all).
+/// Returns the interval with this mean rank and this mean of squared ranks (`square`), clipped to [0, all).
 inline Ranks ranks_of(double mean, double square, double all) {
   const double half = root(most(3.0 * (square - mean * mean), 0.25));
   return {most(mean - half, 0.0), least(mean + half, all)};
@@ -139,23 +140,24 @@ inline double rank_square(double low, double high) {
   return (low * low + low * high + high * high) * (1.0 / 3.0);
 }
 
-/// A cohort that is not yet in the rows.
+/// A cohort that is not yet stored in the patch's columns.
 struct Newborn {
   double mass, x, y, reach;
   double rank_mean, rank_square;
   double birth = 0.0;
 };
 
-/// Returns the birth of a cohort merged from bristles of different age, so that its g is the mean of theirs.
+/// Returns the time of birth of a cohort merged from bristles of different age, so that its g is the mean of
+/// theirs.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
   const double of_other = ageing_at(t, most(t.now - other, 0.0));
   return t.now - age_at(t, g + share * (of_other - g));
 }
 
-/// Merges a newborn into cohort i; conserves mass, first moment and mean R. Returns twice the energy lost.
-/// `to` is the position of the patch: R is at least the deflection there. `even`: both were born along a path
-/// at a constant speed, so that the mean birth belongs to the mean place.
+/// Merges a newborn cohort into cohort i; conserves mass, first moment and mean reach R. Returns twice the
+/// energy lost. `to` is the position of the patch: R is at least the deflection there. `even`: both were born
+/// along a path at a constant speed, so that the mean birth belongs to the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
@@ -183,7 +185,8 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both cohorts have all ranks
+  // Without layers of load every cohort has all ranks.
+  if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
@@ -195,7 +198,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// Writes a newborn as cohort i, in a free lane or the next one.
+/// Writes a newborn cohort as cohort i, in a free lane or the next one.
 template <bool ages>
 inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const CohortTimes& times) {
@@ -213,7 +216,8 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Cohort i at another place: its new place, R, S(R), M(R) and birth. Its mass is unchanged.
+/// Values of cohort i at another place: place, reach R, S(R) with the moment M(R), and birth. Its mass is
+/// unchanged.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -251,10 +255,10 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const C
   entry(rows, i, cohort_moment) = moved.at.moment;
 }
 
-/// Closes the cohort that has grown to its full piece. At every second call it moves this cohort and the one
-/// before it apart, until their places have the variance of their bristles' places: two Gauss points for a
-/// straight path. Conserves mass, first and second moment. Returns twice the energy that the pair cannot
-/// store.
+/// Closes the open cohort, the one that newborns join, when it covers a full piece of path. At every second
+/// call it moves this cohort and the one before it apart, until their places have the variance of their
+/// bristles' places: two Gauss points for a straight path. Conserves mass, first and second moment. Returns
+/// twice the energy that the pair cannot store.
 template <bool ages>
 inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
                          const CohortTimes& times) {
@@ -262,7 +266,7 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
   s.open[2] = no_cohort;
-  if (law.most_apart <= 1.0) {  // a law with corners, whose pairs are not moved apart
+  if (law.most_apart <= 1.0) {  // survival function with corners: pairs are not moved apart
     const double spread = s.spread;
     s.spread = 0.0;
     return spread;
@@ -294,16 +298,16 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// Sums of a pass over all cohorts at the end of a piece of path, over the mass that snapped. gap is the path
-/// left after the snap, z the deflection at the end without the snap.
+/// Sums over the mass that snapped, from a pass over all cohorts at the end of a piece of path. gap is the
+/// path left after the snap, z the deflection at the end if nothing had snapped.
 struct PieceSums {
   double lost;          ///< mass that snapped
-  double gap;           ///< sum of mass x gap
-  double gap_gap;       ///< sum of mass x gap^2
-  double gap_x, gap_y;  ///< sum of mass x gap x z
-  double squares;       ///< sum of mass x |z|^2
+  double gap;           ///< sum of mass that snapped x gap
+  double gap_gap;       ///< sum of mass that snapped x gap^2
+  double gap_x, gap_y;  ///< sum of mass that snapped x gap x z
+  double squares;       ///< sum of mass that snapped x |z|^2
   double ranks, rank_squares;
-  double x, y;  ///< mass x place, over the mass that is left
+  double x, y;  ///< sum of mass x place over the mass that is left
   /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal
   /// only.
   double renewable;
@@ -311,14 +315,14 @@ struct PieceSums {
 };
 
 /// Hazard with which each eligible bristle is selected for renewal along a piece: kappa times the snaps of
-/// the piece over all bristles. Half of it applies before the snaps of the first pass (competing risks), and
-/// newborn bristles may snap again within the piece.
+/// the piece over all bristles. Half of it applies before the snaps, because bristles may be renewed before
+/// they snap (competing risks). Second snaps of newborn bristles within the piece count too.
 struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps
 };
-constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles stay at least, because (1 - v + v^2 / 2)^4
-                                        // needs v <= 1
+// Leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, which stands for exp(-4 v), needs v <= 1.
+constexpr double highest_hazard = 4.0;
 
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
@@ -357,15 +361,14 @@ template <bool rubs, bool ages>
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // Adds the variance of a cohort's losses, which are summed with one gap although they spread evenly about
-  // it.
+  // Adds the variance of the gap within a cohort, whose losses were all summed with their mean gap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
-  double gap_gap_left = p.gap_gap;  // gap_gap without the lengths of second snaps
-  double of_second = 0.0;           // energy that second snaps lose
+  double gap_gap_left = p.gap_gap;  // sum of mass x gap^2 without the lengths of second snaps
+  double of_second = 0.0;           // energy lost in second snaps
   if (again > 0.0) {
     double length = s.moment / (1.0 - s.left);
     if (ages) {  // the bristle ages until it snaps; two iterations suffice, because g grows slowly
@@ -385,8 +388,8 @@ template <bool rubs, bool ages>
     // halfway along it.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // In pieces as long as a snap length many newborns are renewed, and those that have snapped a second time
-    // have less path left.
+    // In pieces as long as a snap length so many newborns are renewed that `half` would make the mean path or
+    // its variance negative; half of the mean path serves instead.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
@@ -431,19 +434,19 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Divides the rest near the end evenly. A piece may be a fifth too long to avoid a second one.
+  // Divides the last stretch into two equal pieces, or takes it as one that is up to a fifth too long.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// A partner for merging and the cost of the pair: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the
-/// square of twice the mean snap length times dg.
+/// Two cohorts to merge, and the cost m1 m2 / (m1 + m2) (dX^2 + dR^2) of their masses m, places X and reaches
+/// R. Ageing adds the square of twice the mean snap length times dg to the bracket.
 struct Partner {
   double cost;
   std::uint32_t i, j;
 };
 
-/// Merges two cohorts into the first. Conserves mass, first moment, mean R, mean and variance of rank.
+/// Merges two cohorts into the first. Conserves mass, first moment, mean reach R, mean and variance of rank.
 /// Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
@@ -457,8 +460,8 @@ inline double merge(const CohortLaw& law, const CohortState& s, double* rows, st
       at, times, false);
 }
 
-/// Moves pairs that cost at most merge_margin times the cheapest to the front, the cheapest first. Returns
-/// their number.
+/// Moves the pairs of cohorts that cost at most merge_margin times the cheapest to the front, the cheapest
+/// first. Returns their number.
 inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i < count; ++i) cheapest = least(cheapest, pairs[i].cost);
@@ -473,8 +476,9 @@ inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   return near;
 }
 
-/// Merges the cheapest pair and others that cost little more, because most of the time goes into the search.
-/// Engine::find_partner finds the cheapest partner j > i of cohort i, if it costs no more than a limit.
+/// Merges the cheapest pair of cohorts, and others that cost little more, because the search takes most of
+/// the time. Engine::find_partner finds the cheapest partner j > i of cohort i, if it costs no more than a
+/// limit.
 template <class Engine, bool ages>
 double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
                  const CohortTimes& times) {
@@ -483,12 +487,12 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
   // g of each cohort times twice the mean snap length, which enters the cost so that cohorts of different age
-  // rarely merge (the mean once gives a fifth more error).
+  // rarely merge (once the mean length, instead of twice, gives a fifth more error).
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
-  double limit = unlimited_cost;  // pairs that cost more are not merged
+  double limit = unlimited_cost;  // cost above which no pair is merged
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) {
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);
     limit = least(limit, merge_margin * partners[i].cost);
@@ -589,7 +593,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // Puts the newborn into the lane of a cohort that emptied. In a slide the oldest cohorts empty, so
+        // Puts the newborn cohort into the lane of one that emptied. In a slide the oldest cohorts empty, so
         // lanes form a ring and no cohort is moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {

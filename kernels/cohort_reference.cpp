@@ -1,5 +1,5 @@
 // The infinite brush, cohort by cohort: written to be read beside core/patches/COHORTS.md. The vector kernels
-// (cohort_step.hpp) give the same bits: sums have 8 lanes and a fixed tree.
+// (cohort_step.hpp) give the same bits, because all sums have 8 lanes and one order.
 #include "cohort_draws.hpp"
 #include "cohort_parts.hpp"
 
@@ -19,8 +19,8 @@ struct ReferenceSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
   CohortBits emptied;
 
-  /// Adds the loss of cohort i, bent by z at the end of a piece: `kept` of its mass is left, and
-  /// `left_behind` was lost, at a path `g` before the end.
+  /// Adds cohort i to the sums. It is bent by z at the end of a piece; of its mass `kept` is left, and
+  /// `left_behind` was lost at a path `g` before the end.
   void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
            double left_behind, double g) {
     const std::uint32_t k = i % cohort_lanes;
@@ -132,7 +132,8 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double mass = mass_of(rows, i);
 
   const double quarter = 0.25 * hazard * path;
-  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter), a quarter of the hazard
+  // Share left after a quarter of the hazard: exp(-quarter) to second order.
+  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);
   const double twice = root_left * root_left;
   double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
   const double left = entry(rows, i, cohort_left);
@@ -147,7 +148,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   entry(rows, i, cohort_fresh) = fresh;
 }
 
-/// Returns the shortest path from `at` after which some cohort is bent further than ever.
+/// Returns the shortest path from `at` after which some cohort is bent further than ever before.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
                   const CohortTimes& times) {
@@ -163,7 +164,7 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
   return slack;
 }
 
-/// Finds the cheapest partner of cohort i among the cohorts after it; of equally cheap ones the first.
+/// Finds the cohort after i that is cheapest to merge with i; of equally cheap ones the first.
 template <bool ages>
 Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
                      std::uint32_t i) {
@@ -203,7 +204,7 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
 }
 
 struct Reference {
-  /// Takes one piece of the path, which ends at `at`, for all cohorts.
+  /// Advances all cohorts by one piece of the path, which ends at `at`.
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
@@ -228,7 +229,7 @@ struct Reference {
   }
 };
 
-/// The reference kernels with losses drawn at random.
+/// The reference kernels of a patch that fluctuates: losses are drawn at random.
 struct DrawnReference : Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
@@ -244,14 +245,14 @@ struct DrawnReference : Reference {
   }
 };
 
-/// Returns the mass above a rank, and its density there (mass per rank).
+/// Returns the mass whose rank (order of coming into contact) is above `cut`, and the mass per rank there.
 void mass_above(const CohortState& s, const double* rows, double cut, double* mass, double* density) {
   LaneSum masses, densities;
   for (std::uint32_t i = 0; i < s.count; ++i) {
     const double low = entry(rows, i, cohort_low);
     const double high = entry(rows, i, cohort_high);
     const double m = mass_of(rows, i);
-    const double per_rank = m / (high - low);  // high - low is never 0: see ranks_of(), cut_cohort()
+    const double per_rank = m / (high - low);  // high > low always: see ranks_of(), cut_cohort()
     const double above = least(most(high - cut, 0.0), high - low);
     masses.lane[i % cohort_lanes] += above * per_rank;
     densities.lane[i % cohort_lanes] += low < cut && cut <= high ? per_rank : 0.0;

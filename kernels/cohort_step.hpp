@@ -13,7 +13,7 @@ using Vector = Lanes<double>;
 constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
 constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
 
-/// One number for each logical lane of a row of cohorts.
+/// One number for each logical lane of a row of eight cohorts.
 struct LaneSum {
   Vector part[row_parts];
 
@@ -29,7 +29,7 @@ struct LaneSum {
   }
 };
 
-/// Columns of the survival-table cells that belong to a vector of arguments.
+/// Coefficients of the survival table's cells, one cell for each argument of a vector.
 struct Cells {
   Vector survival, slope, moment, start;
 };
@@ -46,7 +46,7 @@ struct FourCells {
 /// Loads four cells of the survival table and transposes them into vectors of columns.
 inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
-  // Casts the pointer, because memcpy would go through the stack: 40 more instructions.
+  // Casts the pointer, because memcpy would go through the stack at 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
   const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
@@ -95,7 +95,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
 }
 
-/// Place of one vector of cohorts within the columns.
+/// Place of one vector of cohorts within the columns of its row.
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
@@ -104,7 +104,7 @@ struct VectorPlace {
 
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
 
-/// Returns a mask with a bit for each lane.
+/// Returns the mask as an integer with a bit for each lane.
 inline std::uint64_t lane_bits(Mask<double> which) {
 #if defined(BRISTLE_ISA_AVX512)
   return static_cast<std::uint64_t>(which.data);
@@ -123,10 +123,11 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;       ///< whether these sums are asked for; others stay 0
-  CohortBits& emptied;      ///< destination of the bits; reading a copy of bits just set would have to wait
-                            ///< for the store
-  std::uint32_t first = 0;  ///< first cohort of the row that is visited
+  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; others stay 0
+  /// Bits of emptied cohorts, set in place, because reading back a copy just written would wait for the
+  /// store.
+  CohortBits& emptied;
+  std::uint32_t first = 0;  ///< first cohort of the row that is being visited
 
   VectorSums(bool books_, bool ranked_, CohortBits& emptied_)
       : books(books_), ranked(ranked_), emptied(emptied_) {}
@@ -178,7 +179,8 @@ struct VectorSums {
   }
 };
 
-/// Returns the length; with one axis the absolute value, equal to the last bit without a root.
+/// Returns the length of the deflection z; with one axis its absolute value, which equals the root to the
+/// last bit.
 template <int axes>
 inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : xsimd::abs(zx);
@@ -212,8 +214,8 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  if (ages && any_lane<double>(beyond)) {  // ageing only lengthens, so bristles within their fresh length
-                                           // need no look at g
+  // Ageing only lengthens, so bristles within their fresh length need no g.
+  if (ages && any_lane<double>(beyond)) {
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
     beyond = bent > reach;
@@ -241,7 +243,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    Vector before = snapped_at;  // deflection along the motion; with one axis the whole
+    Vector before = snapped_at;  // deflection along the motion at the snap; with one axis all of it
     if (axes == 2) {
       const Vector across = most<double>(square - along * along, zero);
       before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
@@ -350,7 +352,8 @@ struct VectorEngine {
     return nearest;
   }
 
-  /// Finds the cheapest partner of a cohort. A partner that costs more than `limit` may be missed.
+  /// Finds the cohort after i that is cheapest to merge with i. One that costs more than `limit` may be
+  /// missed.
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
                               std::uint32_t count, std::uint32_t i, double limit) {
@@ -360,7 +363,7 @@ struct VectorEngine {
     const Vector mass(masses[i]);
     const Vector last(static_cast<double>(count));
     const Vector self(static_cast<double>(i));
-    const Vector twice_limit(2.0001 * limit);  // twice the limit, plus more than rounding
+    const Vector twice_limit(2.0001 * limit);  // twice the limit, with a margin above rounding
     bool found = false;
     Vector cheapest(unlimited_cost);
     Vector partner = self;
@@ -378,7 +381,8 @@ struct VectorEngine {
       }
       const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
       const Mask<double> after = (number > self) & (number < last);
-      // Skips vectors by a bound on the cost: the reduced mass is at least half of the smaller mass.
+      // Skips vectors by a bound on the cost: the reduced mass m1 m2 / (m1 + m2) is at least half of the
+      // smaller mass.
       if (!any_lane<double>(after & (least<double>(mass, other) * apart <= twice_limit))) continue;
       found = true;
       const Vector reduced = divide<double>(mass * other, mass + other);

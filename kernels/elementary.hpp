@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-// Must be included before the templates that use these operations.
+// Vectors and plain numbers must be declared before the templates that use their operations.
 #if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
 #else
@@ -15,8 +15,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the natural logarithm of a positive normal number: exponent ln 2 + 2 artanh((m - 1) / (m + 1)) by
-/// its series, |t| <= 0.172. Error below 2 ulp.
+/// Returns the natural logarithm of a positive normal number: exponent ln 2 + 2 artanh(t), with t = (m - 1) /
+/// (m + 1) of the mantissa m, by its series for |t| <= 0.172. Error below 2 ulp.
 template <class T, class V>
 inline V natural_log(V x) {
   constexpr int terms = sizeof(T) == 4 ? 5 : 11;
@@ -32,13 +32,14 @@ inline V natural_log(V x) {
   return exponent * V(T(0.6931471805599453)) + (t + t) * series;
 }
 
-/// Returns exp(y) for |y| < 80: 2^k times the Taylor series on |r| <= 0.347. Error below 2 ulp and |y| ulp.
+/// Returns exp(y) for |y| < 80: 2^k times the Taylor series of the rest r = y - k ln 2, |r| <= 0.347. Error
+/// below 2 ulp and |y| ulp.
 template <class T, class V>
 inline V exponential(V y) {
   constexpr int terms = sizeof(T) == 4 ? 7 : 13;
-  constexpr T offset = T(1024);  // makes the argument of whole_part positive
+  constexpr T offset = T(1024);  // makes the argument of whole_part() positive, as it must be
   const V k = whole_part(y * V(T(1.4426950408889634)) + V(offset + T(0.5))) - V(offset);
-  // Subtracts k ln 2, with ln 2 in two parts: k times the first is exact.
+  // Subtracts k ln 2, with ln 2 in two parts, so that k times the first part is exact.
   const V r = (y - k * V(T(0.693145751953125))) - k * V(T(1.4286068203094173e-06));
   constexpr double inverse_factorial[] = {1.0,
                                           1.0,

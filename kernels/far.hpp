@@ -1,9 +1,8 @@
 // Steps computed in double precision: those too long for float to hold the remainder (above far_length), and
 // those under a law with a single snap length, whose bristles must stay in phase for ever.
 //
-// The reference and every instruction set share this source. It goes bristle by bristle, but with
-// SnapRule::keep without ageing row by row, where instruction sets differ in the bristles computed at once
-// (far_width).
+// The reference and every instruction set share this source. It goes bristle by bristle. SnapRule::keep
+// without ageing goes by rows of 16 bristles, of which an instruction set computes far_width at once.
 #pragma once
 
 #include "ageing.hpp"
@@ -21,15 +20,16 @@ namespace {
 /// Length (scaled) beyond which double does not resolve the phase, so that the phase is drawn at random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// State of a bristle that snapped, at the end of the path that remained.
+/// State of a bristle at the end of a step in which it snapped.
 struct AfterFarStep {
-  double deflection;  ///< deflection along the motion
-  double squares;     ///< sum of delta^2 over the snaps after the first
-  double count;       ///< number of the snaps after the first
-  double variance;    ///< variance of the part that `squares` has only in the mean
+  double deflection;  ///< deflection along the motion at the end
+  double squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  double count;       ///< number of the bristle's snaps after the first
+  double variance;    ///< variance of the part of `squares` that is known only in the mean
 };
 
-/// Jumps nearly as many renewals at once as fit into `rest`. Returns the path to the last of them.
+/// Jumps at once nearly as many renewals as fit into the path `rest`. Returns the path up to the last of
+/// them.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);
@@ -55,9 +55,9 @@ struct FarAge {
   double largest_growth;
 };
 
-/// A bristle met at a random place of a long slide. Its density is proportional to the path between its
-/// snaps: a length is drawn in proportion to delta and accepted in proportion to l / delta, which grows with
-/// delta.
+/// Bristle met at a random place of a long slide: its fresh length `delta`, and the path `length` between its
+/// snaps. It is met in proportion to that path: a delta is drawn in proportion to itself and accepted in
+/// proportion to length / delta, which grows with delta.
 struct MetBristle {
   double delta, length;
 };
@@ -170,7 +170,7 @@ inline std::uint32_t noise_key(const std::uint32_t* draw) {
   return key;
 }
 
-/// Returns a sample of the deviation of a block's sum of delta^2 from its mean, drawn once per block from a
+/// Returns a random deviation of a block's sum of delta^2 from its mean, drawn once per block from a
 /// lognormal law with the given mean and variance. The sum stays positive, however few the bristles.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
@@ -179,7 +179,7 @@ inline double jump_noise(double sum, double variance, std::uint32_t key) {
   return sum * (exponential<double>(root(s2) * z - 0.5 * s2) - 1.0);
 }
 
-/// Sums of one block over a far step.
+/// Results of one block in a step computed in double.
 struct FarSums {
   double stored[2];
   double twice_mean[2];
@@ -192,14 +192,14 @@ struct FarLanes {
   alignas(64) double stored[2][lane_count] = {};
   alignas(64) double mean[2][lane_count] = {};
   alignas(64) double squares[lane_count] = {};
-  double further[lane_count] = {};   ///< squares of the snaps after the first
+  double further[lane_count] = {};   ///< sum of delta^2 over the snaps after the first
   double variance[lane_count] = {};  ///< variance of the part of `further` known only in the mean
   alignas(64) double snaps[lane_count] = {};
 };
 
-/// Constants of a step over a block.
+/// Constants of a step for the bristles of one block.
 struct FarMotion {
-  double ex, ey, length, inverse;  ///< direction, length and one over the length
+  double ex, ey, length, inverse;  ///< direction of the motion, its length, and one over the length
   double residual;
   double p0[2], p1[2];
 };
@@ -216,18 +216,18 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// A row of 16 bristles, for SnapRule::keep.
+/// State of a row of 16 bristles, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
-  alignas(64) double phase[lane_count];  ///< for steps too long to resolve it: random phase, as a share of
-                                         ///< the snap length
+  /// Random phase as a share of the snap length, for steps too long to resolve the phase.
+  alignas(64) double phase[lane_count];
 };
 
-/// Steps the bristles of the row from k on, as many as a vector has. `left` is the residual.
+/// Steps one vector of bristles of the row, from the k-th on. `left` is the residual.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;
@@ -324,7 +324,8 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    if (ages && advance.snaps_all) {  // beyond far_length the position stays, so the bristle is carried
+    // Beyond far_length the patch's position stays as it is, so the bristle's deflection is moved.
+    if (ages && advance.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);
     }

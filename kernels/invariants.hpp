@@ -8,15 +8,16 @@
 namespace bristle::detail {
 namespace {
 
-/// Largest displacement since a block's last rewrite, far below the 2^19 lengths at which fixed-point
-/// positions wrap: a bristle that would be bent further than its length has been rewritten before.
+/// Bound, scaled, on the displacement since a block's last rewrite, far below the 2^19 lengths at which
+/// fixed-point positions wrap. A bristle bent so far would have snapped, and its snap would have rewritten
+/// the block.
 constexpr double farthest_displacement = 262144.0;  // 2^18
 
 inline bool is_near(double displacement_since) {
   return displacement_since > -farthest_displacement && displacement_since < farthest_displacement;
 }
 
-/// Checks a step over the blocks [first, last).
+/// Asserts what a step over the blocks [first, last) requires.
 template <class T>
 inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                         std::uint32_t last, int axes, bool redraw) {

@@ -1,5 +1,5 @@
-// Joints: a step of 16 of them, one lane for each joint (core/joints/JOINTS.md). One source for vectors and
-// for plain numbers.
+// A step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors and for plain
+// numbers.
 #pragma once
 
 #include "core/joint_table.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// A value for forward motion and one for backward motion.
+/// Values of a quantity for forward and for backward motion.
 template <class V>
 struct BothWays {
   V forward, backward;
@@ -85,7 +85,7 @@ void step_joints(const JointStep& step) {
                    slides_at.backward + left * static_part.backward};
     }
 
-    // Derivatives of `slides_at` by the parameters of the material.
+    // Derivatives of the limit at which bristles slide, `slides_at`, by the material's parameters.
     BothWays<V> limit_by[rows];
     if constexpr (gradients) {
       for (BothWays<V>& x : limit_by) x = {none, none};
@@ -126,7 +126,7 @@ void step_joints(const JointStep& step) {
         reach = {select_lanes(slid, limit.forward, holds_at.forward * scale),
                  select_lanes(slid, limit.backward, holds_at.backward * scale)};
       }
-      // If a limit fell below the deflection, the bristle slides without motion of the joint.
+      // A bristle whose limit fell below its deflection slides though the joint does not move.
       const V bent = before - tip;
       const auto beyond_forward = bent > reach.forward + slack;
       const auto beyond_backward = none - bent > reach.backward + slack;

@@ -7,7 +7,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Samples snap lengths from draw states.
+/// Samples snap lengths, each from the state of a bristle's random numbers.
 template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = Lanes<float>::size == lane_count;

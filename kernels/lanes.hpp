@@ -40,7 +40,8 @@ struct BitsOf<float> {
   using Type = std::uint32_t;
   static constexpr int mantissa = 23;
   static constexpr std::uint32_t exponent_bias = 127;
-  static constexpr float integer_bit = 8388608.0f;  // 2^23: adding it leaves an integer in the low bits
+  // 2^23: a float plus this has its whole part in the low bits.
+  static constexpr float integer_bit = 8388608.0f;
 };
 template <>
 struct BitsOf<double> {
@@ -157,7 +158,7 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// Returns v with the upper half of `count` lanes moved to the lower half.
+/// Returns v with the upper half of its first `count` lanes moved to the lower half.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -185,7 +186,7 @@ inline T fold_lanes(Lanes<T> v) {
   }
 }
 
-/// One number for each logical lane, in the vectors of this instruction set.
+/// One number for each of the 16 logical lanes, in the vectors of this instruction set.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -196,7 +197,7 @@ struct Row {
   }
 };
 
-/// Returns the sum of the 16 logical lanes by the fixed tree, in registers.
+/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set, in registers.
 template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
@@ -206,10 +207,10 @@ inline double tree_sum(Row<T> row) {
 
 inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {
 #if defined(BRISTLE_ISA_AVX512)
-  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // compiles to one masked
-                                                                                   // instruction
+  // Compiles to one masked AVX-512 instruction.
+  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);
 #else
-  // Selects in the float domain, which moves the bits of integers unchanged.
+  // Selects as floats, which moves the bits of integers unchanged.
   return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
 #endif
 }
@@ -237,12 +238,13 @@ struct DrawStates<float> {
     x = x * Bits<float>(0x735A2D97u);
     const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
     const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
-    return in_one_two - Lanes<float>(0.999999940395355224609375f);  // 1 - 2^-24: exact
+    // 1 - 2^-24, which float represents exactly.
+    return in_one_two - Lanes<float>(0.999999940395355224609375f);
   }
 };
 
-/// A draw state occupies the lower half of its lane, and the upper half is 0, so shifts and products of
-/// 32-bit lanes serve.
+/// A 32-bit draw state occupies the lower half of its 64-bit lane, and the upper half is 0, so shifts and
+/// products of 32-bit lanes serve.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;

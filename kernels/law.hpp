@@ -13,7 +13,8 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Returns Q(u) for every law but the uniform. Not inlined, so that the common case stays short.
+/// Returns the quantile Q(u) of every law but the uniform one. Not inlined, so that the code of the common
+/// case stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {
@@ -27,14 +28,14 @@ template <class T, class V>
   }
 }
 
-/// Returns the snap length at the share u of the law, scaled.
+/// Returns the snap length at this share of the law (its quantile), scaled.
 template <class T, class V>
 inline V length_at(const KernelLaw& law, V share) {
   if (law.kind == law_uniform) return V(static_cast<T>(law.location)) + V(static_cast<T>(law.scale)) * share;
   return other_length<T>(law, share);
 }
 
-/// Returns the snap length of the bristle at a random place of a long slide, whose density is that of the law
+/// Returns the snap length of the bristle at a random place of a long slide, which follows the law's density
 /// times the length. Not for the exponential law, for which age and remaining length are independent.
 template <class T, class V>
 [[gnu::noinline]] V length_met(const KernelLaw& law, V share) {

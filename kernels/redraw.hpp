@@ -15,23 +15,23 @@
 namespace bristle::detail {
 namespace {
 
-/// Place behind those of the block, used for the empty vectors of a bundle that is not full.
+/// Offset behind the bristles of the block, used for the empty vectors of a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
-/// Bristles of one block after their first snap, while they have path left. Bristles that do not snap have
-/// valid `path` only.
+/// Bristles of one block after their first snap, while they have path left. For bristles that do not snap
+/// only `path` is valid.
 template <class T>
 struct Walk {
   static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
   alignas(64) T path[size];      ///< path of the first pass; the length of the step if the bristle does not
                                  ///< snap
-  alignas(64) T landed[size];    ///< deflection along the motion at the end
-  alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
-  alignas(64) T count[size];     ///< number of the snaps after the first
+  alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
+  alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
+  alignas(64) T count[size];     ///< number of the bristle's snaps after the first
   alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
-  // Working memory of paths that are not finished vector by vector:
-  alignas(64) T rest[size];    ///< path left; negative: arrived
+  // Working memory for paths that are not finished vector by vector:
+  alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived
   alignas(64) T length[size];  ///< snap length of the bristle at the end of the path
   alignas(64) std::uint32_t state[size];
 
@@ -45,29 +45,31 @@ struct Walk {
   }
 };
 
-/// State as Walk, for bristles that age: `length` is the fresh snap length, `squares` sums the squared paths
+/// As Walk, for bristles that age: `length` is the fresh snap length, and `squares` sums the squared paths
 /// from snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  T largest_growth;  ///< largest growth of a snap length, as Advance::largest_growth
+  /// Largest factor by which ageing can lengthen a snap length, as Advance::largest_growth.
+  T largest_growth;
 };
 
-/// List of a block's vectors with a bristle that snaps, by their places in the block.
+/// Vectors of a block in which a bristle snaps, by their offsets in the block.
 template <class T>
 struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Adds without a branch, because the vectors that snap cannot be predicted.
+  /// Adds the vector at w if it is wanted, without a branch, because the vectors that snap cannot be
+  /// predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
     size += wanted ? 1u : 0u;
   }
 };
 
-/// Snap lengths and draw states of one block before the step, and the destination of the new ones.
+/// Columns of one block: snap lengths and draw states before the step, and the destination of the new ones.
 template <class T>
 struct RedrawColumns {
   const T* delta;
@@ -89,7 +91,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// Draws the next random number of the masked lanes.
+  /// Draws the next random number of each masked lane.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -101,9 +103,9 @@ struct Places {
   }
 };
 
-/// Draws, for the masked lanes, the bristles at the end of a long slide: `met` becomes their fresh snap
-/// length. They are drawn in proportion to that length and accepted in proportion to their path between snaps
-/// over it. Returns that path.
+/// Samples, for the masked lanes, the ageing bristle at the end of a long slide: its fresh length `met` is
+/// drawn in proportion to itself, and accepted in proportion to its path between snaps over `met`. Returns
+/// that path.
 template <class T>
 Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
                     Bundle<T>& met) {
@@ -128,7 +130,8 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Jumps lanes with a long path ahead to its end, or near it, in distribution. Returns the paths left.
+/// Moves lanes with a long path ahead to its end, or near it, by sampling the distribution there. Returns the
+/// paths left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -140,7 +143,7 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Takes the stationary law at the end: the bristle there is length-biased, and its age uniform.
+    // Samples the stationary law at the end: the bristle there is length-biased, and its age uniform.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -167,7 +170,7 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Computes the sums of an exponential law, exact for any distance.
+        // Computes the mean and variance of an exponential law's sum of delta^2, exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -187,7 +190,8 @@ template <class T, bool sums, class AnyWalk>
     rest = select_lanes(far, constant(-1.0), rest);
   }
   for (;;) {
-    // Takes k renewals at once; their sum follows from a Cornish-Fisher expansion to the fourth cumulant.
+    // Takes k renewals at once; the sum of their lengths follows from a Cornish-Fisher expansion to the
+    // fourth cumulant.
     const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
     const Bundle<T> m1 = constant(law.mean);
@@ -226,17 +230,17 @@ template <class T, bool sums, class AnyWalk>
 /// State of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
-  Lanes<T> deflection;  ///< r, the deflection along the motion
-  Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
-  Lanes<T> count;       ///< number of the snaps after the first
+  Lanes<T> deflection;  ///< r, the deflection along the motion at the end
+  Lanes<T> squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  Lanes<T> count;       ///< number of the bristle's snaps after the first
 };
 
-/// State of a vector of bristles that have path left, in registers.
+/// State of a vector of bristles with path left, kept in registers.
 template <class T>
 struct Walker {
   Mask<T> open;
   Lanes<T> rest;
-  Lanes<T> delta;  ///< snap length; becomes that of the bristle at the end of the path
+  Lanes<T> delta;  ///< snap length before the walk; after it, that of the bristle at the end of the path
   DrawStates<T> states;
   AfterSnaps<T> land;
 };
@@ -266,9 +270,9 @@ struct CellLengths {
   }
 };
 
-/// Walks some vectors side by side, for a law whose draw is short, because the draws of one vector wait for
-/// each other. Makes the first `rounds` draws whether needed or not: a branch that cannot be predicted costs
-/// more.
+/// Walks several vectors side by side, because the draws of one vector wait for each other; for laws whose
+/// draw is short. Makes the first `rounds` draws whether needed or not: a branch that cannot be predicted
+/// costs more.
 template <class T, std::uint32_t together, class Lengths>
 [[gnu::always_inline]] inline void walk_in_registers(const Lengths& lengths, std::uint32_t rounds,
                                                      Walker<T> (&walkers)[together]) {
@@ -303,7 +307,7 @@ template <class T, std::uint32_t together, class Lengths>
 }
 
 /// Advances one vector by a round: bristles with `rest` >= 0 end on the length drawn, or snap again after the
-/// path `way`. Returns whether any snaps again.
+/// path `way`. Returns whether any bristle snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {

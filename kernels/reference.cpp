@@ -12,7 +12,7 @@
 namespace bristle::detail {
 namespace {
 
-/// One number for each logical lane, summed by the fixed tree at the end of a block.
+/// One number for each logical lane, summed at the end of a block in the order of all instruction sets.
 template <class T>
 struct LaneSum {
   T lane[lane_count] = {};
@@ -28,13 +28,13 @@ struct LaneSum {
 template <class T>
 struct AfterSnaps {
   T deflection = 0;  ///< r, deflection along the motion at the end
-  T squares = 0;     ///< sum of delta^2 over the snaps after the first
-  T count = 0;       ///< number of the snaps after the first
-  T variance = 0;    ///< variance of the squares that jumps know only in the mean
+  T squares = 0;     ///< sum of delta^2 over the bristle's snaps after the first
+  T count = 0;       ///< number of the bristle's snaps after the first
+  T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
 };
 
-/// Walks a bristle along the path left, by SnapRule::keep: n = 1 + floor(R / delta) snaps; the rest of the
-/// path bends it.
+/// Walks a bristle along the path left, R, by SnapRule::keep: it snaps n = 1 + floor(R / delta) times, and
+/// the rest of the path bends it.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;
@@ -51,8 +51,8 @@ struct Aged {
   T largest_growth;
 };
 
-/// Draws the ageing bristle at the end of a long slide: in proportion to its fresh length, which `met`
-/// becomes, accepted in proportion to its path between snaps over that length. Returns that path.
+/// Samples the ageing bristle at the end of a long slide: its fresh length `met` is drawn in proportion to
+/// itself, and accepted in proportion to its path between snaps over `met`. Returns that path.
 template <class T, class Next>
 T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
   T way = T(1);
@@ -94,7 +94,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
         const T u = next();
         const T v = next();
         const T mean = static_cast<T>(law.location);
-        // The bristle met at the end of a jump is length-biased, its age uniform.
+        // The bristle at the end of a jump has a length-biased snap length and a uniform age.
         met = memoryless ? T(0) : length_met<T>(law, u);
         age = v * met;
         if (memoryless) {
@@ -122,7 +122,8 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
       return after;
     }
     if (rest > jump_from) {
-      // Takes k renewals at once; their sum follows from a Cornish-Fisher expansion to the fourth cumulant.
+      // Takes k renewals at once; the sum of their lengths follows from a Cornish-Fisher expansion to the
+      // fourth cumulant.
       const T deviation = static_cast<T>(law.deviation);
       const T pad = T(4.5) * deviation * root(rest * inverse);
       const T k = whole_part((rest - pad) * inverse);
@@ -178,7 +179,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   ++totals.blocks_visited;
 
   write_zero_block<T, axes, redraw, ages>(patch, b);
-  // Deflection = stored + displacement since the block was last rewritten.
+  // A deflection is the stored one plus the displacement since its block was last rewritten.
   const double q0[2] = {displacement(advance.from[0], block.position[0]),
                         displacement(advance.from[1], block.position[1])};
   const double q1[2] = {displacement(advance.to[0], block.position[0]),
@@ -189,12 +190,13 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ex = static_cast<T>(advance.direction[0]);
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
-  const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection after a snap
-  // Age = stored age + time passed since the block was last rewritten.
+  const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection that a snap leaves
+  // An age is the stored one plus the time since its block was last rewritten.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
   const auto end_age = [&](std::uint32_t i) { return patch.age[i] + static_cast<T>(since.after); };
-  const auto end_limit = [&](std::uint32_t i) {  // limit of a bristle's deflection at the end of the step
+  // Deflection at which bristle i would snap at the end of the step.
+  const auto end_limit = [&](std::uint32_t i) {
     return left + (patch.delta[i] - left) * growth<T>(ageing, most(end_age(i), T(0)));
   };
 
@@ -215,7 +217,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   };
   bool any = false;
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
-  if (!any) return;  // writes nothing: the displacement since the last rewrite grows by itself
+  // No bristle snaps: writes nothing, since the displacement since the last rewrite grows by itself.
+  if (!any) return;
 
   if (advance.in_double) {
     const FarSums far =
@@ -257,14 +260,14 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           aside = start_x * ey - start_y * ex;
         }
         const Bent<T> start_bent{along, aside * aside};
-        // Distance to the first snap. With ageing the limit at the end of the step gives a distance that is
-        // too long.
+        // Path to the first snap. With ageing the limit at the end of the step gives a path that is too long,
+        // from which aged_way() starts.
         T tau = way_to_circle<T, axes>(start_bent, ages ? end_limit(i) : limit);
         if constexpr (ages) {
           const T age = patch.age[i] + static_cast<T>(since.before);
           tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
         }
-        const T path = least(tau, length);  // path of the first pass, up to the first snap
+        const T path = least(tau, length);  // path up to the first snap, or the whole step
         BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;
@@ -367,7 +370,7 @@ void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_
     step_block<T, axes, redraw, mean, energy, residual, ages, literal>(patch, advance, b, totals);
 }
 
-/// Counts the bristles that the step will carry beyond their length.
+/// Counts the bristles that the step will carry beyond their snap length.
 template <class T, int axes, bool redraw, bool ages>
 std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                              std::uint32_t last) {
@@ -398,7 +401,7 @@ std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, 
   return count;
 }
 
-/// Samples snap lengths from draw states.
+/// Samples snap lengths, each from the state of a bristle's random numbers.
 template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = false;

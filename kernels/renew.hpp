@@ -22,9 +22,9 @@ namespace bristle::detail {
 namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
-constexpr std::uint32_t marks = 8192;         ///< a power of two; marks find bristles that were drawn twice
-constexpr double finer = 0x1p40;              ///< sums over draws: number of fine units in a coarse unit, 1 /
-                                              ///< Renewal::unit
+constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
+/// Number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws.
+constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
@@ -57,21 +57,21 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  const std::uint32_t first, size;  ///< first bristle and size of the range; the last block may extend beyond
-                                    ///< the bristles in contact
-  const double left;                ///< deflection that a snap leaves (residual)
-  const double part;                ///< part of the piece for each draw
+  /// First bristle and number of bristles of the range; the last block may extend beyond those in contact.
+  const std::uint32_t first, size;
+  const double left;  ///< residual deflection that a snap leaves
+  const double part;  ///< length of the part of the piece that belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  std::uint8_t marked[by_columns ? marks : 1];  ///< indexed by the last digits of the bristle's number;
-                                                ///< equals `mark` if such a bristle was drawn
+  /// Entry for the last digits of a bristle's number; equals `mark` if such a bristle was drawn.
+  std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
   struct Draws {
     alignas(64) std::uint32_t bristle[draws_together];
     alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
   };
-  /// Draws of the range, collected until there are enough to process together.
+  /// Draws that fall into the range, collected until there are enough to process together.
   struct Waiting {
     std::uint32_t bristle[2 * draws_together];
     double way[2 * draws_together];
@@ -84,16 +84,18 @@ class Renewer {
   };
   /// Columns of draws, one entry for each: the bristle's state and what the draw makes of it.
   struct Columns {
-    alignas(64) double shift[axes][draws_together];  ///< displacement since its block's last rewrite
+    /// Displacement of the bristle since its block's last rewrite.
+    alignas(64) double shift[axes][draws_together];
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
     alignas(64) T now[axes][draws_together];          ///< new value of `stored` after the draw
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    alignas(64) std::uint32_t state[draws_together];  ///< SnapRule::redraw: state of the bristle's next draw
-    alignas(64) T length[draws_together];             ///< length that the next draw gives
-    std::uint8_t alone[draws_together];               ///< 1: the draw must be handled alone
+    /// SnapRule::redraw: random state from which the bristle's next length is sampled.
+    alignas(64) std::uint32_t state[draws_together];
+    alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
+    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -101,22 +103,22 @@ class Renewer {
   };
   /// State of a bristle at the start of the piece.
   struct Start {
-    double shift[2];  ///< displacement since its block's last rewrite
+    double shift[2];  ///< displacement of the bristle since its block's last rewrite
     double z[2];
-    double along;    ///< deflection along the motion
-    double limit;    ///< deflection at which it snaps, residual + snap length
-    double chord2;   ///< square of the deflection along the motion at which it snaps
-    double aside2;   ///< square of the deflection across the motion
-    double to_snap;  ///< with ageing: path to its snap, if it snaps before its renewal point
+    double along;    ///< deflection of the bristle along the motion
+    double limit;    ///< deflection at which the bristle snaps, residual + snap length
+    double chord2;   ///< square of the deflection along the motion at which the bristle snaps
+    double aside2;   ///< square of the bristle's deflection across the motion
+    double to_snap;  ///< with ageing: path to the bristle's snap, if it snaps before its renewal point
   };
   /// Energy and path integral of a bristle up to its renewal point.
   struct Passed {
-    double bent2 = 0.0;    ///< |z|^2 at the renewal point
-    double squares = 0.0;  ///< sum of squares of what slipped in snaps before it
+    double bent2 = 0.0;    ///< squared deflection |z|^2 at the renewal point
+    double squares = 0.0;  ///< sum of delta^2 over the snaps before the renewal point
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// Makes all draws, and prefetches the bristles of the next ones.
+  /// Makes all draws in groups, and prefetches the bristles of the next group.
   void renew_all() {
     Draws draws[2];
     draw(0, draws[0]);
@@ -137,7 +139,7 @@ class Renewer {
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
-    std::uint32_t count = 0;  // number of draws in `draws`
+    std::uint32_t count = 0;  // number of draws in `ready`
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
       draw(k, drawn);
@@ -166,7 +168,7 @@ class Renewer {
     fetch(waiting.bristle + before, n - before);
   }
 
-  /// Takes the first waiting draws. Fills unused entries of `draws` with a bristle of the range.
+  /// Moves the first `count` waiting draws to `draws`. Its unused entries get a bristle of the range.
   void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       draws.bristle[k] = k < count ? waiting.bristle[k] : first;
@@ -177,7 +179,7 @@ class Renewer {
     std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
   }
 
-  /// Makes draws from the k-th on. Each has its own part of the piece, so they are ordered by their places.
+  /// Makes draws from the k-th on. Each draw has its own part of the piece, so draws are ordered by place.
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
     const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;
@@ -400,7 +402,7 @@ class Renewer {
     totals.renewed += list.size;
   }
 
-  /// Renews one bristle. The length drawn ahead is its next one unless the bristle was drawn twice.
+  /// Renews one bristle. The snap length sampled ahead serves, unless the bristle was drawn twice.
   void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
     const std::uint32_t i = draws.bristle[k];
     const double way = draws.way[k];
@@ -410,7 +412,7 @@ class Renewer {
     Start start = find_start(i);
     const double end = start.along + way;
     const bool snaps = ages ? snaps_within(i, way, start) : end > 0.0 && start.chord2 <= end * end;
-    if (!snaps && !(end > left)) return;  // the draw is spent without effect
+    if (!snaps && !(end > left)) return;  // the bristle is not bent enough, so the draw has no effect
     write_zero_block<T, axes, redraw, ages>(patch, i / block_size);
     if constexpr (ages) age_block(i / block_size);
     T fresh{};
@@ -487,14 +489,15 @@ class Renewer {
     }
   }
 
-  /// Stores the bristle such that it will be bent by the residual after the path `way`, and sums the changes.
+  /// Stores a deflection by which the bristle will be bent by the residual after the path `way`, and sums the
+  /// changes.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count along
-                                                      // `way`
+    // Twice the integral of the deflection that the kernels will count along `way`.
+    const double written = (2.0 * left - way) * way;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
       gains.twice_integral[axis][k] = weight * (passed.twice_integral[axis] - e * written);

@@ -78,7 +78,7 @@ inline double power_of_two(double k) {
   return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
 }
 
-/// Interpolates linearly in a table over [0, 1].
+/// Returns the value at `share` of a table over [0, 1], linear between its entries.
 template <class T>
 inline T look_up(const double* table, std::int32_t last, T share) {
   BRISTLE_ASSERT(last >= 1);
@@ -126,7 +126,7 @@ inline double displacement(std::int64_t to, std::int64_t from) {
   return static_cast<double>(difference(to, from)) * length_per_fixed;
 }
 
-/// Converts a count that may be too large for an integer.
+/// Converts a count to an integer; one that is too large becomes 9e18.
 inline std::uint64_t to_count(double x) {
   BRISTLE_ASSERT(x >= 0.0);
   return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
@@ -138,7 +138,8 @@ inline std::int64_t to_integer(double x) {
   return __builtin_llrint(x);
 }
 
-/// Returns the sum of the 16 logical lanes by the fixed tree. Destroys its argument.
+/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set. Overwrites its
+/// argument.
 template <class T>
 inline T tree_sum(T (&lane)[lane_count]) {
   for (std::uint32_t half = lane_count / 2; half > 0; half /= 2)

@@ -35,12 +35,13 @@ struct Decay {
 };
 template <class T, class V>
 [[gnu::always_inline]] inline Decay<V> decay(V y) {
-  // 2^-x with x = k + f, k whole and f at most a half. Adding `magic` rounds.
+  // Computes exp(-y) as 2^-x with x = k + f, k whole and f at most a half. Adding `magic` rounds x to k.
   constexpr T magic = T(1.5) * (sizeof(T) == 4 ? T(8388608) : T(4503599627370496));
   const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
   const V minus_k = (V(magic) - x) - V(magic);
   const V f = x + minus_k;
-  // Coefficients of (1 - 2^-f) / f: of least error in single precision, 1e-8; of the Taylor series in double.
+  // Coefficients of (1 - 2^-f) / f: in single precision those of least error, 1e-8; in double the Taylor
+  // series.
   constexpr double single[] = {0.6931471879266934,    -0.24022649794958215, 0.0555035743363792,
                                -0.009618237495071513, 0.001339073547708347, -0.0001540351232574011};
   constexpr double taylor[] = {0.6931471805599453,     -0.24022650695910072,    0.05550410866482158,
@@ -93,7 +94,8 @@ template <class T, class V>
   return V(T(4)) * (u * polynomial_in_halves<T>(taylor, u * u));
 }
 
-/// A bristle before a step: z in parts along and across the motion. With one axis there is no part across.
+/// Deflection z of a bristle before a step, and its parts along and across the motion. With one axis there is
+/// no part across.
 template <class V>
 struct SlideStart {
   V x, y, along, aside;
@@ -104,8 +106,8 @@ template <class T, int axes, class V>
   return {x, y, x * ex + y * ey, x * ey - y * ex};
 }
 
-/// Returns the distance to the circle of radius `limit`, forward along e; 0 on it or outside. This form
-/// cannot choose the wrong root.
+/// Returns the distance along e from z to the circle of radius `limit`; 0 on it or outside. This form cannot
+/// choose the wrong root.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -139,14 +141,14 @@ template <class T, int axes, class V, class Which>
   }
 }
 
-/// A bristle after a step. The last four members are filled only if asked for.
+/// State of a bristle after a step. The last four members are filled only if asked for.
 template <class V>
 struct Slid {
   V x, y;             ///< z', the deflection at the end
   V path;             ///< distance over which the tip stuck; it slid over the rest of the step
-  V integral_x = {};  ///< integral of z over the step (`mean`)
+  V integral_x = {};  ///< integral of the deflection z over the step (only with `mean`)
   V integral_y = {};
-  V dissipated = {};  ///< dissipated energy over stiffness (`energy`)
+  V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)
 };
 
 /// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
@@ -162,7 +164,8 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   end.x = limit * ex;
   end.y = limit * ey;
   const V s = length - path;
-  V along_integral = limit * s;  // integrals of z along and across the motion, while the tip slides
+  // Integrals of the deflection along and across the motion, while the tip slides.
+  V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
     // Takes angles up to 4 eps s / l as 0; such angles add up to 4 eps at most, in steps of any length.
@@ -213,7 +216,7 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   return end;
 }
 
-/// Advances as slide_on() for bristles that slide if any of the length is left; also fills z' of those that
+/// As slide_on(), for bristles that slide if `path` leaves any of the length; also fills z' of those that
 /// stick.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
@@ -227,8 +230,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   return end;
 }
 
-/// Advances by the rule without drop and ageing: a bristle slides at the limit that it holds. Its deflection
-/// is within the limit at the start.
+/// Advances bristles that slide at the limit they hold, because there is no drop and no ageing. Their
+/// deflection is within the limit at the start.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
   const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);

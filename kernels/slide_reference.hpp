@@ -10,7 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-/// z' and sums of one bristle, and whether it slid or is still sliding.
+/// Deflection z' and sums of one bristle after a step; whether it slid, and whether it is still sliding.
 template <class T>
 struct OneSlid {
   T x, y, integral_x, integral_y, dissipated;

@@ -23,17 +23,19 @@ constexpr double longest_slide = 1048576.0;  // 2^20
 /// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
-/// Returns the factor of 1 / limit, for the limit at which bristles slide under the present load.
+/// Returns the factor by which 1 / limit becomes that of the limit at which bristles slide under the present
+/// load.
 template <class T>
 inline T per_share_of(const SlideView<T>& patch) {
   return T(1) / most(patch.share * patch.kinetic, T(1e-15));
 }
 
-/// Numbers of a step that all bristles of a block share.
+/// Values of a step that all bristles of a block share.
 struct SlideMotion {
-  double length;        ///< length that is computed; the rest of a longer step changes nothing
-  double p0[2], p1[2];  ///< displacement from the block's position, at the start and the end
-  bool counts_anew;     ///< whether the columns become relative to the position at the end of the step
+  double length;  ///< length that is computed; the rest of a longer step changes nothing
+  /// Displacement of the patch from the block's position, at the start and the end of the step.
+  double p0[2], p1[2];
+  bool counts_anew;  ///< whether deflections are rewritten relative to the position at the end of the step
 
   SlideMotion(const Advance& a, const SlideBlock& block)
       : length(least(a.length, longest_slide)),
@@ -42,16 +44,17 @@ struct SlideMotion {
         counts_anew(p1[0] * p1[0] + p1[1] * p1[1] > farthest_reference * farthest_reference) {}
 };
 
-/// Returns weight times a fixed-point displacement, rounded.
+/// Returns weight times the displacement from the block's position to `to`, fixed point, rounded.
 inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2], int axis) {
   return to_integer(block.weight * static_cast<double>(difference(to[axis], block.position[axis])));
 }
 
 /// Sums over a block in which a bristle slid.
 struct SlideSums {
-  double stored[2] = {0.0, 0.0};    ///< weight x deflection, as stored after the step
-  double integral[2] = {0.0, 0.0};  ///< integral of weight x deflection over the computed part of the step
-  double dissipated = 0.0;          ///< energy dissipated in the computed part of the step
+  double stored[2] = {0.0, 0.0};  ///< sum of weight x deflection, as stored after the step
+  /// Sum of weight x the deflection's integral over the computed part of the step.
+  double integral[2] = {0.0, 0.0};
+  double dissipated = 0.0;  ///< energy dissipated in the computed part of the step
 };
 
 /// Adds a block in which no bristle slid to the totals.
@@ -67,7 +70,8 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
-  double along = 0.0;  // deflection along the motion at the end, for a step longer than the computed part
+  // Sum of weight x deflection along the motion at the end, for a step longer than the computed part.
+  double along = 0.0;
   const double rest = a.length - motion.length;
   for (int axis = 0; axis < axes; ++axis) {
     if (motion.counts_anew) now.position[axis] = a.to[axis];
@@ -114,7 +118,7 @@ class Slider {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr T eps = std::numeric_limits<T>::epsilon();
 
-  const SlideView<T> patch;  ///< a copy, because what a step writes may alias the caller's view
+  const SlideView<T> patch;  ///< copy, because what a step writes may alias the caller's view
   const Advance& advance;
   const bool commits = advance.commit != 0;
 
@@ -152,7 +156,7 @@ class Slider {
   struct Begin {
     using Which = decltype(V() < V());
     SlideStart<V> start;
-    V path;  ///< path over which they stick; not filled without ages
+    V path;  ///< path over which the bristles stick; not filled without ageing
     V holds, limit;
     Which slides;   ///< bristles that slide within the step
     Which goes_on;  ///< bristles that slide, or slid at its beginning and were not unloaded
@@ -221,7 +225,7 @@ class Slider {
     return false;
   }
 
-  /// Advances the bristles of a vector from i on.
+  /// Advances one vector of bristles, from bristle i on.
   template <class V>
   [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, Row<T> (&stored)[2],
                                          Row<T> (&integral)[2], Row<T>& dissipated, Row<T>& count) const {

@@ -14,15 +14,16 @@
 namespace bristle::detail {
 namespace {
 
-/// The first pass of a vector of bristles: from the start to the first snap, or to the end of the step.
+/// First pass of a vector of bristles: their path from the start of the step to the first snap, or to the
+/// end.
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;
-  Lanes<T> path;  ///< length of the first pass
+  Lanes<T> path;  ///< length of the path up to the snap, or of the whole step
   Mask<T> snaps;
 };
 
-/// Deflection and energy after a snap, for all bristles. `limit` is an entry of the column `delta`:
+/// Formulas for snaps that leave a residual deflection, or none. `limit` is an entry of the column `delta`:
 /// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
@@ -62,8 +63,8 @@ struct BlockMotion {
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
-  /// Returns a mask of the bristles at i that would end the step beyond their length. A block without any is
-  /// not written.
+  /// Returns a mask of the bristles from i on that would end the step beyond their snap length. A block
+  /// without any is not written.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);
@@ -75,7 +76,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns the path from the end of the step to the snap, less the rounding error of beyond_at().
+  /// Returns the distance from the deflection at the end of the step to the snap, less the rounding error of
+  /// beyond_at().
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
@@ -97,13 +99,14 @@ struct BlockMotion {
       const Lanes<T> aside = start_x * ey - start_y * ex;
       const Lanes<T> limit2 = limit * limit;
       const Lanes<T> chord2 = limit2 - aside * aside;
-      // Bristles bent exactly along the motion need no root, which would give `limit` to the last bit.
+      // Bristles bent exactly along the motion need no root, because it would give `limit` to the last bit.
       const Lanes<T> chord = xsimd::any(chord2 != limit2) ? root(positive_part(chord2)) : limit;
       return positive_part(chord - along);
     }
   }
 
-  /// Finds the first pass of the bristles at i. `partial`: bristles of weight 0 do not snap.
+  /// Finds the first pass (the path up to the first snap) of a vector of bristles. `partial`: bristles of
+  /// weight 0 do not snap.
   template <bool partial>
   FirstPass<T> first_pass(std::uint32_t i, Lanes<T> weight) const {
     const Lanes<T> start_x = load(zx + i) + p0x;
@@ -124,10 +127,10 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
-/// Sums over the first passes of the rows of a block, lane by lane.
+/// Sums over the first passes of a block's bristles, lane by lane.
 template <class T>
 struct PassSums {
-  Lanes<T> passed[2];  ///< deflection at the start x path
+  Lanes<T> passed[2];  ///< sum of path x deflection at the start
   Lanes<T> squares;    ///< sum over the snaps of delta^2, with a residual of (residual + delta)^2 -
                        ///< residual^2
 
@@ -142,12 +145,12 @@ struct PassSums {
   }
 };
 
-/// Sums over the rows of a block, lane by lane.
+/// Sums over the bristles of a block, lane by lane.
 template <class T>
 struct RowSums : PassSums<T> {
-  Lanes<T> stored[2];  ///< sum of the deflections at the end
+  Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
   Lanes<T> along;      ///< sum over all passes of the squared deflection along the motion
-  Lanes<T> further;    ///< sum as `squares`, over all snaps but the first
+  Lanes<T> further;    ///< as `squares`, over all snaps of a bristle but the first
   Lanes<T> snaps;
 
   RowSums() { stored[0] = stored[1] = along = further = snaps = Lanes<T>(T(0)); }
@@ -193,7 +196,7 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Finds the first pass of the bristles at i and adds its sums to those of the rows.
+/// Finds the first pass of the bristles at i and adds it to the sums.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline FirstPass<T> begin_pass(const BlockMotion<T, axes, residual>& motion,
                                                       std::uint32_t i, const T* row_weights,
@@ -210,8 +213,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return pass;
 }
 
-/// Books the path after the first pass, and writes the deflections of the bristles at i. `land` is 0 for
-/// bristles that did not snap.
+/// Adds the path after the first pass to the sums, and writes the deflections of the bristles at i. `land` is
+/// 0 for bristles that did not snap.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                         std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
@@ -254,8 +257,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      Weights<T, partial>(row_weights), sums);
 }
 
-/// SnapRule::redraw with few draws, if most vectors hold a bristle that snaps: advances the vectors at i, i +
-/// 16 and so on.
+/// SnapRule::redraw with few draws, where most vectors hold a bristle that snaps: advances the vectors at i,
+/// i + 16 and so on, in registers.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
 [[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
@@ -301,7 +304,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return xsimd::any(pass.snaps);
 }
 
-/// SnapRule::redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: adds the bristles at i to the sums after the walk, and writes them.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
@@ -319,7 +322,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      sums);
 }
 
-/// Adds the squares that a walk jumped over, and their variance.
+/// Adds the sum of delta^2 of a vector's later snaps, which jumps know only in the mean, and its variance.
 template <class T, bool partial>
 inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
                        Lanes<T>& squares, Lanes<T>& variance) {

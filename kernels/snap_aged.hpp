@@ -8,21 +8,21 @@
 namespace bristle::detail {
 namespace {
 
-/// BlockMotion with the ages of the bristles.
+/// As BlockMotion, with the ages of the bristles.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
   Lanes<T> before, after;  ///< age gained since the block's last rewrite, at the start and at the end of the
                            ///< step
-  Lanes<T> later;          ///< lower bound of that age in every later step
+  Lanes<T> later;  ///< lower bound of the age gained since the block's last rewrite, in every later step
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// Returns the deflection at which bristles snap at this age.
+  /// Returns the deflection at which bristles of these fresh lengths and ages snap.
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
-  /// Returns the limits of the bristles at i at the end of the step.
+  /// Returns the deflections at which the bristles at i would snap at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
   /// Returns a mask of the bristles at i beyond their limit at the end of the step. Tests the fresh limit
@@ -108,8 +108,8 @@ template <class T, int axes, bool keep>
   for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
     Places<T> at;
     for (std::uint32_t k = 0; k < bundle_size; ++k)
-      at.i[k] = places.place[n + k < places.size ? n + k : n];  // fills the bundle with a vector twice, which
-                                                                // does no harm
+      // Unused vectors of the bundle repeat another one, which does no harm.
+      at.i[k] = places.place[n + k < places.size ? n + k : n];
     Bent<Bundle<T>> bent;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
       const AgedStart<T, axes> from(motion, start + at.i[k]);
@@ -126,7 +126,7 @@ template <class T, int axes, bool keep>
   }
 }
 
-/// Third of three passes over a block: books the path up to the first snap.
+/// Third of three passes over a block: adds the path up to the first snap to the sums.
 template <class T, int axes, bool partial>
 inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
                           const Weights<T, partial>& weights, RowSums<T>& sums) {
@@ -139,7 +139,7 @@ inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, La
                                          (reached * reached + start.bent.aside2) - left2, Lanes<T>(T(0))));
 }
 
-/// Books the path after the first pass, and writes deflections and ages of the bristles at i.
+/// Adds the path after the first pass to the sums, and writes deflections and ages of the bristles at i.
 template <class T, int axes, bool partial>
 inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& output, T* new_age,
                      std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
@@ -152,7 +152,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// SnapRule::keep: at constant velocity all paths from snap to snap of one bristle are equal.
+/// SnapRule::keep at constant velocity, where all paths from snap to snap of one bristle are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
@@ -173,7 +173,7 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// SnapRule::redraw: books and writes the bristles at i after the walk.
+/// SnapRule::redraw: adds the bristles at i to the sums after the walk, and writes them.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -1,8 +1,9 @@
-// One step over the blocks of a patch: which blocks are visited, what is summed, what is booked.
+// One step over the blocks of a patch: which blocks are visited, and what is summed.
 //
 // A block is visited in two passes. The first asks whether any of its bristles snaps; if none does, nothing
 // is written, since the block's displacement since its last rewrite grows by itself. The second rewrites all
-// its deflections (snap.hpp). Blocks whose bound holds are not visited at all (core/MODEL.md, section 10).
+// its deflections (snap.hpp). Blocks whose bound says that nothing snaps are not visited at all
+// (core/MODEL.md, section 10).
 #pragma once
 
 #include <limits>
@@ -24,7 +25,7 @@ class Stepper {
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
       : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
 
-  /// Counts the bristles of blocks [first, last) that are beyond their length at the end of the step.
+  /// Counts the bristles of blocks [first, last) that are beyond their snap length at the end of the step.
   std::uint64_t foresee(std::uint32_t first, std::uint32_t last) const {
     std::uint64_t count = 0;
     for (std::uint32_t b = first; b < last; ++b) {
@@ -42,7 +43,7 @@ class Stepper {
     return count;
   }
 
-  /// Advances blocks [first, last); `first` begins a group.
+  /// Advances blocks [first, last); `first` begins a group of blocks with a common bound.
   void run(std::uint32_t first, std::uint32_t last) {
     assert_step(patch, advance, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
@@ -58,7 +59,8 @@ class Stepper {
   }
 
  private:
-  static_assert(!ages || (mean && energy && residual));  // a single kernel with ageing serves all outputs
+  // One kernel with ageing serves patches with any outputs.
+  static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
@@ -66,11 +68,12 @@ class Stepper {
   /// Share of bristles that snap in a step, below which redraw skips most vectors.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // Thresholds for laws whose lengths are looked up, by the length of the step in mean snap lengths, up to
-  // where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
+  // Thresholds of the step length (in mean snap lengths) for laws whose snap lengths are looked up; they hold
+  // up to where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  static constexpr double two_looked_up = 1.0;  ///< two draws are always made from here on, one below
+  /// Step length from which two draws are always made; below it one.
+  static constexpr double two_looked_up = 1.0;
 
   template <bool is>
   struct Flag {
@@ -83,7 +86,7 @@ class Stepper {
   const std::uint32_t rounds;  ///< SnapRule::redraw: number of draws that most vectors need, if draws are
                                ///< short and few; else 0
 
-  /// Bristles of a block that are in contact: whole rows, then a row in which weights differ.
+  /// Bristles of a block that are in contact: whole rows of 16, then a row in which weights differ.
   struct Extent {
     std::uint32_t start, active, full_rows;
     bool partial;
@@ -97,14 +100,14 @@ class Stepper {
     double squares = 0.0;
   };
 
-  /// Steps every block of a group, whether its bound holds or not.
+  /// Steps every block of a group, also those whose bound says that nothing snaps.
   double run_all(std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t b = first; b < last; ++b) visit(b);
     return -1.0;
   }
 
-  /// Steps the blocks whose bound does not hold. Returns how far the patch may move from its end position
-  /// before one of the group's bounds fails; negative if one is unknown.
+  /// Steps the blocks of a group, except those whose bound says that nothing snaps. Returns how far the patch
+  /// may move from its end position before one of these bounds fails; negative if a bound is unknown.
   double run_group(std::uint32_t first, std::uint32_t last) {
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = first; b < last; ++b) {
@@ -262,7 +265,7 @@ class Stepper {
     return false;
   }
 
-  /// Stores how far the patch may move from here before a bristle of the block snaps.
+  /// Stores how far the patch may move from its end position before a bristle of the block snaps.
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
     const auto path = static_cast<double>(margin);
@@ -283,7 +286,7 @@ class Stepper {
     alignas(64) std::uint32_t draw[redraw ? block_size : 1];
   };
 
-  /// Calls `advance_row(partial, i, weights)` for the vectors of bristles at lane k of every row.
+  /// Calls `advance_row(partial, i, weights)` for every row's vector of bristles that begins at lane k.
   template <class F>
   [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& advance_row) {
     const std::uint32_t at = extent.start + k;
@@ -342,9 +345,9 @@ class Stepper {
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // Operations on a vector wait for each other for some 55 cycles. With narrow vectors, registers hold only
-    // three such chains at a time, too few to fill the pipes, so the first pass and the rest run one after
-    // the other.
+    // The operations on one vector form a chain of some 55 cycles. With narrow vectors the registers hold
+    // only three chains at a time, too few to fill the pipes, so the first pass runs over all rows before the
+    // rest.
     constexpr bool two_passes = width < lane_count;
     alignas(64) T path[two_passes ? block_size : 1];
     for (std::uint32_t part = 0; part < parts; ++part) {
@@ -430,7 +433,7 @@ class Stepper {
     }
   }
 
-  /// Draws the deviation of a block's sum of squares, of which jumps know only the mean.
+  /// Draws the random part of a block's sum of delta^2, of which jumps know only the mean.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)
@@ -474,7 +477,7 @@ class Stepper {
     return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
   }
 
-  /// Returns the drawn part of the sum of delta^2 that jumps leave open.
+  /// Advances the rows of a block by rounds. Returns the random part of its sum of delta^2 (open_noise()).
   double rewrite_by_rounds(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
     const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
@@ -547,7 +550,7 @@ class Stepper {
     return block;
   }
 
-  /// Adds a block that was rewritten to the totals.
+  /// Adds a rewritten block to the totals of the patch.
   void record(Block& block, std::uint32_t b, const BlockSums& sums) {
     const bool tail = patch.whole < (b + 1) * block_size;
     ++totals.blocks_rewritten;

@@ -1,4 +1,5 @@
-// Names of the tables of an instruction set: BRISTLE_TABLE(kernels_) is kernels_avx2, or kernels_scalar.
+// Names of an instruction set's tables: BRISTLE_TABLE(kernels_) is kernels_avx2, or kernels_scalar in the
+// reference.
 #pragma once
 
 #define BRISTLE_JOIN2(a, b) a##b

@@ -24,7 +24,7 @@ class AgedBristles {
     for (Bristle& b : bristles_) b.fresh = draw();
   }
 
-  /// Moves by (dx, dy) at constant velocity in a time.
+  /// Moves by (dx, dy) at constant velocity within the given time.
   void step(double dx, double dy, double seconds) {
     for (Bristle& b : bristles_) advance(b, dx / seconds, dy / seconds, seconds);
   }
@@ -42,8 +42,8 @@ class AgedBristles {
     for (const Bristle& b : bristles_) sum += b.*value;
     return sum / static_cast<double>(bristles_.size());
   }
-  /// Returns by how much a bristle's deflection exceeds its snap length after the time s. Convex in s, so it
-  /// has one crossing.
+  /// Returns deflection less snap length of a bristle after the time s. It is convex in s, so it crosses 0
+  /// once.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
     return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // not beyond the fresh length,

@@ -101,10 +101,10 @@ struct BruteBristle {
   double zx = 0.0;
   double zy = 0.0;
   double delta = 0.0;
-  double dissipated = 0.0;  ///< sum of delta^2 / 2 over the snaps of the last step
-  double mean_x = 0.0;      ///< deflection averaged over the last step
+  double dissipated = 0.0;  ///< sum of delta^2 / 2 over the bristle's snaps in the last step
+  double mean_x = 0.0;      ///< bristle's deflection, averaged over the last step
   double mean_y = 0.0;
-  std::uint64_t snaps = 0;  ///< snaps in the last step
+  std::uint64_t snaps = 0;  ///< number of the bristle's snaps in the last step
 };
 
 /// Results of a step, as means over the bristles.

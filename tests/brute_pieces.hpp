@@ -15,10 +15,11 @@
 
 namespace bristle_test {
 
-/// Lengths in units of the mean snap length.
+/// All bristles of a patch, as one group for each piece of the path. Lengths in units of the mean snap
+/// length.
 class SmallPieces {
  public:
-  /// Makes straight bristles. `quantiles`: values at 0, 1/(n-1), ..., 1, linear in between.
+  /// Makes straight bristles. `quantiles`: snap lengths at the shares 0, 1/(n-1), ..., 1, linear in between.
   SmallPieces(const std::vector<double>& quantiles, double residual, double renewal)
       : residual_(residual), renewal_(renewal), groups_{Group{}} {
     const std::size_t count = static_cast<std::size_t>(quantiles.back() * per_length) + 2;
@@ -39,7 +40,7 @@ class SmallPieces {
     left_.push_back(0.0);
   }
 
-  /// Moves by (dx, dy) in pieces of at most `piece`.
+  /// Moves by (dx, dy), cut into pieces of at most `piece`.
   void step(double dx, double dy, double piece) {
     const double path = std::hypot(dx, dy);
     const int pieces = static_cast<int>(std::ceil(path / piece));
@@ -51,9 +52,9 @@ class SmallPieces {
 
  private:
   struct Group {
-    double x = 0.0, y = 0.0;  ///< deflection of the bristles that began here
-    double farthest = 0.0;    ///< largest deflection so far, beyond the residual
-    double share = 1.0;       ///< share of bristles that began here, less those renewed
+    double x = 0.0, y = 0.0;  ///< deflection of the group's bristles, which were last straight in one piece
+    double farthest = 0.0;    ///< largest deflection of these bristles so far, beyond the residual
+    double share = 1.0;       ///< share of all bristles that were last straight there, less those renewed
     double left = 1.0;        ///< share of these bristles that have not snapped
   };
 
@@ -80,7 +81,7 @@ class SmallPieces {
       snapped += g.share * (g.left - left);
       g.left = left;
     }
-    // Draws per bristle. Some bristles that would snap are renewed before.
+    // Iterates the number of draws per bristle, because some bristles are renewed before they would snap.
     double draws = renewal_ * snapped;
     for (int i = 0; draws > 1e-9 && i < 20; ++i) draws = renewal_ * snapped * -std::expm1(-draws) / draws;
     const double kept = std::exp(-draws);

@@ -30,7 +30,7 @@ class RubbedBristles {
     for (Bristle& b : bristles_) b.delta = quantile_(flat());
   }
 
-  /// Moves by (dx, dy) in pieces of at most `piece`.
+  /// Moves by (dx, dy), cut into pieces of at most `piece`.
   void step(double dx, double dy, double piece) {
     const double path = std::hypot(dx, dy);
     if (path == 0.0) return;
@@ -40,8 +40,8 @@ class RubbedBristles {
 
   double x() const { return mean(&Bristle::x); }
   double y() const { return mean(&Bristle::y); }
-  double snaps = 0.0;    ///< snaps of all bristles so far
-  double renewed = 0.0;  ///< renewals of all bristles so far
+  double snaps = 0.0;    ///< number of snaps of all bristles so far
+  double renewed = 0.0;  ///< number of renewals of all bristles so far
 
  private:
   struct Bristle {
@@ -76,8 +76,8 @@ class RubbedBristles {
     drawn_ += renewal_ * snapped;
     for (; drawn_ >= 1.0; drawn_ -= 1.0) {
       Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
-      const double left = h * flat();  // path from the draw, at a random place of the piece, to the end of
-                                       // the piece
+      // Path left in the piece after the draw, which falls on a random place of it.
+      const double left = h * flat();
       if (b.x * ex + b.y * ey - left <= residual_) continue;
       b.x = (residual_ + left) * ex;
       b.y = (residual_ + left) * ey;
@@ -90,10 +90,10 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double drawn_ = 0.0;  ///< draws owed, less than one
+  double drawn_ = 0.0;  ///< draws owed from earlier snaps, less than one
 };
 
-/// Returns the mean deflection in sliding by simulation, without a formula.
+/// Returns the mean deflection in steady sliding by simulation, without a formula.
 inline double kinetic_bend(RubbedBristles sliding, double length, double piece) {
   sliding.step(20.0 * length, 0.0, piece);
   double sum = 0.0;

@@ -16,7 +16,7 @@
 
 namespace bristle_test {
 
-/// Mean over all bristles of z, and of r x z.
+/// Means over all bristles of the deflection z, and of its torque r x z.
 struct SpinDeflection {
   double x = 0.0, y = 0.0;
   double torque = 0.0;
@@ -125,22 +125,23 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
                                             BrutePressure pressure,
                                             const std::function<double(double)>& survival, double kinetic,
                                             int rings = 200, int steps_per_length = 100) {
-  const double step = length / steps_per_length;  // rad, length of a piece of the rim
+  // Angle of a step, rad, in which the rim (radius 1) moves by as much.
+  const double step = length / steps_per_length;
   const auto steps = static_cast<std::size_t>(std::llround(turns.back() * steps_per_length));
   std::vector<double> torque(steps + 1, 0.0), alive(steps + 1), pull(steps + 1), born(steps + 1);
   for (int i = 0; i < rings; ++i) {
     const double share = (i + 0.5) / rings;
     const double r = pressure == BrutePressure::uniform ? std::sqrt(share)
                                                         : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
-    for (std::size_t k = 0; k <= steps; ++k) {  // a bristle that was straight k steps ago
+    for (std::size_t k = 0; k <= steps; ++k) {  // k: number of steps since a bristle was straight
       const double angle = step * static_cast<double>(k);
       const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of that
                                                                               // bristle so far
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }
-    // Averages a quantity over the two ends of a step. born[k] is the share of bristles that became straight
-    // in step k, all of them in its middle.
+    // Averages a quantity over the two ends of a step, because born[k], the share of bristles that became
+    // straight in step k, became so in its middle.
     const auto middle = [&](const std::vector<double>& of, std::size_t k) {
       return 0.5 * (of[k] + of[k - 1]);
     };

@@ -1,11 +1,11 @@
-/* What c_program.c tries: 0, or the line that went wrong. */
+/* Checks of the C interface (c_program.c). Each returns 0, or the number of the line that went wrong. */
 #pragma once
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 int c_program_follows_the_virgin_curve(void);
-/* `path`: of a file that may be written. */
+/* `path`: name of a file that the check may write. */
 int c_program_reads_and_restores(const char* path);
 int c_program_hears_why(void);
 int c_program_finds_all_as_it_was(void);

@@ -38,7 +38,7 @@ std::string message_of(const Call& call) {
   return "(no error)";
 }
 
-/// Whether a message holds all the parts; shows it if not.
+/// Whether a message contains all the parts. If not, shows the message.
 inline bool names(const std::string& message, const std::vector<std::string>& parts) {
   const bool all = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
     return message.find(part) != std::string::npos;

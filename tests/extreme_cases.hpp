@@ -1,4 +1,4 @@
-// A check of every output and a loop over kinds of patches, for the tests of extremes.
+// A check that every output is finite, and the kinds of patches to try, for the tests of extremes.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace bristle_test {
 
-/// Checks that every output is a number, with the right sign where it has one.
+/// Checks that every output of a step is finite, and has the right sign where it has one.
 inline void check_finite(const Response& r) {
   for (int axis = 0; axis < 2; ++axis) {
     expect(std::isfinite(r.end[axis]), "end is finite");
@@ -24,12 +24,12 @@ inline void check_finite(const Response& r) {
   expect(std::isfinite(r.damper_work), "damper work is finite");
 }
 
-/// A kind of patch: float or double, keep or redraw, one axis or two.
+/// A kind of patch: its precision, snap rule and number of axes.
 struct Kind {
   Precision precision;
   SnapRule rule;
   int axes;
-  /// x of a unit vector to move along, oblique with two axes.
+  /// Returns x of the unit vector along which patches of this kind move, oblique with two axes.
   double ex() const { return axes == 2 ? 0.6 : 1.0; }
   double ey() const { return axes == 2 ? 0.8 : 0.0; }
   bool is_double() const { return precision == Precision::double_; }

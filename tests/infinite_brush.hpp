@@ -1,4 +1,4 @@
-// One patch of the infinite brush, for the tests of that model.
+// One patch of the infinite brush and its friction in closed form, for the tests of that model.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +49,8 @@ inline double steady_deflection(const SnapLength& law, double kappa) {
   return along / whole / dbar;
 }
 
-/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load, so that with
-/// plain_material the force is the mean deflection.
+/// A patch of the infinite brush that checks the energy balance of every step. Lengths in mean snap lengths,
+/// forces over load, so that with plain_material the force is the mean deflection.
 struct Brush {
   explicit Brush(const Material& material, const PatchOptions& options = infinite_options(),
                  const BatchOptions& batch = {})

@@ -9,8 +9,8 @@
 
 namespace made_up {
 
-/// Returns a state with the block on four patches at x, pushed by the tool against this friction, its
-/// bristles bent by `bent` mean snap lengths.
+/// Returns a state of the room: the block at x on four patches, whose bristles are bent by `bent` mean snap
+/// lengths, while the tool pushes it with the force of friction.
 inline room::Snapshot room_with_block_at(double x, double friction_n, double bent) {
   room::Snapshot r;
   const room::RoomMeasures measures;

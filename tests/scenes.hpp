@@ -31,7 +31,7 @@ using bristle::Status;
 
 /// Mean snap length of most scenes, m.
 constexpr double dbar = 10e-6;
-constexpr double tick = 1e-3;  ///< s, duration of a step
+constexpr double tick = 1e-3;  ///< duration of a step, s
 
 /// Snap-length law of most scenes.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
@@ -42,7 +42,7 @@ inline std::vector<Precision> precisions() {
   return {Precision::single};
 }
 
-/// Whether the batch uses the scalar reference, which visits every bristle and is no vector code.
+/// Whether the batch uses the scalar reference, which visits every bristle and has no vectors.
 inline bool is_scalar(const PatchBatch& batch) { return std::string(batch.isa()) == "scalar"; }
 
 /// Returns a material with simple arithmetic: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
@@ -83,7 +83,7 @@ inline PatchOptions plain_options(std::uint32_t bristles, int axes = 2,
       .with_outputs(outputs);
 }
 
-/// A law of the reference tables, by its name there, with mean `mean` (m).
+/// A law of the reference tables: its name there, and the law itself with the mean `mean` (m).
 struct NamedLaw {
   const char* name;
   SnapLength law;
@@ -95,7 +95,7 @@ inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
           {"exponential", SnapLength::exponential(mean)}};
 }
 
-/// Returns the name of a rule in the reference tables.
+/// Returns the reference tables' name for a snap rule.
 inline const char* table_name(SnapRule rule) {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "fixed" : "redraw";
 }

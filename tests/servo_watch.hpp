@@ -12,15 +12,16 @@ namespace bristle_test {
 
 /// Counts of events on all threads of the process, unless a field says otherwise.
 struct Counts {
-  long allocations = 0;  ///< calls of malloc, free and their kin
-  long locks = 0;        ///< calls of pthread's locks and conditions, on the watched thread
+  long allocations = 0;  ///< number of calls of malloc, free and their kin
+  long locks = 0;        ///< number of calls of pthread's locks and conditions, on the watched thread
   long exceptions = 0;   ///< number of exceptions thrown
 };
 
 /// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).
 bool can_watch() noexcept;
 
-/// Returns the counts since the program started; `locks` counts from the calling thread's first call.
+/// Returns the counts since the program started; `locks` counts from the calling thread's first call of this
+/// function.
 Counts counts_so_far() noexcept;
 
 /// Events that the watch saw in a child process.
@@ -35,9 +36,9 @@ struct Sighting {
   long value = 0;  ///< value that the watched function `steps` returned
 };
 
-/// Forks. The child runs `prepare`, then watches its main thread while it runs `steps`, and ends. System
-/// calls with a number in `allowed` are let through. Any other is recorded and not made; it fails (a futex
-/// wakes nobody). Fork before this process has threads.
+/// Forks a child, which runs `prepare`, then `steps` under watch, and ends. System calls with a number in
+/// `allowed` are made; any other is recorded and fails instead (a futex wakes nobody). Call it before this
+/// process has threads.
 Sighting watch(const std::function<void()>& prepare, const std::function<long()>& steps,
                const std::vector<int>& allowed = {});
 

@@ -21,7 +21,7 @@ class Springs {
   explicit Springs(std::vector<double> limits) : limit_(std::move(limits)), z_(limit_.size(), 0.0) {
     for (const double l : limit_) sum_ += l;
   }
-  /// Moves the contact by d and returns the friction over that at full sliding.
+  /// Returns the friction after a displacement d, over that of full sliding. The springs stay as they are.
   double after(double d) const {
     double force = 0.0;
     for (std::size_t i = 0; i < z_.size(); ++i) force += std::clamp(z_[i] + d, -limit_[i], limit_[i]);
@@ -50,11 +50,11 @@ struct SlidingSprings {
   double kinetic = 0.35, noise = 0.01, offset = 0.03, seconds = 10.0;
   double spread = 0.6;
   std::vector<double> of = sliding_limits(1000, 15e-6, spread);
-  double compliance = 0.0, softening = 0.0;  // m/N, m/N^2: with the recorded place x, the contact is at x -
-                                             // (c + q F) F
+  // Compliance c (m/N) and softening q (m/N^2): at the recorded place x and force F, the contact is at x - (c
+  // + q F) F.
+  double compliance = 0.0, softening = 0.0;
   std::function<double(double)> motion = loops_and_strokes;
-  std::function<double(double)> growth = [](double) { return 1.0; };  // growth of the friction over time, as
-                                                                      // a factor
+  std::function<double(double)> growth = [](double) { return 1.0; };  // factor of the friction over time, s
 
   double mean_limit() const {
     double sum = 0.0;

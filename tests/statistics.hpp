@@ -16,7 +16,7 @@ constexpr double sigmas = 5.0;
 
 struct Sample {
   double mean = 0.0;
-  double variance = 0.0;  ///< unbiased estimate of the variance
+  double variance = 0.0;  ///< unbiased estimate of the sample's variance
   std::size_t size = 0;
   /// Returns the standard error of the mean.
   double error() const { return std::sqrt(variance / static_cast<double>(size)); }

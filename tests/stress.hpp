@@ -19,7 +19,7 @@ namespace bristle_test {
     !defined(__SANITIZE_THREAD__)
 constexpr bool timed_build = true;
 #else
-constexpr bool timed_build = false;  // false: does the work without asserting on time
+constexpr bool timed_build = false;  // whether to assert on times; if false, only does the work
 #endif
 
 inline void check_below(double value, double limit, const char* what) {

@@ -17,35 +17,37 @@ namespace bristle_test {
 struct SyntheticFriction {
   // Parameters of the material:
   double kinetic = 0.35;
-  double length = 15e-6;   // m, mean snap length
-  double spread = 0.4;     // coefficient of variation, lognormal
-  double viscous = 0.0;    // N s/m, viscous friction
-  double damping = 0.0;    // s/m, damping per newton of load
-  double stribeck = 1e-3;  // m/s, Stribeck velocity
+  double length = 15e-6;   // mean snap length, m
+  double spread = 0.4;     // coefficient of variation of the snap length, lognormal
+  double viscous = 0.0;    // viscous friction, N s/m
+  double damping = 0.0;    // damping per newton of load, s/m
+  double stribeck = 1e-3;  // Stribeck velocity, m/s
   bool redraw = true;
   std::size_t bristles = 1800;
   // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
   // is then that just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
   std::function<double(double age)> growth;
-  double strengthening = 0.0;          // a of the strengthening a N asinh(v / (2 v*))
-  double strengthening_speed = 10e-6;  // m/s, v* of the strengthening
-  double asymmetry = 0.0;              // share by which friction towards +x is larger and towards -x smaller
+  double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
+  double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
+  double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
   // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
-  double compliance = 0.0;  // m/N, compliance of the stage
-  double delay = 0.0;       // s, time constant of a first-order low-pass of the force
+  double compliance = 0.0;  // compliance of the stage, m/N
+  double delay = 0.0;       // time constant of a first-order low-pass of the force, s
   // Disturbances of the sensors:
-  double noise = 0.0;                                                // N, noise of the force
-  double encoder = 0.0;                                              // m, resolution of the encoder
-  std::function<double(double)> drift = [](double) { return 0.0; };  // N, drift of the force at time s
-  int every = 1;                                                     // records one of this many samples
+  double noise = 0.0;    // noise of the force, N
+  double encoder = 0.0;  // resolution of the encoder, m
+  // Drift of the force as a function of time (s), N.
+  std::function<double(double)> drift = [](double) { return 0.0; };
+  int every = 1;  // records one of this many samples
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
-  double most_load = 0.0;  // N, for a load that changes: load at which all bristles touch. The last to enter
-                           // are the first to leave.
+  // Load at which all bristles touch, N, for a load that changes. The last bristles to enter are the first to
+  // leave..
+  double most_load = 0.0;
 };
 
 struct RecordedFriction {
@@ -80,7 +82,7 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// A piece of a programme of slides and rests: duration, and speed (0 for a rest).
+/// A slide or a rest of a programme of motion: its duration, and its speed (0 for a rest).
 struct Piece {
   double seconds, speed;  // m/s
 };
@@ -157,7 +159,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    double speed_arm = 1.0;  // mean square of the levers, for the parts of friction that grow with speed
+    // Mean square of the levers over the rim's, for the parts of friction that grow with speed.
+    double speed_arm = 1.0;
     if (s.annuli > 0) {
       speed_arm = 0.5;
       for (std::size_t k = 0; k < s.annuli; ++k) {
@@ -192,8 +195,9 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
-    if (s.delay > 0.0) {  // Low-pass of the force: force' = (friction - force) / delay, with friction
-                          // straight between the steps
+    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction straight
+    // between steps..
+    if (s.delay > 0.0) {
       const double lag = s.delay * (force - force_before) * s.rate;
       shown =
           i == 0 ? force : force - lag + (shown - force_before + lag) * std::exp(-1.0 / (s.rate * s.delay));

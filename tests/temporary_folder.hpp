@@ -1,4 +1,4 @@
-// A folder for files that a test writes, deleted at the end.
+// A folder for files that a test writes, deleted with all its files when the object ends.
 #pragma once
 
 #include <filesystem>

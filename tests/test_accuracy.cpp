@@ -117,7 +117,7 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
   return xy / std::sqrt(xx * yy);
 }
 
-/// Numbers over all pairs of seeds 2 to `last`.
+/// Correlation of the errors of two seeds: its statistics over all pairs of seeds from 2 to `last`.
 struct Pairs {
   double mean = 0.0, largest = 0.0, root_mean_square = 0.0;
 };
@@ -315,7 +315,7 @@ TEST_CASE("A force that is off by a known share has that error, end and mean eac
   }
   reference.work_end = {8.0};
   reference.work_mean = {4.0};
-  cli::ForceRecord coarse;  // record of steps twice as long
+  cli::ForceRecord coarse;  // forces of the same motion in steps twice as long
   coarse.steps = 2;
   coarse.copies = 1;
   coarse.patch_of = {0};
@@ -345,7 +345,8 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   reference.finish();
   CHECK(reference.runs() == 4);
   CHECK(reference.mean().end[0] == Approx(1.0));
-  CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
+  // Half the difference, over the forces of the second half.
+  CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));
 }
 
 // Checks that with SnapRule::redraw several resolutions stand beside the numbers of bristles, and that below
@@ -362,7 +363,7 @@ void check_populations(const json& r, const std::string& table, bool keep) {
     ++infinite;
     CHECK(s["bristles"].is_null());
     CHECK(s["ns_per_bristle"].is_null());
-    CHECK(s["error"]["rms_standard_error"] == 0.0);  // without a seed there is no noise
+    CHECK(s["error"]["rms_standard_error"] == 0.0);  // the infinite brush has no seed, hence no noise
     if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
     if (s["resolution"] == 16.0) fine = s["error"]["rms"];
   }
@@ -401,7 +402,7 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK_FALSE(result.cheapest[0].found);
   CHECK_FALSE(result.cheapest[1].found);
-  add(100, 0.0, 0.02, 1e-6);  // an error too large to choose
+  add(100, 0.0, 0.02, 1e-6);  // this setting's error is too large to be chosen
   add(0, 2.0, 0.011, 1e-6);
   add(1000, 0.0, 0.009, 3e-6);
   add(10'000, 0.0, 0.001, 9e-6);
@@ -410,8 +411,8 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK(result.cheapest[0].setting.bristles == 1000);
   CHECK(result.cheapest[0].scene_step_s == 3e-6);
-  CHECK(result.cheapest[1].setting.resolution == 4.0);  // the other population loses, and is named with its
-                                                        // own figures
+  // The other population loses; it is named with its own figures.
+  CHECK(result.cheapest[1].setting.resolution == 4.0);
   CHECK(result.cheapest[1].error == 0.008);
 }
 
@@ -423,7 +424,8 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const std::string file = folder.write("ramp.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
-  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;  // 1.5 s in builds that run slowly
+  // Time for the study, s; ten times as long in builds that run slowly.
+  options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;
   options.error = 0.02;
   const cli::Scene before = cli::read_scene(file);
   const cli::AccuracyResult result = cli::study_accuracy(before, options);
@@ -446,10 +448,11 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const json& best = r["recommendation"];
   REQUIRE(best["found"] == true);
   CHECK(best["search"]["error"]["rms"].get<double>() <= 0.02);
-  // The confirming seeds did not choose the setting; few runs give an rms to some 10 %.
+  // The error is confirmed with other seeds than those that chose the setting; few runs give an rms to some
+  // 10 %.
   CHECK(best["confirmed"]["error"]["rms"].get<double>() <= 0.03);
   for (const json& s : r["settings"]) {
-    // No setting on the front is beaten by another.
+    // No setting on the front (`pareto`) is beaten in both error and time by another.
     if (!s["pareto"].get<bool>()) continue;
     for (const json& other : r["settings"]) {
       if (!other["usable"].get<bool>()) continue;
@@ -483,8 +486,8 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
           "[accuracy]") {
   const bristle_test::TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
-  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");  // a value equal to the default of
-                                                                  // coefficients
+  // A value that is the default of coefficients().
+  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");
   cli::AccuracyOptions options;
   options.quick = true;
   options.seconds = 0.5;
@@ -523,7 +526,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
 
 TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",
           "[accuracy]") {
-  cli::AccuracyResult result;  // a result such as a study would give
+  cli::AccuracyResult result;  // result as a study would give it
   result.scene_parts = 2;
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
@@ -537,7 +540,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
       fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
   const std::string file = folder.write("inline.toml", scene);
   const cli::Scene before = cli::read_scene(file);
-  // A scene written to another folder names the motion file from there.
+  // A scene written to another folder names its motion file by the path from that folder.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
   CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);
@@ -545,7 +548,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
   CHECK(after.patches[0].options.precision == bristle::Precision::single);
-  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // numbers are written with twelve digits
+  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // the scene file has numbers of twelve digits
 }
 
 TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {

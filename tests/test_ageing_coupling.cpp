@@ -69,14 +69,15 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
   CHECK(r.force_limit == Approx(load * m.peak_coefficient(5e3)).epsilon(1e-9));
   CHECK(patch.step(0.0, 0.0, load, 1.0).force_limit ==
         Approx(load * m.peak_coefficient(time + 5001.0)).epsilon(1e-9));
-  // After sliding on, no bristle is older than the path of twice the longest length.
+  // Slides on by eight times the longest snap length. No bristle is then older than the time of twice that
+  // length, so the force limit is below that of the whole slide.
   const double speed = 1e-4;
   const double longest = (m.residual_length + m.snap_length.longest() * m.ageing_factor(time)) / length;
   const Response slid = slide(patch, 8.0 * longest, speed);
   CHECK(slid.force_limit < load * m.peak_coefficient(8.0 * longest * length / speed));
   CHECK(slid.force_limit > load * m.kinetic_coefficient(speed));
   CHECK(slid.force_limit > std::abs(slid.elastic[0]));
-  // A step so long that every bristle snaps in it.
+  // Takes a step so long that every bristle snaps in it.
   CHECK(patch.step(1.0, 0.0, load, 1e-2).force_limit <= load * m.peak_coefficient(time));
   CHECK(patch.step(0.0, 0.0, load, 1e-2).force_limit ==
         Approx(load * m.peak_coefficient(2e-2)).epsilon(1e-12));
@@ -101,12 +102,13 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
     for (int k = 0; k < steps; ++k) {
       const Response r = patch.step(piece * std::cos(angle), piece * std::sin(angle), load, piece / speed);
       const double share = std::hypot(r.elastic[0], r.elastic[1]) / r.force_limit;
-      // Strokes raise the highest force above that of first loading, with or without ageing (MATERIALS.md).
+      // Rubbing to and fro raises the highest force above that of first loading, with or without ageing
+      // (MATERIALS.md).
       REQUIRE(share <= 1.12);
       highest = std::max(highest, share);
     }
   }
-  CHECK(highest > 0.9);  // the bound is nearly reached
+  CHECK(highest > 0.9);  // some force comes close to its limit
 }
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",
@@ -128,7 +130,8 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
     REQUIRE(a.force_limit == b.force_limit);
     REQUIRE(a.end[0] == b.end[0]);
   }
-  // Another material takes over the ages: with an equal law of ageing the limit continues.
+  // Another material takes over the ages of the bristles: with an equal law of ageing the force limit
+  // continues.
   const double before = patch.step(0.0, 0.0, load, 0.01).force_limit;
   patch.batch.set_material(patch.id, Material(m).with_viscous_friction(0.5));
   CHECK(patch.step(0.0, 0.0, load, 1e-9).force_limit == Approx(before).epsilon(1e-6));
@@ -160,7 +163,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
       before = sled.energy();
     }
-    // Speeds from 0.1 m/s to a hundredth of that have friction between these two values.
+    // Between 0.1 m/s and a hundredth of that, friction lies between these two values.
     const Material m = ageing_material();
     const double work = 0.1 * 0.01 / load;
     CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);
@@ -174,7 +177,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       sled.step(push);
       farthest = std::max(farthest, std::abs(sled.x - x));
     }
-    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // the midpoint rule does not damp, so it swings
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // undamped, the midpoint rule lets the body swing
     CHECK(sled.x - x < 1e-2 * length);
   }
 }

@@ -42,7 +42,8 @@ SnapLength law_of(const std::string& name) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material scaled so that its friction coefficient equals the mean deflection in mean snap
+/// lengths.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
   return Material{}
@@ -109,8 +110,8 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
       bend[i] += piece;
       const auto beyond = [&](double r) { return r - length[i] * growth(ageing, r * law.mean() / speed); };
       if (beyond(bend[i]) < 0.0) continue;
-      // Finds the place of the snap within the piece by the secant; the rest of the piece is the new
-      // deflection.
+      // Finds the place of the snap within the piece by the secant method; the path left bends the bristle
+      // again.
       const double from = beyond(before), to = beyond(bend[i]);
       bend[i] = piece * to / (to - from);
       if (rule == SnapRule::redraw) length[i] = draw();
@@ -168,7 +169,8 @@ TEST_CASE("Kinetic friction at a speed with shared renewal follows bristles one 
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     const Ageing ageing = Ageing::logarithmic(0.1, tau);
     CAPTURE(static_cast<int>(rule));
-    // 6000 bristles over ten renewals: 2e-3; order of snaps and renewals within a piece: some 1e-3.
+    // Statistical error of 6000 bristles over ten renewals: 2e-3; error from the order of snaps and renewals
+    // within a piece: some 1e-3.
     CHECK(ageing_material(law, ageing, rule, 1.0).kinetic_coefficient(speed) ==
           Approx(follow(law, rule, ageing, 1.0, speed)).margin(6e-3));
   }
@@ -194,13 +196,13 @@ TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sl
   for (const double kappa : {0.0, 1.0}) {
     const Material slow = ageing_material(law, Ageing::logarithmic(0.02, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(slow.kinetic_coefficient(1e9) == Approx(slow.kinetic_coefficient()).epsilon(1e-9));
-    // A decade of speed costs beta ln 10 of the part beyond the residual, less the change that its growth
-    // makes.
+    // A tenth of the speed adds beta ln 10 of the friction beyond the residual, less the change that its
+    // growth makes.
     const double fast = slow.kinetic_coefficient(1e-4 * dbar / tau),
                  tenth = slow.kinetic_coefficient(1e-5 * dbar / tau);
     const double beyond = slow.kinetic_coefficient() - 0.3;
     CHECK(tenth - fast == Approx(0.02 * std::log(10.0) * beyond).epsilon(0.05));
-    // Slow sliding, in which a bristle ages fully: every length is longer by one factor, the whole gain.
+    // In slow sliding a bristle ages fully, so every length is longer by one factor, the whole gain.
     const Material skin = ageing_material(law, Ageing::saturating(0.5, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(skin.kinetic_coefficient(0.0) ==
           Approx(0.3 + 1.5 * (skin.kinetic_coefficient() - 0.3)).epsilon(1e-9));
@@ -277,7 +279,7 @@ TEST_CASE("Coefficients at a speed become a material that has them at that speed
       const Material m = Material::from_coefficients(c);
       CAPTURE(kappa, share);
       CHECK(m.kinetic_coefficient(3e-3) == Approx(0.35).epsilon(1e-9));
-      // Slope of ln mu over ln v, by a difference quotient of the test's own.
+      // Fall of ln mu per decade of speed, by a difference quotient.
       const double up = m.kinetic_coefficient(3.03e-3), down = m.kinetic_coefficient(3e-3 / 1.01);
       CHECK(-std::log(up / down) / (2.0 * std::log10(1.01)) == Approx(0.06).epsilon(1e-4));
       const Coefficients back = m.coefficients(3e-3);
@@ -300,12 +302,12 @@ TEST_CASE("Coefficients of fast sliding give the strength of ageing to first ord
   CHECK(m.kinetic_coefficient() == Approx(0.35).epsilon(1e-12));
   CHECK(m.peak_coefficient() == Approx(0.40).epsilon(1e-6));
   CHECK(m.coefficients().fall_per_decade == Approx(0.05).epsilon(1e-12));
-  // With a residual only the part beyond it ages.
+  // With a residual only the friction beyond it ages, which must fall by more to give the same fall.
   const Material residual = Material::from_coefficients(coefficients_with(0.05, 0.0, 0.2));
   const double of_it =
       residual.residual_length * residual.bristle_stiffness * residual.bristles_in_contact(1.0);
   CHECK(residual.ageing_strength == Approx(0.05 / ln10 * 0.35 / (0.35 - of_it)).epsilon(1e-12));
-  // Static friction grows by 2 beta per e-fold of rest.
+  // Static friction grows by 2 beta when the rest is e times as long.
   const Material rest =
       Material::from_coefficients(coefficients_with(0.0, 0.0, 0.0).with_growth_per_decade(0.08));
   CHECK(rest.ageing_strength == Approx(0.04 / ln10).epsilon(1e-9));
@@ -326,13 +328,14 @@ TEST_CASE("The peak at a speed is that of first loading of bristles that age on 
       const double speed = w * dbar / tau;
       const Material m = ageing_material(law_of(law), ageing);
       CAPTURE(law, w);
-      // A law of one family stands for the aged law; the uniform law becomes a table.
+      // The aged snap lengths are approximated by a law of the same family (of the uniform law, by a table),
+      // which sets the error.
       const std::string name = law;
       const double error = name == "uniform_0.5_1.5" ? 1e-4 : name == "normal_0.25" ? 2e-3 : 3e-4;
       CHECK(m.coefficients(speed).peak == Approx(brute_peak(law_of(law), ageing, speed)).epsilon(error));
     }
   }
-  // A table ages quantile by quantile.
+  // The snap lengths of a table age one by one, which is exact.
   std::vector<double> quantiles;
   for (int i = 0; i <= 64; ++i) quantiles.push_back(dbar * (0.5 + i / 64.0));
   const Ageing ageing = Ageing::logarithmic(0.05, tau);
@@ -349,7 +352,7 @@ TEST_CASE("Saturating ageing is given by a fall at a speed", "[ageing][material]
   const Material m = Material::from_coefficients(c);
   CHECK(m.ageing_form == AgeingForm::saturating);
   CHECK(m.coefficients(1e-5).fall_per_decade == Approx(0.1).epsilon(1e-7));
-  // Without a speed, coefficients() finds where the fall is.
+  // Called without a speed, coefficients() finds the speed at which friction falls.
   const Coefficients back = m.coefficients();
   CHECK(back.kinetic_speed == Approx(2e-5 / 2.0).epsilon(1e-12));
   CHECK(Material::from_coefficients(back).ageing_strength == Approx(m.ageing_strength).epsilon(1e-6));
@@ -369,7 +372,7 @@ TEST_CASE("Coefficients of ageing out of reach name the range", "[ageing][bad_in
   const Coefficients c = coefficients_with(0.05, 1.0, 0.1);
   CHECK(names(ask(Coefficients(c).with_growth_per_decade(0.1)),
               {"growth_per_decade = 0.1", "give one of the two"}));
-  // At 3 m/s a bristle holds for 7 us, and ageing begins at 20 ms.
+  // At 3 m/s a bristle snaps after 7 us, but ageing takes 20 ms.
   CHECK(names(ask(Coefficients(c).with_kinetic_speed(3.0)),
               {"fall_per_decade = 0.05", "0 to ", "kinetic_speed 3", "ageing_time 0.02"}));
   CHECK(names(ask(Coefficients(c).with_fall_per_decade(5.0)), {"fall_per_decade = 5", "0 to "}));

@@ -34,14 +34,14 @@ Material ageing_material(const Row& row) {
       .with_ageing(Ageing::logarithmic(number(row, "beta"), tau));
 }
 
-/// A patch with deflections and speeds in mean snap lengths, speeds per tau.
+/// A patch of bristles that age. Deflections are in mean snap lengths, speeds in mean snap lengths per tau.
 class AgeingBrush {
  public:
   AgeingBrush(const Material& material, std::uint32_t n, Precision precision = Precision::single,
               int axes = 1, std::uint32_t seed = 1)
       : bristles_(n), patch_(material, plain_options(n, axes, precision).with_seed(seed)) {}
 
-  /// Moves along x. Returns the mean deflection at the end.
+  /// Moves along x. Returns the mean deflection at the end of the step.
   double slide(double length, double speed) {
     const Response r = patch_.step(length * dbar, 0.0, bristles_, length / speed * tau);
     return deflection(r.elastic[0]);
@@ -50,7 +50,7 @@ class AgeingBrush {
   double mean_over(double length, double speed) {
     return deflection(patch_.step(length * dbar, 0.0, bristles_, length / speed * tau).mean[0]);
   }
-  /// Moves in steps of at most `piece`. Returns the deflection at the end.
+  /// Moves along x in steps of at most `piece`. Returns the mean deflection at the end.
   double slide_in_pieces(double length, double speed, double piece) {
     const int steps = std::max(1, static_cast<int>(std::ceil(length / piece - 1e-9)));
     double end = 0.0;
@@ -100,13 +100,13 @@ class AgeingBrute {
     for (One& b : bristles_) b.length = draw();
   }
 
-  /// Sets the lengths of the first bristles.
+  /// Sets the snap lengths of the first bristles.
   void set_lengths(const std::vector<double>& lengths) {
     for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].length = lengths[i];
   }
   Deflection at(std::size_t i) const { return {bristles_[i].x, bristles_[i].y}; }
 
-  /// Slides along the unit vector (ex, ey).
+  /// Slides all bristles along the unit vector (ex, ey).
   void slide(double ex, double ey, double length, double speed) {
     constexpr double small = 0.05;
     for (One& b : bristles_) {
@@ -140,7 +140,7 @@ class AgeingBrute {
     const double g = 1.0 + strength_ * (saturating_ ? 1.0 - std::exp(-age) : std::log1p(age));
     return std::hypot(b.x + ex * s, b.y + ey * s) <= residual_ + b.length * g;
   }
-  /// Advances a bristle up to its snap, or by s. Returns the path.
+  /// Advances a bristle by s, or up to its snap if that comes first. Returns the path it moved.
   double advance(One& b, double ex, double ey, double s, double speed) {
     if (holds(b, ex, ey, s, speed)) {
       b.x += ex * s;
@@ -180,8 +180,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     INFO(row.at("dist") << " " << row.at("variant") << " beta " << row.at("beta") << " speed " << speed);
     AgeingBrush brush(material, n);
     if (rule_named(row.at("variant")) == SnapRule::keep) {
-      // Over many snaps every bristle gives half its own mean; what is left is the spread of the first
-      // lengths.
+      // Over many snaps the mean deflection of every bristle is half its own snap length's; the spread of the
+      // first lengths is the error left.
       brush.slide(50.37, speed);
       expect_near(brush.mean_over(200.0, speed), expected, 2e-3, "keep");
       continue;
@@ -190,8 +190,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     double sum = 0.0;
     constexpr int steps = 16;
     for (int k = 0; k < steps; ++k) sum += brush.mean_over(1.3, speed);
-    // Deflections of a bristle have a deviation of some 0.36 and are independent after one path between
-    // snaps.
+    // The deflection of one bristle has a standard deviation of some 0.36 and is independent after one path
+    // between snaps.
     const double ways = n * steps * 1.3 / (2.0 * expected);
     expect_near(sum / steps, expected, sigmas * 0.36 / std::sqrt(ways), "redraw, one by one");
     const double many = brush.mean_over(300.0, speed);
@@ -248,7 +248,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
   constexpr int steps = 100;  // number of steps in a period
   for (const Row& row : read_table("ageing_lag.csv")) {
     const double omega = number(row, "Omega_dbar_over_v0");
-    if (omega < 0.2) continue;  // periods are long there, and the lag is small
+    if (omega < 0.2) continue;  // the table's periods are long there, and the lag is small
     const double v0 = number(row, "v0_tau_over_dbar");
     INFO(row.at("dist") << " beta " << row.at("beta") << " Omega " << omega);
     AgeingBrush brush(ageing_material(row), n);
@@ -267,7 +267,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
         if (i + 1 == steps) up += f / periods;
       }
     }
-    // Periods count as independent if they are longer than the memory of a bristle.
+    // Counts periods as independent if they are longer than the memory of a bristle.
     const double independent = std::min<double>(periods, 60.0 / 2.0);
     const double error = sigmas * 0.36 / std::sqrt(n * independent);
     expect_near(up, number(row, "f_at_v0_accelerating"), error, "speeding up");
@@ -277,7 +277,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
 
 TEST_CASE("both forms of ageing, with a residual and round a corner, are those of bristles one by one",
           "[ageing]") {
-  constexpr double corner = 1.9;  // angle of the corner, rad
+  constexpr double corner = 1.9;  // angle by which the motion turns at the corner, rad
   const std::uint32_t n = test_size(6000);
   const double error = sigmas * 0.36 * 1.6 * std::sqrt(2.0 / n);
   struct Leg {
@@ -327,7 +327,7 @@ TEST_CASE("both forms of ageing, with a residual and round a corner, are those o
 }
 
 TEST_CASE("bristles that age do not see how a motion is cut into steps", "[ageing]") {
-  // 20 lengths a second: a step of 100 ms is two lengths, within which bristles restart and snap.
+  // At 20 lengths a second a step of 100 ms moves by two lengths, in which bristles snap and snap again.
   constexpr double speed = 20.0 * tau;
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const Precision precision : precisions()) {
@@ -338,8 +338,8 @@ TEST_CASE("bristles that age do not see how a motion is cut into steps", "[agein
       for (int k = 0; k < 3; ++k)
         force[k] = AgeingBrush(material, n, precision).slide_in_pieces(4.0, speed, dt[k] / tau * speed);
       INFO(table_name(rule) << ", " << name_of(precision));
-      // The runs have equal bristles and draws; at a tie one bristle at most snaps in one run and not yet in
-      // another.
+      // All runs have equal bristles and draws; if one bristle is at a tie, it may snap in one run and not
+      // yet in another.
       const double tie = 1.2 * 2.5 / n;
       const double rounding = precision == Precision::single ? 1e-3 : 1e-9;
       expect_near(force[1], force[0], tie + rounding, "1 ms against 1 us");
@@ -424,12 +424,12 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
     std::vector<double> lengths = read(brush.patch(), n).delta;
     for (double& length : lengths) length /= dbar;
     brute.set_lengths(lengths);
-    brush.patch().step(0.0, 0.0, n, tau);  // bristles enter at the beginning of this step
+    brush.patch().step(0.0, 0.0, n, tau);  // bristles come into contact at the beginning of this step
     brute.wait(1.0);
     for (int step = 0; step < 12; ++step) {
       const double angle = axes == 1 ? (step % 3 == 2 ? M_PI : 0.0) : 6.3 * flat(random);
       const double length = 2.0 * flat(random) * flat(random);
-      // dbar / tau is 1 mm/s, so speeds are 1e-9 to 10 m/s.
+      // dbar / tau is 1 mm/s, so these speeds are 1e-9 to 10 m/s.
       const double speed = 1e-6 * std::pow(1e10, flat(random));
       const double wait = step % 4 == 0 ? std::pow(1e9, flat(random)) : 0.0;
       const double ex = std::cos(angle), ey = axes == 1 ? 0.0 : std::sin(angle);
@@ -450,7 +450,8 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
 }
 
 TEST_CASE("bristles that age and are renewed slide alike in short and in long steps", "[ageing]") {
-  // Steady sliding with paths l = d g(l / v) between snaps, d lognormal: lambda l births per path.
+  // Expected steady sliding: paths between snaps are l = d g(l / v), d lognormal, with lambda l births of
+  // bristles per path.
   constexpr double beta = 0.1, kappa = 1.0, residual = 0.3;
   const std::uint32_t n = test_size(4000);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -498,7 +499,7 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
         const double independent = std::max(2.0 * steps * std::min(piece, 1.0), 1.0);
         expect_near(sum, expected, sigmas * 0.5 / std::sqrt(n * independent) + 1e-3, "mean");
         expect_near(end, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "end");
-        // A patch that slid steadily and has rested is followed until it slides steadily again.
+        // A patch that slid steadily and has rested returns to the same steady sliding.
         brush.wait(1e6);
         const double after_rest = brush.slide(30.0, speed);
         expect_near(after_rest, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "after a rest");
@@ -508,8 +509,8 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
 }
 
 TEST_CASE("a long step of bristles that age ends as many short ones do", "[ageing]") {
-  // Starts from straight bristles, which are all in step: below the path from which a step jumps, and beyond
-  // it.
+  // Starts from straight bristles, which snap in phase at first. One path is below that from which a step
+  // jumps, one beyond it.
   struct Case {
     const char* name;
     SnapLength law;
@@ -548,7 +549,7 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
       }
       const double error = std::hypot(once.error(), often.error());
       expect_near(end, expected, 1e-3 * expected + sigmas * error, "mean deflection");
-      // The loss of a bristle on this path scatters by less than its mean.
+      // The standard deviation of one bristle's loss on this path is below its mean.
       expect_near(step.dissipated / dissipated, 1.0, 2e-3 + sigmas * std::sqrt(2.0 / static_cast<double>(n)),
                   "energy of the snaps, over many steps'");
     }
@@ -563,8 +564,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   OnePatch patch(material, plain_options(n, 1));
   patch.step(0.0, 0.0, 500.0, tau);
   patch.batch.step(99.0 * tau, {}, {});
-  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1 and hold up to
-  // 1 + ln(2) / 2 lengths, the old ones up to 3.3.
+  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1, so they stick up to 1 +
+  // ln(2) / 2 lengths, the old ones up to 3.3.
   const auto force = [&](double length, double taus) {
     return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
   };
@@ -572,7 +573,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   const double all = force(0.2, 1e-3);
   expect(all < 0.5 * 1500.0 + 0.5 * 300.0, "the young have snapped, the old not");
   expect(all > 0.5 * 1500.0, "the old have not snapped");
-  // After the load falls, the young bristles leave; after it rises, others enter, straight and of age 0.
+  // After the load falls, the young bristles leave contact; after it rises, others enter, straight and of age
+  // 0.
   patch.step(0.0, 0.0, 500.0, tau);
   patch.step(0.0, 0.0, n, 1e-6 * tau);
   const double old_and_new = force(1.05, 1e-6);
@@ -592,14 +594,15 @@ TEST_CASE("a material may begin to age, age otherwise and cease to while it slid
     const auto bend = [&](double length, double taus) {
       return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / (n * dbar);
     };
-    // Ages begin at the change, whatever happened before: all snap at their fresh lengths.
+    // Ages begin at the change of material, whatever happened before: all bristles snap at their fresh
+    // lengths.
     expect(bend(0.15, 1e-6) < 0.1, "no age from before the change");
     patch.batch.step(1e3 * tau, {}, {});
     expect_near(bend(2.0, 1e-6), 2.05, 0.03, "ages count from the snap: up to 1 + ln(1001) / 2");
-    // Ages in seconds stay: under slower ageing they are smaller in its units.
+    // Ages are kept in seconds: in the longer ageing time of this material they are smaller.
     patch.batch.set_material(patch.id, Material(plain).with_ageing(Ageing::logarithmic(0.5, 1e3 * tau)));
     const Response slipped = patch.step(0.0, 0.0, n, 1e-9 * tau);
-    // ln(1 + 1) / 2 + 1 = 1.35 is less than the present deflection.
+    // The aged snap length, ln(1 + 1) / 2 + 1 = 1.35, is less than the present deflection.
     expect(slipped.snaps == n, "beyond the limit of their age all slip");
     patch.batch.set_material(patch.id, ages);
     patch.step(1.2 * dbar, 0.0, n, tau);
@@ -617,7 +620,7 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   AgeingBrush brush(material, n);
   brush.slide_in_pieces(6.0, 1.0, 0.3);
   brush.wait(1000.0);
-  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // a deflection well beyond the fresh limits
+  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // bends them well beyond their fresh snap lengths
   const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
   brush.patch().batch.set_detail(brush.patch().id, 300);
   expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,
@@ -625,7 +628,7 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   brush.patch().batch.set_detail(brush.patch().id, n);
   const Response more = brush.patch().step(0.0, 0.0, n, tau);
   expect_near(-more.elastic[0], before, 1e-4 * before, "and as many again");
-  // Copies of age 0 would snap at once.
+  // If the copied bristles had age 0, they would snap at once.
   const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
   expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
 }
@@ -640,8 +643,8 @@ TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
 }
 
 TEST_CASE("the rest of a patch that ages is over after a slide in any direction", "[ageing]") {
-  // No bristle follows further than twice its length, 1.5 lengths x g: after 18 lengths the oldest has held
-  // for less than 0.05 s, and the force limit reflects that.
+  // A bristle moves with the patch over at most twice its aged length (1.5 mean lengths x g) before it snaps.
+  // After 18 lengths the oldest has been stuck for less than 0.05 s, and the force limit shows it.
   const Material material =
       plain_material(uniform, SnapRule::redraw).with_ageing(bristle::Ageing::logarithmic(0.1, 1.0));
   const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;
@@ -664,8 +667,8 @@ TEST_CASE("the rest of a patch that ages is over after a slide in any direction"
 }
 
 TEST_CASE("a material changed after a rest begins the count of the slide that ends the rest", "[ageing]") {
-  // Half of the path that ends a rest, the rest, a new material, the whole path: bristles are at most as old
-  // as the change.
+  // Moves half of the path after which a rest is forgotten, rests, changes the material, moves the whole
+  // path: afterwards bristles are at most as old as the change.
   const bristle::Ageing ageing = bristle::Ageing::saturating(0.5, 1000.0);
   const Material material = plain_material(uniform, SnapRule::redraw).with_ageing(ageing);
   const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;

@@ -47,9 +47,9 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
   {
     const long before = counts_so_far().allocations;
-    void* volatile probe = ::operator new(100);  // volatile keeps the compiler from removing the pair
+    void* volatile probe = ::operator new(100);  // volatile keeps the compiler from removing the allocation
     ::operator delete(probe);
-    REQUIRE(counts_so_far().allocations - before == 2);  // checks that the counter counts
+    REQUIRE(counts_so_far().allocations - before == 2);  // checks that the counter itself works
   }
   for (int threads : {1, 2}) {
     INFO(threads << " threads");
@@ -92,7 +92,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    CHECK(shedder.report(batch).decisions > 16);  // otherwise nothing was tested
+    CHECK(shedder.report(batch).decisions > 16);  // the load shedder decided, else it was not tested
     for (const auto& [what, number] : counted) {
       INFO(what);
       CHECK(number == 0);
@@ -136,7 +136,7 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more than the matcher's capacity
+  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());
@@ -184,7 +184,7 @@ TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
   if (!can_watch()) return;
   PatchBatch batch;
-  constexpr std::size_t feet_count = 9;  // nine feet: more contacts than velocities
+  constexpr std::size_t feet_count = 9;  // nine feet, so that the body has more contacts than velocities
   std::array<Motion, feet_count> motions;
   std::array<Response, feet_count> responses;
   std::array<bristle::BodyContact<6>, feet_count> feet;

@@ -38,7 +38,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// Returns the first paragraph, as one line.
+/// Returns the first paragraph of a text, as one line.
 std::string answer_of(const std::string& text) {
   std::string answer = text.substr(0, text.find("\n\n"));
   std::replace(answer.begin(), answer.end(), '\n', ' ');
@@ -115,7 +115,7 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Sets the width of texts; restores the text layout of the process in the end.
+/// Sets the width of lines for its lifetime; its end restores the text layout of the process.
 struct Columns {
   explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
   ~Columns() { cli::text_layout() = cli::TextLayout(); }
@@ -163,7 +163,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(fault_of_text(text) == "");
   for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
     CHECK_THAT(text, Contains(word));
-  // The name stands beside every part of its row, the note only once.
+  // A row broken into several lines repeats its name on each, its note not.
   std::size_t names = 0, notes = 0;
   for (const std::string& line : lines_of(text)) {
     names += line.rfind("first", 0) == 0 ? 1 : 0;
@@ -241,7 +241,7 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
 
 TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
           "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // needs double, for one patch of the scene
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
   const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
@@ -341,7 +341,7 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
                                               Contains("7.12 % wrong when run again") &&
                                               Contains("0.25 % of the deadline"));
-  // A saving whose quartiles reach 0 does not count.
+  // A feature whose saving has a quartile of 0 or less is not named.
   CHECK_THAT(cli::what_to_leave_out(report),
              Contains("energy (saves 24 %, error 1.1 % with, 1.1 % without)") && !Contains("redraw"));
   report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};
@@ -394,8 +394,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
     CHECK(options.size() == long_options);
   }
   CHECK(replies[2 * paths.size()] == "lognormal");
-  CHECK(replies[2 * paths.size() + 1] == "completion");  // completes a file name
-  CHECK(replies[2 * paths.size() + 2].empty());          // a number has no completion
+  CHECK(replies[2 * paths.size() + 1] == "completion");  // the option takes a file name, which is completed
+  CHECK(replies[2 * paths.size() + 2].empty());          // the option takes a number, which has no completion
 }
 
 TEST_CASE("Completion says what an option is for, and zsh and fish can read their scripts", "[answers]") {

@@ -32,7 +32,7 @@ Death run_apart(Act act) {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
-    signal(SIGABRT, SIG_DFL);  // else Catch's handler would report a failed test
+    signal(SIGABRT, SIG_DFL);  // else Catch's handler would report the abort as a failed test
     dup2(ends[1], 2);
     act();
     _exit(0);

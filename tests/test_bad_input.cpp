@@ -24,7 +24,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 Material damped() { return Material{}.with_bristle_damping(0.02).with_viscous_friction(0.5); }
 
-/// Three patches under way, of which the middle one gets bad input.
+/// Three patches that have moved for a while, of which the middle one gets bad input.
 struct Trio {
   Trio() {
     const PatchOptions options = PatchOptions{}.with_bristles(600).with_outputs(Outputs::all);
@@ -56,7 +56,8 @@ void check_no_force(const Response& r) {
   CHECK(r.snaps == 0);
 }
 
-/// Gives the middle patch a motion spoiled by `spoil`, then good ones; a twin batch never gets the bad one.
+/// Gives the middle patch a motion spoiled by `spoil`, then good ones. Compares it with a twin batch that
+/// never gets the bad one.
 void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoil) {
   INFO(what);
   Trio bad;
@@ -197,7 +198,7 @@ TEST_CASE("An id that was never given, was removed, or is none is flagged as unk
   CHECK(bad.batch.find_force(tick, strange).status == Status::unknown_id);
   CHECK(bad.batch.force(removed).status == Status::unknown_id);
   CHECK(bad.batch.force(PatchId{}).status == Status::unknown_id);
-  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // must change nothing
+  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // a removed patch, so move() must change nothing
   bad.batch.step(tick);
   CHECK(bad.batch.stored_energy(removed) == 0.0);
   double z[3];
@@ -223,7 +224,7 @@ TEST_CASE("An id named twice in one step counts once, by its first motion", "[ba
   CHECK(bad.report.patches_stepped == 3);
   for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(got[i], expected[i]) == "");
   CHECK(bad.batch.state_hash() == twin.batch.state_hash());
-  // The patch that was named twice is stepped normally in the next step.
+  // The patch that was named twice in a step is stepped normally in the next one.
   const std::vector<Response> a = bad.step(tick, bad.good());
   CHECK(a[1].status == Status::ok);
 }
@@ -267,7 +268,8 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
   std::uint64_t hashes[3];
   int at = 0;
   for (unsigned mode :
-       {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {  // flush to zero, denormals are zero
+       // Modes in which denormal results count as 0, then also denormal inputs.
+       {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {
     PatchBatch batch(BatchOptions{}.with_threads(2));
     const std::vector<PatchId> ids =
         add_patches(batch, 40, Material{}, PatchOptions{}.with_bristles(4000).with_outputs(Outputs::all));
@@ -346,7 +348,7 @@ TEST_CASE("Set-up errors name the parameter, its value and the allowed range", "
   check_error(error_of([] { PatchBatch bad(BatchOptions{}.with_threads(-3)); }), "threads", "-3");
   const std::string message = error_of([] { PatchBatch bad(BatchOptions{}.with_isa("sse9")); });
   check_error(message, "isa", "sse9");
-  CHECK_THAT(message, Contains("scalar"));  // names the sets that exist
+  CHECK_THAT(message, Contains("scalar"));  // the message names the instruction sets that exist
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     if (isa.usable) continue;
     CHECK_THAT(error_of([&] { PatchBatch bad(BatchOptions{}.with_isa(isa.name)); }), Contains(isa.name));
@@ -383,7 +385,7 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
   CHECK_THROWS_WITH(batch.add(wide, bristles),
                     Catch::Contains("snap_length.cv") && Catch::Contains("1.3") && Catch::Contains("1.25"));
   CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep), bristles));
-  // validate_for_representatives() gives the error of add(), but without naming a patch.
+  // validate_for_representatives() gives the same error as add(), but names no patch.
   CHECK_THROWS_WITH(wide.validate_for_representatives(),
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
                     "representatives; snap_rule keep takes every law");
@@ -396,8 +398,8 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
 }
 
 TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
-  // Energies and mean force are cleared if the patch computes them or nobody knows; else they are not
-  // written.
+  // Clears energies and mean force if the patch computes them, or if no patch has this id; otherwise it
+  // leaves them unwritten.
   Trio trio;
   Response used;
   used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;

@@ -131,7 +131,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
     }
   }
   CHECK(simple.state_hash() == bulk.state_hash());
-  // A motion set twice: the later one counts, and for one step only.
+  // Sets a motion twice: the later one counts, and for one step only.
   simple.move(a[0], 1e-3, 0.0, 0.1);
   simple.move(a[0], 1e-6, 0.0, 0.5);
   Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
@@ -139,7 +139,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   bulk.step(tick, {&motion, 1}, {&response, 1});
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
-  // force() answers a step, and a restored state has none.
+  // force() has the response of the last step, and a restored state has none.
   std::vector<std::byte> state(simple.state_size());
   REQUIRE(simple.save_state(state) == state.size());
   simple.restore_state(state);
@@ -158,15 +158,15 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     const Material shorter = plain_material(SnapLength::uniform(0.4 * dbar, 0.8 * dbar), SnapRule::keep);
     const double rounding = precision == Precision::single ? 1e-6 : 1e-12;
 
-    // All bristles are bent by 0.6, so half of the new lengths are shorter.
+    // All bristles are bent by 0.6 mean lengths, so half of the new snap lengths are shorter than that.
     OnePatch patch(longer, plain_options(n, 2, precision));
     patch.step(0.0, 0.0, n);
     patch.step(0.6 * dbar, 0.0, n);
     const double energy = patch.energy();
     patch.batch.set_material(patch.id, shorter);
     const Response r = patch.step(0.0, 0.0, n);
-    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);  // half of 1000 within 10, because lengths
-                                                                   // are stratified
+    // Half of 1000 snap, within 10, because lengths are stratified.
+    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);
     const double left = static_cast<double>(n - r.snaps);
     expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
     const Bristles b = read(patch, n);
@@ -178,7 +178,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(patch.energy() < energy);
     CHECK(patch.step(0.0, 0.0, n).snaps == 0);
 
-    // A change of stiffness and load alone: deflections and weight stay, the forces follow.
+    // Changes only the stiffness: deflections and weight stay, the forces follow.
     OnePatch other(longer, plain_options(n, 2, precision));
     other.step(0.0, 0.0, n);
     other.step(0.5 * dbar, 0.2 * dbar, n);
@@ -252,7 +252,7 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.bristles == 500);
   CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
-  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles of weight 4
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at a weight of 4
   CHECK(info.normal_load == 0.5);
   CHECK(info.memory_bytes >= 500u * info.bytes_per_bristle);
   CHECK(info.bytes_per_bristle >= 8);
@@ -305,7 +305,8 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
   const Bristles b = read(batch, ids[1], 1000);
   CHECK(a.delta != b.delta);
   for (const Bristles* s : {&a, &b}) {
-    // Every prefix is a stratified sample: the error of its mean is a few 1/n, far below n^-1/2.
+    // The first n lengths of a patch are a stratified sample for every n: the error of their mean is a few
+    // 1/n, far below n^-1/2.
     double sum = 0.0;
     for (std::size_t i = 0; i < 1000; ++i) {
       sum += s->delta[i] / dbar;
@@ -319,7 +320,7 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
 
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  // Patches that the other thread never touches, whose results must not change.
+  // These patches are not touched by the other thread, so their results must not change.
   const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
   const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
   batch.warm_up();
@@ -377,7 +378,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
     std::vector<Response> responses(ids.size());
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      // A patch may have been removed since its id was read. Every other motion must be carried out.
+      // A patch may have been removed since its id was read; every other patch must have been stepped.
       const bool right = i < steady.size()
                              ? responses[i].status == Status::ok
                              : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
@@ -417,7 +418,7 @@ TEST_CASE("A patch that follows a removed one takes its place in the queue of mo
   for (int i = 0; i < 64; ++i) ids.push_back(add());
   for (PatchId id : ids) batch.move(id, 1e-6, 0.0, 0.5);
   batch.remove(ids[7]);
-  const PatchId follower = add();  // takes the slot of ids[7], whose motion must leave the full queue
+  const PatchId follower = add();  // takes the slot of ids[7], whose pending motion must leave the full queue
   batch.move(follower, 2e-6, 0.0, 0.5);
   CHECK(batch.step(1e-3).patches_stepped == 64);
   CHECK(batch.force(follower).status == Status::ok);
@@ -481,7 +482,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
   const PatchId id = batch.add(material, plain_options(many));
   batch.warm_up();
   bool shared = false;
-  // A step that found the workers busy is followed by some that are not shared.
+  // After a step that found the workers busy, some steps are not shared with them, so it may take many.
   for (int k = 0; k < 20000 && !shared; ++k) {
     Motion motion;
     motion.id = id;
@@ -519,6 +520,6 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
       moved += b.elastic[axis] != 0.0;
     }
     CHECK(moved > 6);
-    CHECK(moved < 12);  // the first steps do not add up to a position unit
+    CHECK(moved < 12);  // the first steps together are less than one position unit
   }
 }

@@ -73,8 +73,8 @@ double mindlin_error(int cells) {
   return worst;
 }
 
-/// The definition, in double and in tiny steps: each bristle follows its root and is pulled back to its
-/// limit.
+/// The definition of a bed, in double and in tiny steps: the deflection of each bristle grows with the motion
+/// of its root and is cut to its limit.
 struct Brute {
   struct Bristle {
     double x, y, k, limit, zx = 0.0, zy = 0.0;
@@ -155,7 +155,8 @@ std::vector<Kind> all_kinds() {
 TEST_CASE("A sphere's row follows Cattaneo and Mindlin under held, rising and falling load") {
   CHECK(mindlin_error(32) < 1e-3);
   CHECK(mindlin_error(16) < 2e-3);
-  CHECK(mindlin_error(128) < 1e-4);  // second order: 32 bristles give 3.3e-4, so 128 give less than a fifth
+  // The error is of second order: 3.3e-4 with 32 bristles, so less than a fifth of that with 128.
+  CHECK(mindlin_error(128) < 1e-4);
 }
 
 TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and the program CONTACT say") {
@@ -174,7 +175,7 @@ TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and
 }
 
 TEST_CASE("The contact radius of a sphere follows from its moduli and its radius") {
-  // a^3 = 3 N R / (4 E*), stiffness 8 G a / (2 - nu)
+  // Hertz: a^3 = 3 N R / (4 E*); Mindlin: stiffness 8 G a / (2 - nu).
   const double shear = 1e9, poisson = 0.3, radius = 0.02, load = 5.0;
   OneBed bed(BedMaterial(0.5).with_elastic(shear, poisson, radius), BedShape::sphere_row(), with_load(load));
   bed.step(1e-9);
@@ -309,7 +310,7 @@ TEST_CASE(
     CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < 3e-3);
-    if (y < 0.0) {  // CONTACT's example `fastsim`, 220 x 220 cells, whose error is of first order
+    if (y < 0.0) {  // CONTACT's example `fastsim`; its 220 x 220 cells have an error of first order
       CHECK(bed.out.force[1] / limit == Approx(parabolic ? -0.6359 : -0.5956).epsilon(0.012));
       CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
     }
@@ -317,9 +318,9 @@ TEST_CASE(
 }
 
 TEST_CASE("Carter's rolling cylinder: the shape of the creep curve") {
-  // Closed form with the flexibility that gives the slope at small creep: F / mu N = 1 - (1 - c)^2 with c =
-  // creep over the creep of full slip. Simplified theory with Hertz's bound differs from it; checks the size
-  // of the difference.
+  // Carter's closed form, with the flexibility that gives its slope at small creep: F / mu N = 1 - (1 - c)^2,
+  // c the creep over the creep of full slip. Simplified theory with Hertz's bound differs from it; checks by
+  // how much.
   OneBed bed(BedMaterial(0.3).with_presliding(1e-5), BedShape::cylinder_row(1e-3, 64), with_load(100.0));
   for (int i = 0; i < 40; ++i) bed.step(0.0, 1e-9, 0.0, 1e-4);
   CHECK(-bed.out.force[1] > 0.0);
@@ -540,13 +541,14 @@ TEST_CASE("No state that steps give is refused, however wild the steps, while it
 }
 
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
-  // Takes Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
+  // Takes one step of Newton's method on the force balance in every millisecond, as a solver does that looks
+  // for rest.
   const double load = 4000.0, slope = 0.2 * load;
   const int axis = GENERATE(0, 1);
   OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
                with_load(1.1 * load));
   wheel.motion.normal_load = load;
-  wheel.step(0.0, 0.0, 0.0, 1.0);  // rolls the bed, so that it holds a state of rolling
+  wheel.step(0.0, 0.0, 0.0, 1.0);  // rolls the bed, so that it is in the state of a rolling wheel
   double at = 0.0;
   const auto run = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) {
@@ -556,11 +558,11 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
       at += d;
     }
   };
-  run(20000);  // runs past the largest swing of the load
+  run(20000);  // lets the load pass its largest swing
   const double settled = at;
   run(400000);
   CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
-  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection: 6e-8 of 1 mm
+  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection in single precision: 6e-8 of 1 mm
   const double halfway = at;
   run(400000);
   CHECK(std::abs(at - halfway) < 1e-10);
@@ -601,8 +603,8 @@ TEST_CASE("A wheel that starts, stops and reverses has a force without a jump") 
     before = wheel.out.force[0];
     REQUIRE(std::abs(before) <= 0.9 * 4000.0 * (1.0 + 1e-5));
   }
-  // A step's slip of 2e-5 m bends all bristles by at most that; bristles that enter and leave add their
-  // share.
+  // In a step, slip of 2e-5 m changes every deflection by at most that, and bristles that enter or leave
+  // contact add their share of the force.
   const double stiffness = wheel.batch.info(wheel.motion.id).stiffness;
   CHECK(largest < 1.1 * (2e-5 * stiffness + 5e-4 / 0.14 * 2.0 * 0.9 * 4000.0));
 }
@@ -614,7 +616,7 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
   CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
-  bed.step(0.0);  // sticks for a whole step, which restores the static limit
+  bed.step(0.0);  // all bristles stick for a whole step, which restores the static limit
   peak = 0.0;
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
@@ -623,10 +625,11 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
 TEST_CASE(
     "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
     "one") {
-  // Steady rolling in closed form: a bristle at the distance t from the leading edge holds slip t up to the
-  // static limit, then the kinetic one: limits of 4 u (1 - u), u = t / 2a.
-  const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;  // unit: the kinetic limit at the middle
-  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {                   // slip times 2a, in units of deflection
+  // Steady rolling in closed form: slip bends a bristle by slip x t, t the distance from the leading edge, up
+  // to the static limit; from there it has the kinetic one. Limits are 4 u (1 - u), u = t / 2a.
+  // Unit: kinetic limit of the deflection at the middle, m.
+  const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;
+  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {  // slip times 2a, in `unit`s
     OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
                BedShape::wheel_row(0.1, BedPressure::parabolic, 64), with_load(load, false));
     for (int i = 0; i < 400; ++i) bed.step(0.0, slip * unit / 100.0, 0.0, 0.002);
@@ -652,7 +655,7 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   for (const double load : {95.0, 90.0, 85.0}) {
     wheel.motion.normal_load = load;
     wheel.step(0.0);
-    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // its trailing edge slides
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
   }
 }
 
@@ -717,8 +720,8 @@ TEST_CASE("Forces with all outputs and without are two texts of one rule") {
       one.batch.step({&m, 1}, {&one.out, 1});
       other.batch.step({&m, 1}, {&other.out, 1});
       CAPTURE(kind.name, i);
-      // Rounding decides where a bristle that grazes its limit begins to slide: an error of some 3e-4 of the
-      // limit.
+      // Rounding decides where a bristle that only just reaches its limit begins to slide: an error of some
+      // 3e-4 of the limit.
       for (const int k : {0, 1}) {
         const double error = std::abs(one.out.force[k] - other.out.force[k]) / 12.0;
         CHECK(error < 2e-4);
@@ -799,7 +802,7 @@ TEST_CASE("A ball rolls alike in every direction") {
     const auto turned = run(angle);
     for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - straight[k]) < 2e-4 * 5.0);
   }
-  // Rolling back does not turn the rows by half a turn, so bent bristles keep their places.
+  // Rolling back must not turn the rows of bristles by half a turn, so bent bristles keep their places.
   OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
   for (int i = 0; i < 40; ++i) ball.step(0.0, 2e-7, 0.0, 1e-4);
   const double torque = ball.out.torque;
@@ -942,10 +945,11 @@ TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met
 TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll under a force, beside CONTACT") {
   // Units are mm and 1e6 Pa, so that forces are in N.
   const double a = 3.5e-3, load = 0.4705, friction = 0.4013, share = 0.657, limit = friction * load;
-  const double flexibility = 8.0 * a / (3.0 * 4.2 * 1e6);  // Kalker's coefficient of a circle, nu 0.28: 4.2
+  // Kalker's coefficient of a circle at nu 0.28 is 4.2.
+  const double flexibility = 8.0 * a / (3.0 * 4.2 * 1e6);
   OneBed bed(BedMaterial(friction).with_flexibility(flexibility, flexibility, flexibility),
              BedShape::ellipse(a, a, BedPressure::parabolic).rolling(29, 16), with_load(load));
-  // Takes Newton's steps to the displacement at which the force has its given value.
+  // Finds by Newton's steps the displacement at which the force has its prescribed value.
   const auto settle = [&](double rolled) {
     double d = 0.0;
     bed.motion.rolled[0] = rolled;
@@ -973,8 +977,9 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
       std::printf("rolled %5.2f: creep %.3e, bed %.3e\n", before, number(row, "value"), creep);
   }
   CHECK(cases == 56);
-  CHECK(creep == Approx(3.101e-3).epsilon(0.1));     // value of the steady state
-  CHECK(largest == Approx(3.403e-3).epsilon(0.12));  // largest value, as the shifted bristles leave
+  CHECK(creep == Approx(3.101e-3).epsilon(0.1));  // creepage in the steady state
+  // Largest creepage, while the shifted bristles leave contact.
+  CHECK(largest == Approx(3.403e-3).epsilon(0.12));
 }
 
 TEST_CASE("A wheel that is turned where it stands: parking torque over the steering angle, there and back") {
@@ -990,7 +995,8 @@ TEST_CASE("A wheel that is turned where it stands: parking torque over the steer
       for (int j = 0; j < n; ++j) {
         const double u = (2.0 * i + 1.0) / n - 1.0, v = (2.0 * j + 1.0) / n - 1.0;
         const double r = std::hypot(a * u, b * v), pressure = 1.5 * (1.0 - u * u);
-        // A bristle slides at the displacement `presliding` where the pressure is largest.
+        // A bristle slides once its displacement exceeds `presliding` times the local pressure over the
+        // largest one.
         sum += r * friction * load * std::min(1.5 * r * angle / presliding, pressure) / (n * n);
       }
     return sum;
@@ -1022,8 +1028,8 @@ TEST_CASE("A wheel locked, spun, and in a pothole") {
   OneBed spun(material, BedShape::wheel_row(0.07), with_load(load));
   for (int i = 0; i < 50; ++i) spun.step(-0.01, 0.0, 0.0, 0.01);
   CHECK(spun.out.force[0] == Approx(friction * load).epsilon(1e-3));
-  // In a pothole the wheel has no load and no force. After it the wheel behaves as one that has just been put
-  // down.
+  // In a pothole the wheel has no load and no force. After it the wheel behaves as one that has just touched
+  // the ground.
   OneBed rolling(material, BedShape::wheel_row(0.07), with_load(load)),
       fresh(material, BedShape::wheel_row(0.07), with_load(load));
   double stored = 0.0;
@@ -1046,12 +1052,12 @@ TEST_CASE("A wheel locked, spun, and in a pothole") {
 
 namespace {
 
-/// A quarter of a car on one wheel. A step solves for the force on it by Newton's method with the tangent,
-/// between bounds. `end` = 0.5: the midpoint rule with the mean force; 1: implicit Euler with the force at
-/// the end.
+/// A quarter of a car on one wheel. A step finds the force on the wheel by Newton's method with the tangent,
+/// between bounds. `end` = 0.5: midpoint rule with the mean force; 1: implicit Euler with the force at the
+/// end.
 struct WheelOfCar : OneBed {
   static constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3;
-  double inertia, end;  ///< kg m^2, 0: the brake holds the wheel
+  double inertia, end;  ///< inertia in kg m^2, 0: the brake holds the wheel
   double speed = 0.0, rim = 0.0, at = 0.0;
 
   WheelOfCar(double slip_stiffness, double inertia_kg_m2, double end_share)
@@ -1108,7 +1114,7 @@ TEST_CASE("A wheel with inertia under a car's mass, by the midpoint solve, climb
           gained = std::max(gained, car.energy(downhill) - before);
           before = car.energy(downhill);
         }
-        // Moves as without creep, less the creep: force over slip stiffness.
+        // Expects the speed of rolling without creep, less the creep: force over slip stiffness.
         CHECK(car.speed == Approx(2.0 - downhill / heavy * time).margin(2e-3));
         CHECK(gained < 1e-7);
       }
@@ -1126,7 +1132,7 @@ TEST_CASE("A locked wheel under a car's mass, by the midpoint solve, stops and g
         gained = std::max(gained, car.energy(slope * car.load) - before);
         before = car.energy(slope * car.load);
       }
-      // It rocks on its tyre, which nothing damps, with no more than the energy that the last slip left.
+      // The car rocks on its tyre, which nothing damps, with no more energy than the last slip left.
       CHECK(std::abs(car.speed) <
             1.05 * 0.9 * car.load * std::sqrt(0.07 / (slip_stiffness * car.mass)) + 1e-3);
       CHECK(gained < 1e-3);
@@ -1165,7 +1171,7 @@ TEST_CASE("A bed that was dragged far keeps its force in the next small step") {
         bed.step(1e-12);
         for (int k = 0; k < 2; ++k) CHECK(std::abs(bed.out.force[k] - force[k]) < 1e-5 * limit);
       }
-  // Under nearly no load, where the motion is 1e23 limits.
+  // Nearly no load, so that the motion is 1e23 times the limit of the deflections.
   OneBed light(BedMaterial(0.5).with_presliding(1e-12), BedShape::disc(1e-3, BedPressure::uniform),
                with_load(1.0, false), 1e-6);
   light.step(1e5);
@@ -1200,10 +1206,10 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   std::vector<std::byte> keys(keyed.state_size()), state(batch.state_size());
   REQUIRE(keyed.save_state({keys.data(), keys.size()}) == keys.size());
   batch.save_state({state.data(), state.size()});
-  CHECK(keyed.end_step() == 1);  // key 7 was not seen
+  CHECK(keyed.end_step() == 1);  // key 7 was not asked for in this step
   CHECK(keyed.size() == 1);
   CHECK_FALSE(static_cast<bool>(keyed.find(7)));
-  // The bed of the lost contact serves the new one, unbent.
+  // The bed of the lost contact serves the new one; its bristles are straight.
   CHECK(push(12, 0.0).id == first);
   CHECK(batch.info(first).normal_load == 2.0);
   CHECK(push(12, 0.0).force[0] == 0.0);
@@ -1245,7 +1251,8 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
   bristle_id id = 0;
-  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // refused, because `rolls` is not set
+  // The motion is refused, because `rolls` is not set.
+  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;
   REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);

@@ -59,7 +59,7 @@ struct CoulombPlate {
   }
 };
 
-/// A world of bristles with a floor of coefficient 0.5.
+/// A world of Bullet whose contacts have bristles, with a floor of friction coefficient 0.5.
 struct OnFloor {
   explicit OnFloor(double floor = 0.5, double dt = 1.0 / 240.0, double reach = FrictionOptions{}.reach)
       : world(Friction::bristle, btVector3(0, 0, -gravity), law(), options(reach)), dt_s(dt) {
@@ -90,7 +90,7 @@ TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances it
     CHECK(std::fabs(held.creep) < 1e-12);
     CHECK(std::fabs(held.samples.back().place[0]) < 10e-6);
     CHECK(std::fabs(held.samples.back().place[1]) < 1e-6);
-    CHECK(held.samples.back().place[0] > 1e-6);  // bristles bend before they hold
+    CHECK(held.samples.back().place[0] > 1e-6);  // bristles must bend before they can hold the box
 
     World world(Friction::bristle, scene.gravity, scene.law, scene.options);
     scene.build(world);

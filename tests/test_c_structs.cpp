@@ -171,7 +171,7 @@ TEST_CASE("A step's report is refused by its size before the step, and serves fo
     INFO(s.name);
     REQUIRE(s.step(nullptr) == BRISTLE_OK);
     const std::uint64_t before = s.hash();
-    bristle_step_report report{};  // never initialised
+    bristle_step_report report{};  // report that was never initialised
     CHECK(s.step(&report) == BRISTLE_BAD_ARGUMENT);
     CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is "));
     CHECK(s.hash() == before);
@@ -266,7 +266,7 @@ TEST_CASE("A null column is named", "[c]") {
 }
 
 TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
-  // Whoever adds a field to the struct must add its comparison below.
+  // Fails when PatchInfo gets a field, whose comparison must then be added below.
   static_assert(bristle::detail::field_count<PatchInfo> == 10);
   PatchBatch batch;
   CPatch c(800);
@@ -362,8 +362,8 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
 }
 
 TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
-  // Each bed needs something that no other has; all are pressed, rolled if they roll, and pulled along both
-  // axes.
+  // Each bed has a feature that no other bed has. All are pressed, rolled if they can roll, and pulled along
+  // both axes.
   const std::vector<BedCell> cells = {
       {{1e-3, 0.0}, 1.0, 2.0}, {{0.0, 2e-3}, 3.0, 1.0}, {{-1e-3, 1e-3}, 2.0, 1.0}};
   struct Case {

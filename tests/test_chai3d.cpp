@@ -44,7 +44,7 @@ double wall(const Vector3d& p, Vector3d& normal) {
 }
 Matrix3d turned_by(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix(); }
 
-/// A tool with a brush in a world.
+/// A haptic tool in a world, with a brush in place of the proxy's friction.
 struct Tool {
   explicit Tool(cWorld& world, const Vector3d& start, const BrushProxyOptions& options = {},
                 const Material& material = skin())
@@ -78,7 +78,7 @@ struct Tool {
   Vector3d position, force = Vector3d::Zero();
 };
 
-constexpr double depth = 0.004;  // m, penetration that gives 2 N of wall force
+constexpr double depth = 0.004;  // depth of penetration at which the wall force is 2 N, m
 
 }  // namespace
 
@@ -91,7 +91,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   });
   world.objects = {&block};
   const double reach = half + radius - depth;
-  // The block on its bristles swings; a damper that works at any speed brings it to rest.
+  // The block swings on its bristles; a damper that works at any speed brings it to rest.
   const Material damped = Material::from_coefficients(Coefficients{}
                                                           .with_kinetic(kinetic)
                                                           .with_peak(0.66)
@@ -119,7 +119,8 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   }
   for (int i = 0; i < 1000; ++i) step(9.81);
   CHECK(height - held == Approx(0.05).margin(0.5e-3));
-  // Too heavy for the grip: it slides, and the bristles pull with the force that the wall load gives them.
+  // Now the block is too heavy for the grip: it slides, and the bristles pull with the force that the wall
+  // load allows.
   for (int i = 0; i < 50; ++i) step(60.0);
   CHECK(velocity < -0.5);
   const bristle::Response& response = left.brush->response();
@@ -177,12 +178,13 @@ TEST_CASE("A count of an encoder makes the force step that count_step says", "[c
     tool.hold_at(start);
     const auto said = tool.brush->count_step(count, scale, stiffness * depth);
     const double first = -tool.hold_at(start + Vector3d(scale * count, 0, 0))[0];
-    CHECK(first == Approx(said.force_n).epsilon(0.1));  // first force of a brush whose weakest bristles snap
-                                                        // at once
+    // The weakest bristles snap at once, which lowers the first force.
+    CHECK(first == Approx(said.force_n).epsilon(0.1));
     CHECK(first <= said.force_n * (1.0 + 1e-9));
     CHECK(said.force_n == Approx(1.95 * kinetic * stiffness * depth / 10.0).epsilon(0.05));
     CHECK(said.share == Approx(0.195).epsilon(0.05));
-    // Passivity: b > K T / 2, K being the stiffness at the hand, scale times as high.
+    // A passive hand needs damping b > K T / 2, where K is the stiffness that the hand feels, `scale` times
+    // that of the brush.
     CHECK(said.damping_n_s_per_m == Approx(0.5 * tick * said.force_n / count).epsilon(1e-9));
   }
 }
@@ -205,14 +207,15 @@ TEST_CASE("A damper takes the velocity of a scaled device from many counts where
     Tool tool(world, start, BrushProxyOptions{}.with_resolution(windowed ? scale * count : 0.0), damped);
     double last = 0.0;
     jump[windowed ? 1 : 0] = 0.0;
-    for (int i = 0; i < 1000; ++i) {  // the hand moves at 7 mm/s
+    for (int i = 0; i < 1000; ++i) {  // moves the hand at 7 mm/s
       const double x = scale * count * std::floor(7e-6 * i / count);
       const double now = tool.hold_at(start + Vector3d(x, 0, 0))[0];
       if (i > 200) jump[windowed ? 1 : 0] = std::max(jump[windowed ? 1 : 0], std::fabs(now - last));
       last = now;
     }
   }
-  // Without the filter, one encoder count in a tick is 0.1 m/s, which makes 1 N at 2 N times 5 s/m.
+  // Without the filter, one encoder count in a tick is a velocity of 0.1 m/s, and the damper of 2 N times 5
+  // s/m makes 1 N of it.
   CHECK(jump[0] > 0.9);
   CHECK(jump[1] < 0.3 * jump[0]);
 }
@@ -347,7 +350,8 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
     cWorld world;
     cGenericObject ground(floor_between());
     world.objects = {&ground};
-    Vector3d on_device(0.02, 0, radius - depth);  // in the tool's frame, so that the hand does not move
+    // The point is fixed in the tool's frame, so the hand does not move.
+    Vector3d on_device(0.02, 0, radius - depth);
     Tool tool(world, on_device);
     tool.hold_at(on_device);
     const auto turn_frame = [&](double angle) {

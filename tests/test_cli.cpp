@@ -140,7 +140,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   const std::string rows = read_file(csv);
   CHECK(rows.rfind("t,bed,fx,fy,torque,load,", 0) == 0);
   CHECK(rows.substr(0, rows.find('\n')).find(",x,y") !=
-        std::string::npos);  // names of the columns that tools/plots/forces.gp draws
+        std::string::npos);  // columns that tools/plots/forces.gp draws, by name
   CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
   CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
   check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});
@@ -164,7 +164,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
 }
 
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // needs double, for one patch of the scene
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
   const Folder folder;
   const json report =
       run_report(folder, "run " + scene_path("two_surfaces") + " --out '" + folder.at("f.csv") + "'");
@@ -210,7 +210,8 @@ TEST_CASE("The table names step times, deadline, friction, features and the stat
        {"p99.9", "late", "friction / load", "left out", "mean force", "state hash", "10,001 rows"}) {
     CHECK_THAT(outcome.out, Contains(part));
   }
-  CHECK_THAT(outcome.out, !Contains("second axis"));  // the second axis is used, so no advice to leave it out
+  // The scene uses the second axis, so nothing advises to leave it out.
+  CHECK_THAT(outcome.out, !Contains("second axis"));
 }
 
 TEST_CASE("The table repeats what files say in short lines that no terminal obeys", "[cli]") {
@@ -301,7 +302,8 @@ TEST_CASE("A trace replaces the motion of a scene and sets its length", "[cli]")
   const auto rows = read_csv(folder.at("f.csv"));
   REQUIRE(rows.size() == 21);
   const std::size_t x = rows[0].size() - 2;
-  CHECK(std::stod(rows[5][x]) == Approx(50e-6));  // halfway between two rows, linear in between
+  // Halfway between two rows of the trace, which is linear in between.
+  CHECK(std::stod(rows[5][x]) == Approx(50e-6));
   CHECK(std::stod(rows[10][x]) == Approx(100e-6));
   CHECK(std::stod(rows[20][x]) == Approx(100e-6));
   CHECK(std::stod(rows[5][4]) == Approx(0.5));
@@ -331,7 +333,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
       "[[motion]]\npatch = \"first\"\ntype = \"ramp\"\nvelocity = 0.01\nload = 4\n"
       "[[motion]]\npatch = \"many\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 3\n");
   const std::string decisions = folder.at("decisions.csv");
-  // A budget of two microseconds, in which no machine steps 40,000 bristles.
+  // The budget is two microseconds a step, in which no machine steps 40,000 bristles.
   const json run =
       run_report(folder, "run '" + scene + "' --budget 2 --record-decisions '" + decisions + "'");
   const json& overload = run["overload"];
@@ -373,7 +375,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
                 {"a replay makes no decisions"});
   CHECK(read_file(decisions) == recorded);
 
-  // stdout has the decisions alone.
+  // Standard output has nothing but the decisions.
   const Outcome rows_only = run_cli(folder, "run '" + scene + "' --budget 2 --record-decisions -");
   CHECK(rows_only.code == 0);
   CHECK(rows_only.out.rfind("step,patch,bristles\n", 0) == 0);
@@ -425,7 +427,7 @@ TEST_CASE("What the steps of a run have decided is written once, at its end", "[
   }
   overload.write_decisions();
   overload.write_decisions();
-  CHECK(read_file(decisions) == "");  // the file is whole or absent
+  CHECK(read_file(decisions) == "");  // the file appears whole when the run ends, or not at all
   overload.finish();
   const std::string written = read_file(decisions);
   CHECK_THAT(written, Catch::Matchers::StartsWith(header) && Catch::Matchers::EndsWith(",tip,64\n"));
@@ -537,7 +539,7 @@ TEST_CASE("A patch of a scene has the lay that its table says", "[cli][lay]") {
   };
   replace(s.patch, "bristles = 100", "population = \"infinite\"\nlay = { limit_ratio = 1.0 }");
   const double plain = sliding();
-  // The patch moves along x, across a lay that is turned by 90 degrees.
+  // The patch moves along x, across the lay of the surface, which is turned by 90 degrees.
   replace(s.patch, "limit_ratio = 1.0", "limit_ratio = 0.25, angle = 1.5707963267948966");
   CHECK(sliding() == Approx(0.25 * plain).epsilon(0.01));
   replace(s.patch, "limit_ratio = 0.25", "to_over_fro = 2.0");
@@ -732,7 +734,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
   }
   if (!BRISTLE_MINIMAL) {
-    // Rows at rest, in tremor, in three straight slides and one in zigzag, for one patch and for ten
+    // Expects rows for rest, tremor, three straight slides and one in zigzag, for one patch and for ten
     // thousand.
     REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1));
     for (const json& row : report["infinite"]) {
@@ -763,7 +765,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 }
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
-  const cli::CapacityOptions options;  // default options, with a deadline of 1 ms
+  const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
   // A clock of 1 ns a bristle, later by the given factors in probes and in the confirming run.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
@@ -781,10 +783,11 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 
   const cli::CapacityRow usual = cli::find_capacity({}, options, clock(1.0, 1.0));
   CHECK(usual.fits.bristles <= 1'000'000);
-  CHECK(usual.fits.bristles >= 980'000);  // the search ends at 2 %
+  CHECK(usual.fits.bristles >= 980'000);  // the search ends at a difference of 2 %
   CHECK_FALSE(usual.unconfirmed);
 
-  // So cheap that 2^24 bristles fit in every probe, but not in the confirming run: a step of 5 % less.
+  // Bristles are so cheap that 2^24 of them fit in every probe, but not in the confirming run, after which
+  // the answer is 5 % less.
   const std::uint64_t most = 1u << 24;
   const cli::CapacityRow capped = cli::find_capacity({}, options, clock(1.0, 1.0, most, 1e-3));
   CHECK(capped.capped);
@@ -873,7 +876,8 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
         run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.svg") + "'");
     INFO(plot.err);
     CHECK(plot.code == 0);
-    CHECK_THAT(read_file(folder.at("drift.svg")), Contains("<svg") && Contains("</svg>"));  // whole
+    // The file has been written to its end.
+    CHECK_THAT(read_file(folder.at("drift.svg")), Contains("<svg") && Contains("</svg>"));
   }
 }
 
@@ -930,8 +934,8 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
     CHECK(read_file(beside) == "mine");
   }
 
-  // The material slides in `run` as the fit says: 1800 bristles fluctuate by 1.7 %, over hundreds of snap
-  // lengths by a tenth of that; the lubricant is not part of the coefficient.
+  // In `run` the fitted material slides with the fitted coefficient: 1800 bristles fluctuate by 1.7 %, the
+  // mean over hundreds of snap lengths by a tenth of that. The lubricant is not part of the coefficient.
   const json replay = run_report(folder, "run '" + toml + "'");
   const json& coefficient = replay["patches"][0]["coefficient"];
   const double kinetic = report["parameters"]["kinetic"]["value"];
@@ -958,7 +962,7 @@ TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]")
 
 TEST_CASE("A fit beside rivals judges eight models on the part that none has seen", "[cli][fit]") {
   const Folder folder;
-  // 500 rows of a block on a spring, whose limit is 0.6 N: Coulomb's friction with presliding.
+  // 500 rows of a block on a spring with a limit of 0.6 N, that is Coulomb's friction with presliding.
   std::string csv = "t,x,load,force\n";
   double x = 0.0, z = 0.0;
   for (int i = 0; i < 500; ++i) {
@@ -982,7 +986,7 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
   CHECK(names == std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's",
                                           "brush, rubbed", "brush, slide", "brush, slide, free law",
                                           "brush, as fitted"});
-  // Files other than --json have the fit to the whole record.
+  // All files but that of --json come from the fit to the whole record.
   const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'");
   CHECK(table.code == 0);
   CHECK_THAT(read_file(folder.at("fit.csv")), StartsWith("t,x,load,force,fit,residual"));

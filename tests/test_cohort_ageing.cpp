@@ -84,7 +84,7 @@ AgedBrush brush_of(const Row& row, double resolution) {
                    infinite_options(resolution, resolution > 8.0 ? 512 : 0));
 }
 
-/// Largest errors of a resolution, for each law.
+/// Largest error at one resolution, for each law by its name.
 using Errors = std::map<std::string, double>;
 void note(Errors& errors, const Row& row, double error) {
   double& largest = errors[row.at("dist")];
@@ -107,8 +107,8 @@ Errors steady_errors(double resolution) {
   return errors;
 }
 
-/// Returns relative errors of peaks. `brief`: only rows with a hold of tau, which the table has to 1.4e-3
-/// only (see the test against quadrature).
+/// Returns the relative errors of peak forces. `brief`: only rows with a hold of tau, which the table has to
+/// 1.4e-3 only (see the test against quadrature).
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
   for (const Row& row : read_table("ageing_hold.csv")) {
@@ -183,8 +183,8 @@ void require_below(const Errors& errors, double of_lognormal, double of_uniform,
 
 // ---------------------------------------------------------------------------------------------- quadrature
 
-/// Returns kinetic friction f(v) = int r S dr / int S dr with S at r / g(r / v), lengths in mean snap
-/// lengths.
+/// Returns kinetic friction in mean snap lengths, f(v) = int r S dr / int S dr, where S is the survival
+/// function at r / g(r / v).
 double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   double mass = 0.0, moment = 0.0;
   const double h = 1e-4;
@@ -196,8 +196,9 @@ double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   return moment / mass;
 }
 
-/// Returns peak over kinetic force after a hold, while no newborn bristle snaps (x up to the shortest snap
-/// length): a bristle bent by r stays if its length exceeds all r' / g so far.
+/// Returns the ratio of peak to kinetic force after a hold, up to the displacement at which newborn bristles
+/// snap (the shortest snap length). A bristle bent by r has not snapped if its length exceeds every r' / g so
+/// far.
 double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed, double hold,
                        double farthest) {
   constexpr std::size_t n = 4000;
@@ -219,8 +220,8 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
       mass += left(i);
       force += left(i) * (r[i] + x);
     }
-    newborn += 0.5 * dx * (lost + all - mass);  // adds int lost dx, the sum of the deflections of newborn
-                                                // bristles
+    // Integral of the lost mass over x, which is the sum of the newborn bristles' deflections.
+    newborn += 0.5 * dx * (lost + all - mass);
     lost = all - mass;
     peak = std::max(peak, force + newborn);
   }
@@ -280,7 +281,7 @@ class AgedBristles {
       b.x += h * ex;
       b.y += h * ey;
       const double bent = std::hypot(b.x, b.y);
-      if (bent <= residual_ + b.delta) continue;  // ageing only lengthens, so it cannot snap
+      if (bent <= residual_ + b.delta) continue;  // ageing only lengthens, so this bristle cannot snap
       const double strength = residual_ + b.delta * growth(ageing_, now_ - b.birth);
       if (bent <= strength) continue;
       const double along = b.x * ex + b.y * ey;
@@ -302,7 +303,7 @@ class AgedBristles {
   std::mt19937_64 generator_{11};
   std::vector<Bristle> bristles_;
   double now_ = 0.0;    ///< s
-  double drawn_ = 0.0;  ///< renewals owed, less than one
+  double drawn_ = 0.0;  ///< renewals owed for earlier snaps, less than one
 };
 
 /// A piece of motion (slide, turn, hold or creep): displacement in mean snap lengths, duration in s.
@@ -359,7 +360,7 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
           "[cohorts][ageing][physics]") {
   constexpr double beta = 0.005;
   for (const SnapLength& law : {lognormal, uniform}) {
-    // Expected values to first order in beta ln(..), over the kinetic force without ageing.
+    // Expected values are to first order in beta times a logarithm, over the kinetic force without ageing.
     const auto slide = [&](double speed) {
       AgedBrush brush(aged(law, beta), infinite_options(32.0, 512));
       return brush.step(3000.0, 3000.0 / speed);
@@ -379,9 +380,9 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
 
 TEST_CASE("The error of an infinite brush that ages falls with the square of its resolution",
           "[cohorts][ageing][physics]") {
-  // A path of slides, holds and turns in steps that are long beside a piece, each leg in one to three; with
-  // the exponential law bristles snap twice in a piece. (Lognormal 0.3 begins with so small an error that its
-  // order says little.)
+  // A path of slides, holds and turns in steps that are longer than a piece, with each part of it in one to
+  // three steps. Under the exponential law bristles snap twice in a piece. (Lognormal 0.3 begins with so
+  // small an error that its order says little.)
   for (const SnapLength& law : {uniform, SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0)}) {
     const auto run = [&](double resolution) {
       std::vector<double> forces;
@@ -418,7 +419,7 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
       AgedBrush brush(
           aged(lognormal, ageing).with_residual_length(residual * dbar).with_shared_renewal(renewal));
       AgedBristles truth(bristles, lognormal_quantile(1.0, 0.3), ageing, residual, renewal);
-      brush.hold(1e-3);  // bristles come into contact
+      brush.hold(1e-3);  // lets the bristles come into contact
       for (const Leg& leg : journey) {
         for (int i = 0; i < 5; ++i) brush.step(0.2 * leg.dx, 0.2 * leg.dy, 0.2 * leg.seconds);
         truth.step(leg.dx, leg.dy, leg.seconds, 0.02);
@@ -433,8 +434,8 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
 }
 
 TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][ageing][physics]") {
-  // Ageing saturates at once, g = 2, so bristles behave as if twice as long. Holds for second snaps within a
-  // piece as well.
+  // Ageing saturates at once with g = 2, so bristles behave as if twice as long, also those that snap twice
+  // in a piece.
   const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
   const SnapLength short_laws[] = {SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0),
                                    lognormal};
@@ -449,7 +450,7 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
       AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
       for (const Leg& leg : journey) {
         for (int i = 0; i < 4; ++i) {
-          // Keeps a speed without rests, since births after a rest begin a cohort of their own.
+          // Moves without rests, since bristles born after a rest begin a cohort of their own.
           const double seconds = std::hypot(leg.dx, leg.dy) + 1e-3;
           brush.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
           longer.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
@@ -463,8 +464,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
 }
 
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Steps of 0.1 s, 1 ms and (in some legs) 1 us. Bristles that restart and snap inside a step age too, which
-  // the exponential law tests.
+  // Steps of 0.1 s, of 1 ms and, for some parts of the motion, of 1 us. Bristles that restart and snap inside
+  // a step age too, which the exponential law tests.
   const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
                         {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -484,7 +485,7 @@ TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing
           expect_near(forces[0][i][axis], forces[1][i][axis], limit, to_string(law.law()));
     }
   }
-  // A path of 0.5 lengths in 0.1 s, in one step and in steps of 1 us.
+  // A path of 0.5 lengths in 0.1 s, in one step and in 100,000 steps of 1 us.
   AgedBrush coarse(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   AgedBrush fine(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   for (AgedBrush* brush : {&coarse, &fine}) brush->step(3.0, 0.0, 0.1);
@@ -505,11 +506,12 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       const double f = brush.step(length, length / speed);
       INFO(to_string(law.law()) << ", " << length << " lengths");
       CHECK(f == Approx(steady_force(law, ageing, speed)).epsilon(3.5e-3));
-      // Slower by a tenth, in short steps: a carried slide is not carried on at another speed.
+      // Moves on at a hundredth of the speed in short steps: a state carried along unsolved in steady sliding
+      // must not be kept at another speed.
       CHECK(brush.slide(12.0, 0.01 * speed) ==
             Approx(steady_force(law, ageing, 0.01 * speed)).epsilon(3.5e-3));
     }
-    // Work, loss and storage of one step agree with those of small steps.
+    // Work, loss and number of snaps in one long step agree with the sums over small steps.
     AgedBrush far(aged(law, ageing)), near(aged(law, ageing));
     for (AgedBrush* b : {&far, &near}) b->slide(1.0, 10.0);
     far.step(60.0, 6.0);
@@ -520,15 +522,14 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       snaps += static_cast<double>(near.response.snaps);
       lost += near.response.dissipated;
     }
-    const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;  // a law with corners limits
-                                                                                  // the accuracy of small
-                                                                                  // steps
+    // A survival function with corners limits the accuracy of small steps.
+    const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;
     CHECK(far.response.mean[0] == Approx(mean).epsilon(limit));
     CHECK(far.response.dissipated == Approx(lost).epsilon(limit));
     CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(5e-3));
     CHECK(far.imbalance < 1e-12);
   }
-  // With shared renewal a long step takes pieces for as long as it remembers its start.
+  // With shared renewal a long step is solved in pieces until it has forgotten its start.
   const Material rubbed = aged(lognormal, ageing).with_residual_length(0.1 * dbar).with_shared_renewal(1.0);
   AgedBrush far(rubbed), near(rubbed);
   far.hold(1.0);
@@ -538,7 +539,7 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   near.slide(40.0, 10.0);
   double snaps = 0.0;
   for (int i = 0; i < 100; ++i) {
-    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates speeds, so that no slide is carried
+    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates speeds, so that every step is solved
     snaps += static_cast<double>(near.response.snaps);
   }
   CHECK(f == Approx(near.force()).epsilon(2e-3));
@@ -562,7 +563,7 @@ TEST_CASE("A long step back is a slide of its own, with the friction of its spee
 }
 
 TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts][ageing]") {
-  // Of two equal patches one is named while it rests, the other is not; a third rests in one step.
+  // Three equal patches rest: one is named in every step of the rest, one in the last step, one in none.
   const Material material = aged(lognormal, 0.1);
   PatchBatch batch;
   const std::vector<PatchId> ids = add_patches(batch, 3, material, infinite_options());
@@ -585,7 +586,7 @@ TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts]
   const std::vector<Response> out = move({0, 1, 2}, 0.15, 0.15);
   for (int i : {1, 2}) CHECK(out[static_cast<std::size_t>(i)].end[0] == out[0].end[0]);
   for (int i : {1, 2}) CHECK(batch.state_hash(ids[static_cast<std::size_t>(i)]) == batch.state_hash(ids[0]));
-  // The resting patch has aged: one that did not rest is weaker.
+  // A patch that did not rest has aged less and is weaker.
   AgedBrush restless(material);
   for (int i = 0; i < 51; ++i) restless.step(0.1, 0.0, 0.1);
   restless.step(0.05, 0.0, 0.05);
@@ -609,7 +610,8 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  const PatchId idle = batch.add(material, infinite_options());  // out of contact during the rest
+  // Stays out of contact during the rest of the other.
+  const PatchId idle = batch.add(material, infinite_options());
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});
   CHECK(live(batch.add(material, infinite_options())) == hashes);
@@ -619,7 +621,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
 }
 
 TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]") {
-  // With tau = 1 us the age is 1e12 tau. A slide of 5,000 lengths then erases it.
+  // With tau = 1 us the bristles are 1e12 tau old, until a slide of 5,000 lengths replaces them all.
   const Material material = aged(lognormal, Ageing::logarithmic(0.1, 1e-6));
   AgedBrush old(material), young(material);
   for (int i = 0; i < 20; ++i) {
@@ -636,7 +638,8 @@ TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]")
 }
 
 TEST_CASE("Bristles that come into contact are young, and leave first", "[cohorts][ageing][load]") {
-  // Without shared renewal bristles are independent, so half of them may rest and half enter afterwards.
+  // Without shared renewal bristles are independent, so half may rest while half enter contact afterwards, as
+  // in patches of their own.
   const Material material = aged(lognormal, 0.1);
   AgedBrush both(material), rested(material), fresh(material);
   for (AgedBrush* b : {&both, &rested, &fresh}) b->load = 0.5 * load_n;
@@ -650,7 +653,8 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
     for (AgedBrush* b : {&both, &rested, &fresh}) b->step(0.05, 0.05);
     expect_near(both.force(), 0.5 * (rested.force() + fresh.force()), 1e-3, "mean deflection");
     if (i != 24) continue;
-    // After 1.25 lengths many bristles of the fresh brush have snapped, but few of the one that rested.
+    // After 1.25 lengths many bristles of the patch without a rest have snapped, but few of the one that
+    // rested.
     CHECK(rested.force() > 1.3 * fresh.force());
     AgedBrush less(material), same(material);
     for (AgedBrush* b : {&less, &same}) {
@@ -687,8 +691,8 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
   CHECK(brush.response.dissipated > 0.0);
   CHECK(brush.response.dissipated + brush.patch.energy() == Approx(stored).epsilon(1e-9));
   CHECK(brush.slide(16.0, 1.0) == Approx(kinetic(lognormal)).margin(5e-4));
-  // Ageing switched on: ages begin at the change. Nothing slips, and the resting patch grows stronger from
-  // here.
+  // Switches ageing on: ages begin at the change. Nothing slips, and the resting patch grows stronger from
+  // then on.
   const double same = brush.force();
   brush.hold(1e6);
   brush.patch.batch.set_material(brush.patch.id, strong);
@@ -699,7 +703,7 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
   CHECK(brush.slide(0.02, 1.0, 0.005) < same + 0.019);
   CHECK(brush.slide(16.0, 1.0) ==
         Approx(steady_force(lognormal, Ageing::logarithmic(0.1, tau), 1.0)).margin(5e-4));
-  // Another strength of ageing, at the present ages. With a doubled strength nothing slips.
+  // Doubles the strength of ageing at the present ages, so that nothing slips.
   brush.hold(100.0);
   const double held = brush.force();
   brush.patch.batch.set_material(brush.patch.id, aged(lognormal, 0.2));
@@ -731,7 +735,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     AgedBrush brush(aged(lognormal, beta));
     brush.hold(1e-6);
     double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at this rate, 1/s
+    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at the rate `rate`, 1/s
       const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
       rise = f / 0.6 - last;
       last = f / 0.6;
@@ -744,7 +748,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     const double peak = breakaway(rate);
     INFO("rate " << rate << ": " << last - peak);
     if (rate < 0.02) {
-      // Loading much slower than tau: a decade of rate adds beta ln 10 of the strength, whatever the peak is.
+      // In loading much slower than tau, a tenth of the rate adds beta ln 10 of the strength.
       CHECK((last - peak) / peak > 0.7 * beta * std::log(10.0));
       CHECK((last - peak) / peak < 1.1 * beta * std::log(10.0));
     }
@@ -756,7 +760,8 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);
   const double before = read(brush.patch, 1).delta[0];
-  CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));  // no bristle is known to be longer than its deflection
+  // Bristles are known only to be longer than their deflection.
+  CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));
   brush.hold(99.6);
   CHECK(read(brush.patch, 1).delta[0] ==
         Approx(before * (1.0 + 0.1 * std::log(101.0)) / (1.0 + 0.1 * std::log(1.4))).epsilon(1e-9));
@@ -764,7 +769,7 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
 
 TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
   // Layers of bristles differ in age and place. Each bristle left after the load falls must have been there
-  // before, with its deflection and its length x g.
+  // before, with the same deflection and the same length x g.
   const Material material = aged(lognormal, 0.3);
   constexpr std::size_t shown = 20000;
   const auto bristles_of = [&](const AgedBrush& b) { return read(b.patch, shown); };
@@ -795,8 +800,8 @@ TEST_CASE("Cohorts that a falling load empties take no age from those that stay"
 }
 
 TEST_CASE("Steps after a rest do not feel the base from which ages count", "[cohorts][ageing]") {
-  // The base of ages follows once 2^20 ageing times have passed since contact: tries rests just shorter and
-  // just longer.
+  // The time from which ages are counted moves on once 2^20 ageing times have passed since contact. Rests
+  // just shorter and just longer than that must agree.
   constexpr double time = 1e-3, speed = 1e5;
   const Material material = aged(lognormal, Ageing::logarithmic(1.0, time));
   for (const double long_step : {0.0, 4.0, 10.0, 15.0, 20.0, 30.0, 60.0}) {
@@ -805,7 +810,7 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
       AgedBrush brush(material);
       brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
       brush.slide(0.1, speed, 0.05);
-      brush.step(9.0, 9.0 / speed);  // the weakest bristles snap
+      brush.step(9.0, 9.0 / speed);  // lets the weakest bristles snap
       if (long_step > 0.0) brush.step(long_step, long_step / speed);
       force[longer] = brush.slide(0.2, speed, 0.05);
     }

@@ -56,7 +56,7 @@ std::vector<Place> made_up_path(const std::string& name, int steps) {
   return path;
 }
 
-/// Largest errors (mean snap lengths) against the tables of one law.
+/// Largest errors against the tables of one law, mean snap lengths.
 struct TableErrors {
   double virgin = 0.0, reversal = 0.0, turn = 0.0;
   int points = 0;
@@ -130,7 +130,7 @@ TEST_CASE("The infinite brush follows the tables of every law", "[cohorts][physi
 }
 
 TEST_CASE("The error of the infinite brush falls with the square of the resolution", "[cohorts][physics]") {
-  // Takes steps so long that pieces have the length that the resolution allows.
+  // Takes steps so long that they are cut into pieces of the length that the resolution allows.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::exponential(dbar)}) {
     std::mt19937 generator(4);
@@ -166,7 +166,8 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
 
 TEST_CASE("Steady sliding in steps within a piece is exact to 1e-4 at the default resolution",
           "[cohorts][physics]") {
-  // Births at the middle of a piece h would leave an error of h^2 / (24 dbar): 1.2e-3 of the force.
+  // Placing all bristles born in a piece of length h at its middle would leave an error of h^2 / (24 dbar):
+  // 1.2e-3 of the force.
   for (double cv : {0.3, 0.5}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
     const double expected = law.moment(2) / (2.0 * law.mean()) / dbar;
@@ -200,7 +201,8 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
-          for (int i = 0; i < 300; ++i) brush->step(0.05);  // forth, then back: cohorts of two ages
+          // Forth, then back, which leaves cohorts of two ages.
+          for (int i = 0; i < 300; ++i) brush->step(0.05);
           for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
         }
         const double ex = std::cos(turn), ey = std::sin(turn);
@@ -299,14 +301,14 @@ TEST_CASE("A load that rises at rest changes no force, and an overload goes firs
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
   }
-  // Tests loads beyond the highest as well.
+  // Raises the load above the highest as well.
   for (int i = 0; i < 50; ++i) {
     brush.load += 40.0;
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-11 * std::abs(force), "force under a rising overload");
   }
-  // When the load falls, the overload goes first, with its share of the force; then the straight bristles
-  // that entered last.
+  // When the load falls, the overload goes first, and its share of the force with it; then the straight
+  // bristles that entered last.
   const double highest = brush.load;
   brush.load = 0.5 * load_n;
   brush.step(0.0);
@@ -335,7 +337,7 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
 }
 
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
-  // 2e5 steps of 1e-7 lengths each way give the force of the path in few steps.
+  // A million steps of 1e-7 lengths give the force of the same path in ten steps.
   Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   for (Brush* b : {&slow, &fast})
@@ -361,7 +363,8 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
 }
 
 TEST_CASE("Short bristles among long ones are followed in pieces of their own length", "[cohorts][rubbing]") {
-  // A third of the lengths are a twentieth of the mean: less than half a piece, which is an eighth of it.
+  // A third of the lengths are a twentieth of the mean, which is less than half a piece (an eighth of the
+  // mean).
   const std::vector<double> lengths{1e-6, 1e-6, 1e-5, 1e-4};
   for (const double renewal : {0.0, 0.3, 1.0}) {
     const Material material = Material{}
@@ -392,7 +395,7 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   struct Wavering {
     const char* name;
     double lowest, highest;  // range of the load, over max_normal_load
-    double stroke;           // mean snap lengths per step; 0 = at rest after the first steps
+    double stroke;           // path per step, mean snap lengths; 0 = at rest after the first steps
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},
@@ -419,7 +422,7 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
     const double percent = 100.0 * std::sqrt(squares / steps);
     INFO(w.name << ": rms " << percent << " % of kinetic friction");
     CHECK(forces > 1.0);
-    // The force of n bristles itself fluctuates by 0.2 to 0.4 % at n = 1e5.
+    // The n bristles that the force is compared with fluctuate by 0.2 to 0.4 % themselves at n = 1e5.
     CHECK(percent < 0.3 + 120.0 / std::sqrt(static_cast<double>(n)));
   }
 }
@@ -440,7 +443,7 @@ TEST_CASE("A load that wavers along a path does the same along either axis", "[c
 }
 
 TEST_CASE("An overload at rest divides deflections, and their energy, by itself", "[cohorts][load][energy]") {
-  // Twice the load on the bristles in contact halves each deflection and doubles each stiffness, so no force
+  // Twice the load on the same bristles halves each deflection and doubles each stiffness, so no force
   // changes.
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
@@ -464,7 +467,7 @@ TEST_CASE("An overload at rest divides deflections, and their energy, by itself"
 
 namespace {
 
-/// Leaves numbers on the stack where the next call has its locals.
+/// Fills the stack with numbers where the next call will have its local variables.
 [[gnu::noinline]] double fill_stack(double with) {
   volatile double numbers[40000];
   for (volatile double& x : numbers) x = with;

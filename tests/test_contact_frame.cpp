@@ -48,7 +48,7 @@ double off_right_angles(const ContactFrame& f) {
          std::abs(axes.determinant() - 1.0);
 }
 
-/// A patch that a frame moves in space.
+/// A patch in space, moved and loaded through a ContactFrame.
 struct SpacePatch {
   explicit SpacePatch(std::uint32_t bristles = 400)
       : patch(batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
@@ -99,7 +99,7 @@ TEST_CASE("The axes follow the normal by the smallest rotation", "[frame]") {
     const Matrix3d smallest =
         Eigen::AngleAxisd(std::atan2(across.norm(), before.dot(to)), across.normalized()).toRotationMatrix();
     REQUIRE(frame.carry(7.0 * to));
-    // Near opposite normals the error of the axis is the rounding error over the sine of the angle.
+    // Near opposite normals the axis has the rounding error of the normals over the sine of their angle.
     const double tolerance = before.dot(to) > 0.0 ? 3e-15 : 3e-15 / across.norm();
     expect_near((frame.along() - smallest * along).norm(), 0.0, tolerance, "first axis");
     expect_near((frame.aside() - smallest * aside).norm(), 0.0, tolerance, "second axis");
@@ -124,11 +124,11 @@ TEST_CASE("A normal that turns over carries the axes half round about the first 
 TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid angle", "[frame]") {
   // Walks along great arcs, in steps of any size: the Gauss-Bonnet theorem holds exactly.
   const std::vector<std::vector<Vector3d>> polygons = {
-      {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},  // an octant of the sphere:
-                                                                                 // pi/2
+      // Octant of the sphere, which encloses the solid angle pi/2.
+      {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},
       {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
-      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // a polygon walked in the other
-                                                                         // orientation
+      // Polygon walked in the opposite sense.
+      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};
   for (const auto& corners : polygons) {
     double enclosed = 0.0;
     for (std::size_t k = 1; k + 1 < corners.size(); ++k)
@@ -182,7 +182,8 @@ TEST_CASE("Carrying a bent patch round a sphere changes neither its energy nor t
     expect_near(frame.force(p.response.end).dot(frame.normal()), 0.0, 1e-14 * size, "no normal part");
   }
   CHECK(p.batch.state_hash(p.patch) == hash);
-  // Back at the pole, the force is turned by the holonomy of the path, so it differs from the first.
+  // Back at the pole, the axes and the force have been turned by the path (its holonomy), so the force
+  // differs from the first.
   CHECK((frame.force(p.response.end) - before).norm() > 0.01 * size);
 }
 
@@ -209,17 +210,19 @@ TEST_CASE("Displacements from chords are off by the step squared and no normal m
   const double coarse = (walk(100, true) - exact).norm(), fine = (walk(200, true) - exact).norm();
   CHECK(coarse < 1e-5);
   CHECK(coarse / fine == Approx(4.0).epsilon(0.03));
-  // With displacements in the axes at the beginning of each step the error is of first order.
+  // With displacements in the axes at the beginning of each step, instead of half-way, the error is of first
+  // order.
   CHECK((walk(100, false) - exact).norm() / (walk(200, false) - exact).norm() == Approx(2.0).epsilon(0.1));
   CHECK((walk(200, false) - exact).norm() > 20 * fine);
 
-  // One arc of angle a, whose chord is 2 r sin(a/2) long.
+  // An arc of angle a has a chord of 2 r sin(a/2).
   ContactFrame frame(Vector3d::UnitZ(), Vector3d::UnitX());
   frame.carry(on_sphere(0.02, 0.0));
   const Vector2d d = frame.displacement(r * (on_sphere(0.02, 0.0) - Vector3d::UnitZ()));
   CHECK(1.0 - d[0] / (r * 0.02) == Approx(0.02 * 0.02 / 24).epsilon(1e-3));
   CHECK(std::abs(d[1]) < 1e-17);
-  // Moves straight up while the normal turns: the halves of the normals' difference on either side cancel.
+  // A point that moves straight up while the normal turns does not slip: both halves of the normal's change
+  // cancel.
   CHECK(std::abs(frame.displacement(frame.midway_normal())[0]) < 1e-15);
 }
 
@@ -256,8 +259,8 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       p.step(frame, dt * slip);
     }
     CHECK(std::hypot(p.response.end[0], p.response.end[1]) == 0.0);
-    CHECK((frame.along() - start).norm() < 1e-12);  // the contact point moved by 1.2 m, but the axes did not
-                                                    // turn
+    // The contact point moved by 1.2 m, but the axes did not turn.
+    CHECK((frame.along() - start).norm() < 1e-12);
   }
   SECTION("over another ball, with positions") {
     // The centres move on an arc; the ball turns as in rolling: (1 + R/r) times the angle of the arc.
@@ -273,14 +276,14 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       slipped += frame.displacement(relative).norm();
       p.step(frame, relative);
     }
-    // The chord is short by arc^2/24 of the (R + r) arc.
+    // A chord is shorter than its arc, of radius R + r, by the share arc^2/24.
     CHECK(slipped == Approx((big + small) * 1.0 * arc * arc / 24).epsilon(1e-3));
   }
 }
 
 TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins", "[frame]") {
-  // A bristle is a spring from a point of one body to a point of the other. Two discs turn about their common
-  // contact point; the ends of the bristle are half the deflection to either side of it.
+  // A bristle is a spring between a point of one body and a point of the other. Two discs turn about their
+  // common contact point, from which either end of the bristle is half the deflection away.
   const Vector3d n = Vector3d(0.3, -0.5, 0.8).normalized();
   for (const Vector2d& spins : {Vector2d(1.0, 1.0), Vector2d(0.0, 1.0), Vector2d(1.0, 0.0),
                                 Vector2d(-1.0, 1.0), Vector2d(2.5, -0.4)}) {
@@ -294,7 +297,7 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
     for (int i = 0; i < steps; ++i) {
       frame.carry(n, spins[0] / steps * n, spins[1] / steps * n);
       p.step(frame, Vector3d::Zero());
-      // Turns the tip with A and the root with B, about the point between them (midpoint rule).
+      // Turns one end of the spring with A and the other with B, about its middle (midpoint rule).
       Vector3d middle = bristle;
       for (int k = 0; k < 3; ++k) middle = bristle + 0.25 * (spins[0] + spins[1]) / steps * n.cross(middle);
       bristle += 0.5 * (spins[0] + spins[1]) / steps * n.cross(middle);
@@ -328,7 +331,7 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
       const Eigen::Quaterniond next = (by * scene).normalized();
       // Orientations change from scene * Q to next * turn * Q.
       moving_frame.carry(next * n, next * turn_a * scene.conjugate(), next * turn_b * scene.conjugate());
-      // The relative motion in the axes half-way.
+      // Expresses the relative motion in the axes half-way through the step.
       Matrix3d to_moving, to_still;
       to_moving << moving_frame.midway_along(), moving_frame.midway_aside(), moving_frame.midway_normal();
       to_still << still_frame.midway_along(), still_frame.midway_aside(), still_frame.midway_normal();
@@ -345,8 +348,8 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
 }
 
 TEST_CASE("Contacts that turn with the world alone see no slip", "[frame]") {
-  // Motion as an engine gives it: velocities of two bodies at their contact, all of it turning with w about
-  // the origin.
+  // Motion as a physics engine gives it: the velocities of two bodies at their contact, while the world turns
+  // with w about the origin.
   const Vector3d w(0.4, -1.0, 2.0), a(0.1, 0.2, 0.0), b(-0.3, 0.1, 0.4), c(0.02, 0.11, 0.2);
   const Vector3d slip = (w.cross(a) + w.cross(c - a)) - (w.cross(b) + w.cross(c - b));
   CHECK(slip.norm() < 1e-15);
@@ -389,7 +392,7 @@ TEST_CASE("A force at an arm gives its moment", "[frame]") {
   const ContactFrame::Wrench w = ContactFrame::wrench(frame.force(tangential), Vector3d(0.5, 0.0, 0.25));
   const Vector3d force = w.head<3>(), moment = w.tail<3>();
   CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
-  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // r x F by hand
+  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // torque r x F, computed by hand
 }
 
 TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, and are restored by a copy",
@@ -399,7 +402,8 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   bristle::KeyedPatches pool(batch, bristle::Material{}, plain_options(20),
                              bristle::KeyedOptions{}.with_capacity(3));
   bristle::ContactFrames frames(pool);
-  // What a program with a frame of its own for each key has. Key 5 ends after step 6 and begins again at 9.
+  // Frames of a program that keeps one of its own for each key. Key 5 ends after step 6 and begins again at
+  // step 9.
   std::map<std::uint64_t, ContactFrame> own;
   bristle::ContactFrames saved = frames;
   std::vector<std::byte> keys(pool.state_size()), state(batch.state_size());
@@ -436,7 +440,7 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   pool.restore_state({keys.data(), keys.size()});
   frames = saved;
   CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
-  // Contacts beyond the capacity share one frame that nothing reads.
+  // All contacts beyond the capacity share one frame, which nothing reads.
   const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
   CHECK(fourth.place == 3);
   CHECK(fourth.is_new);

@@ -30,8 +30,9 @@ using bristle_test::tick;
 /// One elastic bristle along x that slides when bent beyond the mean snap length: Coulomb friction with an
 /// elastic beginning.
 struct Coulomb : PatchRecord {
-  double* bent = nullptr;  ///< scaled deflection at the last position at which a kernel moved the patch; here
-                           ///< always the present one
+  /// Deflection, scaled, at the last position at which a kernel moved the patch; here always the present
+  /// position.
+  double* bent = nullptr;
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -43,8 +44,8 @@ Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
 
 double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
 
-/// Copies to the shared part: the bristle's deflection, its weight, and how far the patch may move within its
-/// bound.
+/// Copies to the record that all models share: the bristle's deflection, its weight, and the bound within
+/// which the patch may move without a call of the model.
 void note(Patch& p) noexcept {
   const auto& m = p.material();
   p.part = p.zeta > 0.0 ? 1.0 : 0.0;
@@ -56,7 +57,7 @@ void note(Patch& p) noexcept {
 }
 
 double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
-  // Updates the deflection by the motion within the bound, of which the model was not told.
+  // Adds the motion within the bound, of which the model was not told, to the deflection.
   coulomb(p).bent[0] += to_lengths(difference(p.position[0], p.part_position[0]));
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
@@ -137,8 +138,8 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
   return BatchAccess::add(batch, p);
 }
 
-/// Returns the force after a move. plain_material has 1 N per bristle and metre, so at a load of 3 N the
-/// force is 3 times the deflection.
+/// Returns the force after a move. Under plain_material it is the load (N) times the deflection (m), for the
+/// load is the number of bristles.
 double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
   bristle::Motion in;
   in.id = id;
@@ -165,7 +166,7 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
   CHECK(force_after(batch, id, 0.0, 3.0) == Approx(-3.0 * 0.4 * dbar));
   CHECK(force_after(batch, brush, 0.2 * dbar, 40.0) == Approx(-40.0 * 0.2 * dbar).epsilon(1e-5));
 
-  // A trial, under the present load or another, changes nothing.
+  // A trial step, under the present load or another, changes nothing.
   bristle::Motion trial;
   trial.id = id;
   trial.displacement[0] = 5.0 * dbar;
@@ -225,7 +226,7 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
   int taken = 0;
   while (commands.take(last) != nullptr) {
     ++taken;
-    commands.push(std::make_unique<Command>());  // a thread that adds without pause
+    commands.push(std::make_unique<Command>());  // as another thread would that adds without pause
     REQUIRE(taken <= 3);
   }
   CHECK(taken == 3);
@@ -257,8 +258,8 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
     batch.step(tick, {&in, 1}, {&out, 1});
     twin.step(tick, {&in, 1}, {&out, 1});
   };
-  // Compares with a twin that is never asked: it takes as a step, from an equal state, each motion that the
-  // other tried.
+  // Compares with a twin that makes no trials: from an equal state it takes as a step every motion that the
+  // other batch tried.
   const auto answers_agree = [&] {
     const bristle::Response tried = batch.find_force(tick, trial);
     std::vector<std::byte> before(twin.state_size());
@@ -276,7 +277,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   trial.normal_load = 300.0;
   CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // a step that changes the state
+  step_both(0.9 * dbar, 700.0);  // a step that changes the state of both
   CHECK(answers_agree());
   saved.resize(batch.state_size());
   batch.save_state(saved);

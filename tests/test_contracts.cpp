@@ -23,7 +23,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// A patch large enough that a step of it is shared among threads.
+/// A patch so large that its step is shared among threads.
 struct Shared {
   PatchBatch batch;
   Motion motion;
@@ -111,7 +111,8 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const auto add_and_remove = [&](int rounds) {
     for (int k = 0; k < rounds; ++k) {
       for (PatchId& id : ids) id = batch.add(material, options);
-      if (k % 16 == 0) batch.patch_count();  // the stepping thread takes the waiting changes at its own pace
+      // Takes the waiting changes, as a stepping thread does at its own pace.
+      if (k % 16 == 0) batch.patch_count();
       for (const PatchId id : ids) batch.remove(id);
     }
   };
@@ -123,9 +124,10 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const int rounds = static_cast<int>(test_size(125000));
   add_and_remove(rounds);
   CHECK(batch.patch_count() == 0);
-  // The next change frees the commands handed over last: a few commands, patches and slots.
+  // Memory does not grow: the next change frees the commands handed over last, a few commands, patches and
+  // slots.
   CHECK(bytes_in_use() < start + 500000);
-  // Every id was new: slots are reused under another generation.
+  // No id was given twice, because the generation in its upper half grows when a slot is reused.
   const PatchId after = batch.add(material, options);
   CHECK(static_cast<std::uint32_t>(after.value) < 200);
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
@@ -268,14 +270,15 @@ std::vector<double> step_outline_while(Meanwhile meanwhile) {
   for (int k = 0; k < 600; ++k) {
     if (k % 3 > 0) {
       pads.step(tick, {&motion, 1}, {&r, 1});
-    } else {  // the three calls of a step, between which changes are taken
+    } else {  // makes the three calls of a step, between which the other thread's changes are taken
       pads.write_motions({&motion, 1}, cells);
       batch.step(tick, cells, responses);
       pads.read_responses({&motion, 1}, responses, {&r, 1});
     }
     const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
     for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
-    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));  // lets the other thread run
+    // Leaves time to the other thread.
+    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   stop = true;
   other.join();

@@ -33,7 +33,7 @@ struct Rail : RailBody {
                      precisions().back())),
         stiffness(k * mass / (tick * tick)) {}
 
-  /// Slides steadily, thirty mean snap lengths from the start.
+  /// Slides for thirty mean snap lengths, after which friction is steady.
   void slide_in() {
     for (int i = 0; i < 400; ++i) patch.step(0.0731 * dbar, 0.0, 1.0);
   }
@@ -58,15 +58,14 @@ double stopping_ratio(Way way, double k, double way_in_dbar) {
 }  // namespace
 
 TEST_CASE("A sliding body stops where a constant friction force stops it, by either coupling", "[coupling]") {
-  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation 0.38 /
-  // sqrt(4000 * 20) = 0.0014. At the end of the path the bristles spring back by up to 0.3 dbar.
+  // The mean force of 4000 bristles that redraw, over some 20 renewals each, has a relative deviation of 0.38
+  // / sqrt(4000 * 20) = 0.0014. At the end of the path the bristles spring back by up to 0.3 dbar.
   for (const double k : {0.08, 0.8, 8.0}) {
     CAPTURE(k);
     CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
     CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
-    // The clipped predictor may pull with the peak force in place of the kinetic force, during the
-    // displacement of a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. One of the
-    // last steps does so.
+    // In one of the last steps the clipped predictor may pull with the peak force in place of the kinetic
+    // force: a relative error of (peak - kinetic) / K dbar = 0.083, over the displacement of that step.
     CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
     CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
   }
@@ -83,8 +82,8 @@ TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coup
       for (std::uint32_t i = 0; i < test_size(500); ++i) {
         rail.step();
         const double now = rail.kinetic_energy() + rail.stored_energy();
-        // A residual r of the solve is an error of T^2 r / (2 m) in the displacement, over which the force
-        // does work. The patch's own balance holds to 1e-12.
+        // A residual force r of the solve moves the body by T^2 r / (2 m) too far, over which the friction
+        // force does work. The patch's own balance holds to 1e-12.
         const double force = rail.stiffness * dbar + std::abs(rail.response.damper[0]);
         const double slack = force * force * rail.report.residual * tick * tick / (2.0 * mass) +
                              1e-11 * rail.stiffness * dbar * dbar + 1e-12 * start;
@@ -105,8 +104,8 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
       const double start = std::sqrt(20.0 * k) * dbar / tick;
       rail.body.velocity[0] = start;
       // A free swing of the stuck mass takes 2 pi / sqrt(k) steps and loses k/2 of its squared amplitude in a
-      // step (determinant 1 / (1 + k/2)); a stiff one multiplies it by 1 - 4 / (1 + k/2), which is negative.
-      // Six decay times.
+      // step (determinant 1 / (1 + k/2)). If stiff, a step multiplies the amplitude by 1 - 4 / (1 + k/2),
+      // which is negative. Runs for six decay times.
       const double decay = std::max({4.0 / std::max(k, c), 0.25 * k, 50.0});
       const auto steps = static_cast<int>(std::min(6.0 * decay, 24000.0));
       for (int i = 0; i < steps; ++i) rail.step();
@@ -118,10 +117,10 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
 
 TEST_CASE("A damper of any strength brakes a predicted body and does not turn it back", "[coupling]") {
   const double body_mass = 2.0;
-  for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // damper x tick / mass
+  for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // c: damper x tick / mass
     CAPTURE(c);
     const double damper = c * body_mass / tick;
-    // A lubricating film alone: bristles that hold 1e-14 N.
+    // A lubricating film alone: the bristles hold only 1e-14 N.
     const Material film = plain_material(uniform, SnapRule::keep).with_viscous_friction(damper);
     RailBody rail(false, body_mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
     rail.body.velocity[0] = 1.0;
@@ -133,12 +132,13 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x distance
+    // The damper took all momentum: momentum = damper x distance.
+    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));
   }
 }
 
 TEST_CASE("A rigid plate spun about its normal stops after the angle that friction allows", "[coupling]") {
-  // Four feet at radius r: I w^2 / 2 = mu N r angle.
+  // Four feet at radius r stop the plate: I w^2 / 2 = mu N r angle.
   constexpr double inertia = 3e-4, arm_x = 0.04, arm_y = 0.03, spin = 8.0, load = 0.6;
   const double radius = std::hypot(arm_x, arm_y);
   const Material material = plain_material(uniform, SnapRule::redraw)
@@ -173,7 +173,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
         bristle::apply_end_forces(tick, body, none, feet, responses);
       } else {
         const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
-        // Forces of 500 bristles that redraw over many snaps jump by one bristle at a time.
+        // The solve cannot be exact: the force of 500 bristles jumps where one of them snaps.
         expect(report.residual < 5e-3, "solved");
         batch.step(tick, motions, responses);
         bristle::apply_mean_forces(tick, body, none, feet, responses);
@@ -200,8 +200,8 @@ TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on
 }
 
 TEST_CASE("A patch of one axis does not hold a body back along the other", "[coupling]") {
-  // A acts along x, 8e6 N/m. B, along y, slides at once and pulls with its limit, 10,000 N/m times 10 um. Row
-  // 1 of A's Jacobian, which its patch of one axis lacks, is y, the default.
+  // Patch A acts along x with 8e6 N/m. Patch B, along y, slides at once and pulls with its limit, 10,000 N/m
+  // times 10 um. Row 1 of A's Jacobian, which a patch of one axis does not use, has its default, y.
   PatchBatch batch;
   const SnapLength one_length = SnapLength::single(dbar);
   const PatchId a = batch.add(plain_material(one_length, SnapRule::keep).with_bristle_stiffness(8e4),
@@ -211,8 +211,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // a step that only presses the patches down
-  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities
+  batch.step(tick, motions, responses);  // a step that only puts the patches under load
+  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities, along x and y
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {
@@ -220,8 +220,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
     feet[i].axes = 1;
   }
   feet[1].jacobian << 0, 1, 1, 0;
-  // Along x the force acts at the middle of the step: x = T^2 F/2 / (m + T^2 k/2), 4 um of 10 for 40 N. The
-  // motion along y is no slip of contact A, which would lower its force.
+  // Along x the force acts at the middle of the step: x = T^2 F/2 / (m + T^2 k/2), which for 40 N is 4 um of
+  // the 10 that A holds. The motion along y must not count as slip of A, which would lower its force.
   for (const double pull : {0.0, 40.0}) {
     const bristle::BodyVector<2> external = Eigen::Vector2d(pull, 0.0);
     bristle::predict_displacements(batch, tick, body, external, feet, motions);
@@ -232,17 +232,17 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
 }
 
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
-  // A push of two thirds of the kinetic force; a step is 1 ms. At rest the only solution of the equation is
-  // to stay.
+  // A push of two thirds of the kinetic force, in steps of 1 ms. Once at rest, the only solution of the
+  // step's equation is to stay.
   for (const Way way : {Way::predictor, Way::midpoint}) {
     Rail rail(way, 0.8, 0.2, 500);
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
     for (int i = 0; i < 2000; ++i) rail.step(push);
     const double settled = rail.x;
-    CHECK(settled > 0.3 * dbar);  // bent by at least 0.36 dbar
+    CHECK(settled > 0.3 * dbar);  // the push bends its bristles by at least 0.36 dbar
     CHECK(settled < 3.0 * dbar);
     for (std::uint32_t i = 0; i < test_size(200000); ++i) rail.step(push);
-    // Forces are solved to a relative 1e-10; errors of that size in a rest do not accumulate.
+    // Forces are solved to a relative 1e-10; at rest such errors do not accumulate.
     CHECK(std::abs(rail.x - settled) < 1e-8 * dbar);
   }
 }

@@ -15,7 +15,8 @@
 using namespace bristle_test;
 
 TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
-  // A float deflection of a third of a snap length would not change in steps below 2^-26 of it.
+  // If deflections were floats that grow with each step, one of a third of a snap length would not change in
+  // steps below 2^-26 of it.
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (int axes : {1, 2}) {
@@ -46,11 +47,11 @@ TEST_CASE("A creep far below the resolution of positions counts in full", "[cree
       constexpr int steps = 100000;
       Response r;
       for (int k = 0; k < steps; ++k) r = patch.step(d, axes == 2 ? -0.3 * d : 0.0, 1.0);
-      // Half a unit for the remainder not yet carried, and the rounding of the sums.
+      // Allows half a position unit for the remainder not yet carried, and the rounding of the sums.
       const double tolerance = 2.2e-19 + 1e-10 * steps * d;
       expect_near(-r.elastic[0], steps * d, tolerance, "force");
       expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
-      // Then back: no displacement was lost.
+      // Moves back by the same steps: no displacement was lost.
       for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
       expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
     }
@@ -64,7 +65,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   for (OnePatch* patch : {&crept, &fresh}) patch->step(0.3 * dbar, 0.0, 300.0);
   const std::uint64_t before = crept.hash();
   REQUIRE(fresh.hash() == before);
-  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit: only the remainder changes
+  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit, which changes only the remainder
   CHECK(crept.hash() != before);
   // A trial step includes the remainder and leaves it unchanged.
   Motion trial;
@@ -79,8 +80,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   fresh.batch.restore_state({state.data(), state.size()});
   CHECK(fresh.hash() == hash);
   for (OnePatch* patch : {&crept, &fresh})
-    patch->step(1.7e-19, 0.0, 300.0);  // a step by which the position
-                                       // changes
+    patch->step(1.7e-19, 0.0, 300.0);  // the remainders of both steps together change the position
   CHECK(fresh.hash() == crept.hash());
   CHECK(crept.step(0.0, 0.0, 300.0).elastic[0] == Approx(-300.0 * (0.3 * dbar + 4.3e-19)).epsilon(1e-6));
   CHECK(crept.batch.reset(crept.id));
@@ -93,7 +93,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
 TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]") {
   const auto steps = static_cast<int>(test_size(1000000));
   std::mt19937_64 random(7);
-  std::vector<bool> up(4096);  // random signs, not only alternating ones
+  std::vector<bool> up(4096);  // random directions of the counts, not only alternating ones
   for (std::size_t k = 0; k < up.size(); ++k) up[k] = (random() & 1u) != 0;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -105,7 +105,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // In the first counts a few bristles near their snap length snap; after that none does.
+          // In the first counts a few bristles near their snap length snap; later counts snap none.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);
@@ -115,7 +115,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
                              patch.step(count, 0.0, 600.0).elastic[0]};
           int wrong = 0;
           bool at = true;
-          // Takes a tenth of the steps for the large counts, which cost as much and show nothing more.
+          // Takes a tenth of the steps for the other counts, which cost as much and show nothing more.
           const int these = count == 2.7e-6 ? steps : steps / 10;
           for (int k = 0; k < these; ++k) {
             const bool to = up[static_cast<std::size_t>(k) % up.size()];
@@ -182,8 +182,8 @@ class HeldCapsule {
   int most_evaluations() const { return most_evaluations_; }
 
   void step(double grip_n) {
-    // Solves weight + friction(d) = m (v1 - v0) / T with d = T (v0 + v1) / 2. The difference falls with d by
-    // no more than `slope`.
+    // Solves weight + friction(d) = m (v1 - v0) / T with d = T (v0 + v1) / 2. The difference of both sides
+    // falls with d by no more than `slope`.
     double slope = 2.0 * mass / (tick * tick);
     double d = tick * velocity_;
     double residual = find_residual(d, grip_n);
@@ -241,8 +241,8 @@ struct Grip {
   std::function<double(int)> load;  ///< load of each pad in step k, N
 };
 
-/// Returns the grips, all of which reach 12 N, the least load, within the first second, when the deflection
-/// is largest.
+/// Returns the grips. Each has its least load, mostly 12 N, within the first second, when the deflection is
+/// largest.
 std::vector<Grip> grips() {
   return {{"12 N", false, [](int) { return 12.0; }},
           {"60 N", false, [](int) { return 60.0; }},
@@ -253,8 +253,7 @@ std::vector<Grip> grips() {
            [](int k) { return 12.0 + std::floor(49.0 * std::fmod(0.6180339887498949 * (k + 1), 1.0)); }}};
 }
 
-/// Mean positions over half a second: the depth at which the capsule hangs from second `from` on, and at the
-/// end.
+/// Mean depths at which the capsule hangs, each over half a second: from second `from` on, and at the end.
 struct Depth {
   double early = 0.0, late = 0.0;
 };
@@ -272,7 +271,7 @@ Depth hold(HeldCapsule& capsule, const Grip& grip, int from, int steps) {
 
 TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the grip does from 12 to 60 N",
           "[creep]") {
-  constexpr double damping_per_newton = 20.0;  // s/m, damping per newton of load
+  constexpr double damping_per_newton = 20.0;  // damping of the pads per newton of load, s/m
   constexpr int steps = 1600;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -281,8 +280,8 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           INFO(name_of(precision) << ", " << table_name(rule) << ", axes " << axes << ", " << grip.name);
           HeldCapsule capsule(rule, axes, precision, damping_per_newton);
           const Depth depth = hold(capsule, grip, 600, steps);
-          // The weight hangs on the bristles that are in contact at the least grip, bent by a hundredth of a
-          // snap length; the others leave contact bent and return straight.
+          // The weight hangs on the bristles that stay in contact at the least grip, bent by a hundredth of a
+          // snap length; the other bristles leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
           const double settling = 1e-4 * hangs;  // depth lost while the first bristles bend
@@ -319,7 +318,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
                                std::int64_t steps) {
   OnePatch patch(plain_material(uniform, rule), plain_options(n, axes, precision, Outputs::mean));
   patch.step(0.0, 0.0, n);
-  const double path = 0.29 * dbar;  // path of each step
+  const double path = 0.29 * dbar;  // path of each step, m
   // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;
@@ -346,20 +345,22 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   return means;
 }
 
-/// Compares every tenth's mean with the first. Returns the largest deviation.
+/// Compares the mean friction of every tenth of the slide with that of the first. Returns the largest
+/// relative deviation.
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);
-  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: rewards
-  // delta^2/2 of renewals, relative deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of
-  // their number.
-  const double path = 0.29 * static_cast<double>(steps) / 10.0;  // path of a tenth, mean lengths
+  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: the
+  // energies delta^2/2 of the snaps are rewards of a renewal process with the relative deviation
+  // sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number.
+  // Path of a tenth of the slide, mean snap lengths.
+  const double path = 0.29 * static_cast<double>(steps) / 10.0;
   const double sampling =
       rule == SnapRule::keep ? 1.5 / path : sigmas * std::sqrt(2.0) * 0.254 / std::sqrt(n * path);
   double worst = 0.0;
   for (double mean : means) worst = std::max(worst, std::abs(mean / means[0] - 1.0));
   CHECK(worst < std::max(1e-4, sampling));
-  // In a straight line the mean is the kinetic friction in closed form; SnapRule::keep: over 300 lengths,
+  // In a straight slide the mean is kinetic friction in closed form; under SnapRule::keep over 300 lengths,
   // with an error of 1/n.
   if (axes == 1) CHECK(std::abs(means[0] - 1.0) < (rule == SnapRule::keep ? 3e-3 : sampling) + 1e-4);
   return worst;

@@ -29,7 +29,7 @@ using bristle::TimeHistogram;
 
 namespace {
 
-/// Returns the smallest time that at least this share of the times does not exceed.
+/// Returns the smallest of the times that at least this share of them does not exceed.
 double percentile_of(std::vector<double> times, double share) {
   std::sort(times.begin(), times.end());
   const double rank = std::ceil(share * static_cast<double>(times.size()));
@@ -76,7 +76,7 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
   }
   DeadlineMonitor monitor(1e-3);
   monitor.record(1e-3, 0.0);
-  CHECK(monitor.p50() == 1e-3);  // with a single value the maximum limits its bucket
+  CHECK(monitor.p50() == 1e-3);  // of a single time the percentile is the maximum, not the end of its bucket
 }
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
@@ -153,9 +153,9 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
-  tick(5.001, 40e-6);  // period 30 us too long
-  tick(5.002, 20e-6);  // period 20 us too short
-  tick(5.005, 0e-6);   // two ticks skipped: period 2 ms - 20 us too long
+  tick(5.001, 40e-6);  // this period is 30 us too long
+  tick(5.002, 20e-6);  // this period is 20 us too short
+  tick(5.005, 0e-6);   // two ticks are skipped: the period is 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
   tick(9.001, 70e-6);  // the first tick after a pause has no period
@@ -243,7 +243,8 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
-  monitor.record(5e-3, 0.0);  // late: counts the hundred faults since the refresh, not the thousand before
+  // A late tick counts the hundred faults since the refresh, not the thousand before.
+  monitor.record(5e-3, 0.0);
   CHECK(monitor.late_events().minor_faults >= 100);
   CHECK(monitor.late_events().minor_faults < 1000);
   CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
@@ -279,7 +280,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::atomic<int> turns{0};  // snapshots that differ from the previous one
+  std::atomic<int> turns{0};  // number of snapshots that differ from the previous one
   std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
@@ -298,7 +299,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   for (int k = 0; turns < 1000 && DeadlineMonitor::wall_now() - start < 3.0; ++k) {
     monitor = k % 2 ? few : many;
     if (k % 4 == 0) monitor.reset();
-    const double gap = DeadlineMonitor::wall_now();  // leaves a gap, as between ticks
+    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between records, as between ticks
     while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
   done = true;
@@ -349,7 +350,7 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
     const double due = static_cast<double>(k) * 1e-3;
     monitor.record_tick(Tick{due, due, due + static_cast<double>(k) * us, k % 2 == 0 ? us : 0.0});
     const double start = DeadlineMonitor::wall_now();
-    while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // ticks come in bursts of four
+    while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // records ticks in bursts of four
     }
   }
   const double end_of_ticks = DeadlineMonitor::wall_now();

@@ -20,9 +20,9 @@ using namespace bristle_test;
 namespace {
 
 struct Outcome {
-  std::vector<std::vector<Response>> responses;  ///< [patch][step], with the id cleared
-  std::vector<std::uint64_t> hashes;             ///< [patch], state hash at the end
-  std::vector<std::byte> saved;                  ///< saved state at the end
+  std::vector<std::vector<Response>> responses;  ///< response of each [patch][step], with the id cleared
+  std::vector<std::uint64_t> hashes;             ///< state hash of each [patch] at the end
+  std::vector<std::byte> saved;                  ///< saved state of the batch at the end
   std::uint32_t most_tasks = 0;
 };
 
@@ -108,7 +108,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
           "[determinism][state]") {
   const std::vector<PatchCase> cases = every_variant(test_size(1500));
   const std::vector<std::size_t> all = all_of(cases);
-  // Expected bits come from the scalar kernels, which visit every bristle.
+  // Expects the bits of the scalar kernels, which visit every bristle.
   const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar").with_threads(1));
   CHECK(expected.most_tasks == 1);
 
@@ -121,8 +121,8 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
   }
   if (!is_scalar(PatchBatch())) CHECK(usable.size() >= 1);
   if (usable.empty()) usable.push_back("scalar");
-  // A way of running the cases. Each difference occurs at least once, several in one run; patch and step tell
-  // which one failed.
+  // A way of running the cases. Each difference from the expected run occurs at least once, several in one
+  // run; patch and step of a mismatch tell which one failed.
   struct Manner {
     int threads;
     bool eager;
@@ -178,7 +178,8 @@ TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bri
   for (PatchCase& c : every_variant(test_size(1500)))
     if (c.options.population != bristle::Population::infinite && !c.options.compared.literal)
       cases.push_back(std::move(c));
-  // Tremor, creep and wandering after sliding: in most steps most blocks do not snap, but are close to it.
+  // After sliding: tremor, creep and wandering, in which most blocks come close to a snap but do not snap in
+  // most steps.
   std::uint64_t visited[2] = {0, 0};
   std::vector<std::uint64_t> hashes[2];
   std::vector<Response> last[2];
@@ -215,13 +216,14 @@ TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bri
     FAIL_CHECK(cases[i % cases.size()].name << ": " << field << " differs in step " << i / cases.size());
   }
   CHECK(hashes[0] == hashes[1]);
-  if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);  // otherwise nothing was tested
+  // Blocks were skipped, else nothing was tested.
+  if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);
 }
 
 TEST_CASE("Outputs that a patch does not compute are left untouched and change no state", "[determinism]") {
   const std::vector<PatchCase> cases = every_variant(300);
   PatchBatch batch;
-  std::vector<PatchId> ids, twins;  // a twin differs only in its outputs
+  std::vector<PatchId> ids, twins;  // a twin patch differs only in its outputs
   for (const PatchCase& c : cases) {
     ids.push_back(batch.add(c.material, c.options));
     twins.push_back(batch.add(c.material, PatchOptions(c.options).with_outputs(Outputs::end)));
@@ -250,7 +252,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
   }
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (cases[i].options.population == bristle::Population::infinite)
-      continue;  // this kind stores sums only for outputs that need them
+      continue;  // the infinite brush stores some sums only for outputs that need them
     INFO(cases[i].name);
     expect(batch.state_hash(ids[i]) == batch.state_hash(twins[i]), "the same state whatever the outputs");
   }
@@ -274,7 +276,7 @@ TEST_CASE("find_force tells the next step's response bit for bit and leaves the 
       motions[i].id = ids[i];
       Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
       other.id = ids[i];
-      batch.find_force(tick, other);  // a trial, whose motion is not made
+      batch.find_force(tick, other);  // a trial of another motion, which is not made
       found[i] = batch.find_force(tick, motions[i]);
     }
     REQUIRE(batch.state_hash() == before);
@@ -306,7 +308,8 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
       std::vector<Response> responses(cases.size());
       for (std::size_t i = 0; i < cases.size(); ++i) {
         motions[i] = scripted_motion(i, k, cases[i].options.axes);
-        if (k < settled && i % 2 == 0) {  // steady sliding, in which representatives are carried along
+        // Slides steadily, so that some patches follow the slide without a look at their bristles.
+        if (k < settled && i % 2 == 0) {
           motions[i].displacement[0] = dbar;
           motions[i].displacement[1] = 0.0;
           motions[i].normal_load = k + 1 < settled ? 1.7 : 1.8;
@@ -328,7 +331,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   const std::uint64_t hash_end = original.state_hash();
   REQUIRE(hash_end != hash_then);
 
-  // Goes back in time in one batch.
+  // Restores an earlier state in the same batch.
   original.restore_state(state);
   CHECK(original.state_hash() == hash_then);
   std::vector<Response> again = advance(original, ids, settled, end);
@@ -337,7 +340,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   for (std::size_t i = 0; i < expected.size(); ++i) wrong += !first_difference(expected[i], again[i]).empty();
   CHECK(wrong == 0);
 
-  // Restores into a fresh batch with other options, and into one that has made other steps.
+  // Restores the state into a batch with other options, which has made other steps.
   for (const BatchOptions& options : {BatchOptions{}.with_isa("scalar"), BatchOptions{}.with_threads(1)}) {
     PatchBatch other(options);
     const std::vector<PatchId> other_ids = fill(other);
@@ -396,7 +399,7 @@ TEST_CASE("A state that does not fit is refused and changes nothing", "[determin
   refused(one_axis, state, "another number of axes");
   CHECK(batch.state_hash() == hash);
 
-  // A buffer may be larger than needed.
+  // A buffer may be larger than the state.
   std::vector<std::byte> roomy(state.size() + 100);
   CHECK(batch.save_state(roomy) == state.size());
   batch.step(tick, {&motion, 1}, {&response, 1});
@@ -416,14 +419,13 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   const Material material;
   const std::uint64_t base = hash_after(3e-6, 0.5, material, 1);
   CHECK(hash_after(3e-6, 0.5, material, 1) == base);
-  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);  // hash differs with another block displacement
-  CHECK(hash_after(3e-6, 0.4, material, 1) != base);       // hash differs with another active count
-  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);  // hash differs
-                                                                                             // with another
-                                                                                             // material
-  CHECK(hash_after(3e-6, 0.5, material, 2) != base);                                         // hash differs
-                                                                                             // with other
-                                                                                             // snap lengths
+  // Another displacement of a block gives another hash.
+  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);
+  // Another number of bristles in contact gives another hash.
+  CHECK(hash_after(3e-6, 0.4, material, 1) != base);
+  // Another material gives another hash.
+  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);
+  CHECK(hash_after(3e-6, 0.5, material, 2) != base);  // other snap lengths give another hash
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
   CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
 }

@@ -34,14 +34,14 @@ double length_at(const std::vector<double>& table, double u, bool single) {
 
 struct Sums {
   double moment[3] = {0.0, 0.0, 0.0};
-  double distance = 0.0;  ///< distance between the distribution functions
+  double distance = 0.0;  ///< largest distance between the distribution functions of draws and law
   double shortest = 1e9, longest = 0.0;
 };
 Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& table, bool single) {
   constexpr int draws = 1 << 23;
   Sums sums;
   for (int h = 0; h < draws; ++h) {
-    // Takes all of the outer 4096 shares, and every 64th of the others, with the weight of 64.
+    // Takes all of the outermost 4096 shares, and every 64th of the others with a weight of 64.
     const bool outer = h < 4096 || h >= draws - 4096;
     constexpr int pace = 64;
     if (!outer && h % pace != pace / 2) continue;
@@ -72,7 +72,8 @@ TEST_CASE("Lengths are drawn with the mean and the mean square of the law, to 1e
   std::vector<Law> laws;
   for (const double cv : {0.1, 0.3, 0.4, 0.7, 1.0, 1.25})
     laws.push_back({SnapLength::lognormal(mean, cv), mean, mean * mean * (1.0 + cv * cv)});
-  // Cut at -5 deviations: the cut removes 3e-7 of the law and moves its moments by 2e-6 of a deviation.
+  // The normal law is cut at 0, five deviations below its mean: the cut removes 3e-7 of the law and moves its
+  // moments by 2e-6 of a deviation.
   const double density = 1.4867195147342979e-06, kept = 1.0 - 2.8665157187919391e-07;
   const double cut_mean = mean + 2e-6 * density / kept;
   laws.push_back({SnapLength::normal(mean, 2e-6), cut_mean, mean * cut_mean + 4e-12});

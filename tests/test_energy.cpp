@@ -37,10 +37,10 @@ std::vector<LawCase> laws() {
 constexpr double balance_bound(Precision precision) { return precision == Precision::double_ ? 1e-12 : 1e-6; }
 
 struct Balance {
-  double work = 0.0;      ///< J, done by the mean force's elastic part
-  double stored = 0.0;    ///< J, change of stored energy
-  double lost = 0.0;      ///< J, lost in snaps and contacts
-  double involved = 0.0;  ///< J, sum of the sizes of these terms
+  double work = 0.0;      ///< work of the elastic part of the mean force, J
+  double stored = 0.0;    ///< change of the stored energy, J
+  double lost = 0.0;      ///< energy lost in snaps and contacts, J
+  double involved = 0.0;  ///< sum of the sizes of these terms, J
   double tolerance = 0.0;
   double residual() const { return work - stored - lost; }
 };
@@ -58,17 +58,17 @@ Balance balance_of(const Response& r, double before, double after, double dx, do
   const double blocks = std::ceil(n / 256.0);
   const double path = std::hypot(dx, dy);
   const double grain = 0x1p-44 * 2.0 * dbar;
-  // Stiffness of one bristle, which stands for more bristles under overload.
+  // Stiffness of one representative, which stands for more bristles under overload.
   const double one = std::max(stiffness_of_one, r.stiffness / n);
-  // Subtracting the damper's share of the mean force above loses digits.
+  // Allows for digits lost where the damper's share was subtracted from the mean force.
   const double digits = 0x1p-52 * (std::abs(r.damper[0] * dx) + std::abs(r.damper[1] * dy));
   b.tolerance = balance_bound(precision) * b.involved + (std::abs(fx) + std::abs(fy)) * grain +
                 blocks * one * (grain * path + 0x1p-50 * (path + 2.0 * longest) * longest) + digits;
   return b;
 }
 
-/// A random walk of all kinds of steps: tiny, presliding, a few snaps, jumps; the load varies slightly,
-/// jumps, is lost.
+/// A random walk with steps of every size: tiny, presliding, a few snaps, so long that snaps are jumped. The
+/// load varies slightly, changes at random, or becomes 0.
 class RandomWalk {
  public:
   RandomWalk(int axes, double max_load, unsigned seed) : axes_(axes), max_load_(max_load), random_(seed) {}
@@ -117,18 +117,17 @@ class RandomWalk {
 
 TEST_CASE("The energy balance with the mean force holds in every step of every kind of patch", "[energy]") {
   const int steps = static_cast<int>(test_size(400));
-  for (const PatchCase& c : every_variant(530)) {  // 530 bristles: two blocks and a tail
+  for (const PatchCase& c : every_variant(530)) {  // 530 bristles fill two blocks and part of a third
     if (c.options.outputs != Outputs::all || c.options.compared.literal || c.options.bristles > 1000)
       continue;
     INFO(c.name);
     const bool infinite = c.options.population == bristle::Population::infinite;
     const bool ages = c.material.ageing_strength > 0.0, slides = c.material.snap_rule == SnapRule::slide;
-    // Whether only snaps lose energy. A renewal loses energy without a snap, and a sliding bristle counts as
-    // a snap before it loses any.
+    // Whether every loss comes with a counted snap. A renewal loses energy without a snap, and a sliding
+    // bristle counts as a snap before it loses any.
     const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
     const Precision precision = infinite ? Precision::double_ : c.options.precision;
-    // The place of a snap is known to 1e-12, but an age, a slide, or a number drawn for n bristles less
-    // exactly.
+    // The place of a snap is known to 1e-12; an age, a slide, or a number drawn for n bristles is less exact.
     const double digits = precision == Precision::single                ? 1.0
                           : ages || slides || c.options.fluctuation > 0 ? 10.0
                                                                         : 1.0;
@@ -138,7 +137,7 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
     RandomWalk walk(c.options.axes, most, 5);
     std::mt19937_64 random(7);
     int failures = 0;
-    double taken = 0.0, slack = 0.0;  // work done on the patch so far, and the allowance for rounding
+    double taken = 0.0, slack = 0.0;  // work done on the patch so far, and what rounding may have added
     for (int k = 0; k < steps && failures < 3; ++k) {
       double dx, dy, load;
       walk.next(dx, dy, load);
@@ -149,7 +148,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
                              c.material.snap_length.longest());
       b.tolerance *= digits;
-      // The books of an infinite brush may lag by 1e-5 of what is stored, in a step that does no work.
+      // The stored energy of an infinite brush may be wrong by 1e-5 of itself, and be corrected in a step
+      // that does no work.
       const double least = infinite ? -1e-5 * (before + after) : 0.0;
       if (!(std::abs(b.residual()) <= b.tolerance)) {
         ++failures;
@@ -213,16 +213,17 @@ TEST_CASE("Against the mean force the end force takes more where a bristle stick
   OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep),
                  plain_options(1, 1, Precision::single));
   patch.step(0.0, 0.0, 1.0);
-  Response r = patch.step(0.9 * dbar, 0.0, 1.0);  // a spring of 1 N/m: work (0.9 dbar)^2 by the end force, of
-                                                  // which half is stored
+  // On a spring of 1 N/m the end force does the work (0.9 dbar)^2, of which half is stored.
+  Response r = patch.step(0.9 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] == Approx(0.9 * dbar).epsilon(1e-6));
   CHECK(-r.mean[0] == Approx(0.45 * dbar).epsilon(1e-6));
-  // It snaps at dbar and ends bent by 0.1: work 0.02 dbar^2 by the end force; by the mean force 0.095 up to
-  // the snap and 0.005 after it.
+  // The bristle snaps at dbar and ends bent by 0.1. Work of the end force: 0.02 dbar^2; of the mean force:
+  // 0.095 dbar^2 up to the snap and 0.005 dbar^2 after it.
   r = patch.step(0.2 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] * 0.2 == Approx(0.02 * dbar).epsilon(1e-5));
   CHECK(-r.mean[0] * 0.2 == Approx(0.1 * dbar).epsilon(1e-5));
-  CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));  // 0.4 dbar^2 less than before
+  // 0.405 dbar^2 was stored before the snap.
+  CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));
 }
 
 TEST_CASE("The balance holds for one bristle, where nothing averages out", "[energy]") {

@@ -44,7 +44,7 @@ double sampling(const std::string& dist, const std::string& variant, double n) {
   return sigmas * std::sqrt(number(row, "var_z_steady_per_bristle") / n);
 }
 
-// Parameters of Canudas de Wit et al. 1995, cycled at 1 Hz as in the table.
+// Parameters of the block of Canudas de Wit et al. 1995, which the table cycles at 1 Hz.
 const Sets canudas_drift = {
     "load=2.5",        "stiffness=1e5",          "damping=316.22776601683796", "mass=1",
     "presliding=2e-5", "cv=0.28867513459481287", "bristles_per_newton=360",    "frequency=1"};
@@ -64,8 +64,8 @@ TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brus
     const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
     const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
     const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
-    // Allows the change by halving the step (the fine run has a third of it as error), and the table's own
-    // tolerance of integration, 1e-5 of the 10 um it moves.
+    // Allows the change that halving the step makes (three times the error of the fine run), and the table's
+    // tolerance of integration, 1e-5 of the 10 um that the block moves.
     const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
     CHECK(std::abs(drift - ode) <= step_error + 1e-10);
     CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um
@@ -77,14 +77,14 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
   const double n = test_size(20000);
   int cases = 0;
   for (const Row& first : read_table("drift_brush.csv")) {
-    // Rows with positive forces only, for which a cycle closes at once. With both signs redraw needs some
-    // cycles.
+    // Takes the rows with positive forces only, in which a cycle closes at once. Between forces of both signs
+    // redraw needs some cycles.
     if (first.at("cycle") != "1" || number(first, "Fmin_over_Fpeak") < 0.0) continue;
     const std::string model = model_of(first.at("variant"));
     INFO(first.at("dist") << ", " << model << ", to " << first.at("Fmax_over_Fpeak") << " of the peak");
     const double per_length =
-        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // scale at which the kinetic force
-                                                                          // is 1 N
+        // Scale at which the kinetic force is 1 N.
+        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));
     const double peak = number(find_row(read_table("summary.csv"),
                                         {{"dist", first.at("dist")}, {"variant", first.at("variant")}}),
                                "f_peak") *
@@ -98,14 +98,14 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
                                         {model});
     double furthest = 0.0;
     for (const SeriesRow& row : rows_of(result, "fig2", model)) furthest = std::max(furthest, row.values[3]);
-    // Sampling error of the population in force, over the slope of the virgin curve there (its softening 1 -
-    // x - ..., by the difference quotient of the table's curve). Adds the block's inertia and damper at 1 Hz:
-    // m w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
+    // Sampling error of the bristles' force over the slope of the virgin curve there (1 - x, by the
+    // difference quotient of the table's curve). Adds the effect of the block's inertia and damper at 1 Hz: m
+    // w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
     const double x = number(first, "x_at_Fmax_over_dbar");
     const double slope = x < 0.5 ? 0.5 : std::max(0.1, 1.0 - x);
     const double tolerance = sampling(first.at("dist"), first.at("variant"), n) / slope + 1e-3;
     CHECK(std::abs(furthest / 2e-5 - x) < tolerance);
-    // Allows a drift by two bristles that snap late because the block still swings.
+    // Allows a drift by two bristles that snap late, because the block still swings.
     CHECK(std::abs(finding(result, "drift_per_cycle", model)) <= 2.0 * 20.0 / n / slope);  // um
     ++cases;
   }
@@ -131,8 +131,8 @@ TEST_CASE("Break-away falls with the force rate for LuGre and rises for the brus
     for (std::size_t i = 0; i < table.size(); ++i) {
       INFO(model << " at " << rows[i].values[0] << " N/s");
       const double friction = rows[i].values[3];
-      // Error of the step by halving. For the brush, Koksma's bound: discrepancy of the table's population of
-      // 900 and of ours (1/2n) times the variation of z at the peak (1.5 lengths of 2 N each).
+      // Error of the step, by halving it. For the brush adds Koksma's bound: the discrepancies of the table's
+      // 900 bristles and of ours (1/2n each), times the variation of z at the peak (1.5 lengths of 2 N each).
       const double step_error = std::abs(friction - coarse_rows[i].values[3]);
       const double tolerance = 2.0 * step_error + (brush ? 1.5 / 900.0 + 1.5 / n : 1e-5);
       const double expected =
@@ -149,7 +149,8 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
     const char* model;
     Sets sets;
   };
-  // In the table redraw has the stiffness of keep, so its kinetic force is 13/12 N. Two thousand bristles.
+  // The table gives redraw the same stiffness as keep, so its kinetic force is 13/12 N. Ours has two thousand
+  // bristles.
   const double n = bristle_count(2000);
   const std::vector<Case> cases = {
       {"LuGre Canudas95", "1", "lugre", {}},
@@ -172,9 +173,9 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
       if (start > 0.0) low = std::min(low, r.values[1]);
       fastest = std::max(fastest, r.values[3]);
     }
-    // Rows are 2 ms apart, and the spring gains 0.2 N/s. A brush breaks away at its highest force: stratified
-    // to 1.5/900 N as above with SnapRule::keep, sampled with SnapRule::redraw; the swing that follows
-    // magnifies the error by 1 + 1 (energy).
+    // Rows are 2 ms apart, in which the spring gains 4e-4 N. A brush breaks away at its highest force, known
+    // to 1.5/900 N as above with SnapRule::keep (stratified) and to the sampling error with SnapRule::redraw.
+    // The swing that follows doubles the error, because it conserves energy.
     const bool brush = std::string(c.model) != "lugre";
     const double population = !brush ? 1e-5
                               : std::string(c.model) == "brush_keep"
@@ -184,7 +185,7 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
     CHECK(std::abs(start - number(row, "t_slip_start_s")) < tolerance / 0.2);
     CHECK(std::abs(force - number(row, "spring_force_max_before_N")) < tolerance);
     CHECK(std::abs(low - number(row, "spring_force_min_after_N")) < 2.0 * tolerance);
-    // v = swing / sqrt(k m)
+    // A swing reaches the speed v = swing / sqrt(k m).
     CHECK(std::abs(fastest - number(row, "v_max_m_per_s")) < 2.0 * tolerance / std::sqrt(2.0));
   }
 }
@@ -224,7 +225,7 @@ TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from i
                          [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
   };
   CHECK(counted("1e-3,5e-3") == 0);
-  CHECK(counted("1e-3,1e-2") == 0);  // only one of the two speeds is away from rest
+  CHECK(counted("1e-3,1e-2") == 0);  // only one of these two speeds is above those of rest
   CHECK(counted("1e-2,2e-2") == 1);
 }
 
@@ -236,8 +237,8 @@ TEST_CASE("Steady friction over speed follows the tables of both damper decays",
         "stribeck_velocity=0.01"}},
       {"canudas95_scaled", {}}};
   const double n = test_size(3600), way = 50.0;
-  // Five standard deviations of a mean over time, over a path of this many mean snap lengths, of which every
-  // second counts as independent.
+  // Five standard deviations of a mean over a path of `way` mean snap lengths, of which every second one
+  // counts as independent.
   const double relative = sigmas * 0.0216 * std::sqrt(900.0 / n) / std::sqrt(0.5 * way);
   std::map<std::string, std::string> speeds;
   for (const Row& row : read_table("steady_force_velocity.csv")) {
@@ -308,7 +309,7 @@ TEST_CASE("The infinite brush is pulled along the virgin curve of the table, wha
       const auto found = at(rows, x * 2e-5, 1e-12);
       if (!found) continue;
       INFO(dist << ", x = " << x);
-      // Error in mean snap lengths at the default resolution: (1/8)^2 / 8, for pieces of 1/8.
+      // Allows the error at the default resolution, (1/8)^2 / 8 mean snap lengths for pieces of 1/8.
       expect_near(found->values[1] * kinetic_deflection(dist, "redraw"), number(row, "f_reference"), 2e-3,
                   "mean deflection");
       ++points;
@@ -328,13 +329,13 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         if (row.at("dist") != dist || row.at("variant") != variant) continue;
         const bool up = row.at("jump") == "zeta x2";
         const double x = number(row, "x_over_dbar_after_jump");
-        // After a fall of the load compares the first hundredth of a length.
+        // After a fall of the load compares the force a hundredth of a length further on.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
         const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;
         INFO(dist << ", " << variant << ", " << row.at("jump") << ", x = " << x);
-        // Before the change kinetic friction is 1 N. Fluctuation of the bristles before and of an equal
-        // number of new ones.
+        // Kinetic friction before the change is 1 N. Allows the fluctuation of the bristles there before, and
+        // of as many new ones.
         const double tolerance = 2.0 * sampling(dist, variant, n) / kinetic_deflection(dist, variant);
         expect_near(found->values[1], number(row, "F_over_Fk1_ref"), tolerance, "friction");
         ++points;
@@ -363,7 +364,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
         INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
         const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
         expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
-        // After a turn to the left the old direction lies to the right.
+        // After a turn to the left the direction of the first slide lies to the right.
         expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
         ++points;
       }

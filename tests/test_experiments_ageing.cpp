@@ -27,7 +27,8 @@ constexpr double mu0 = 0.4, v0 = 1e-3, load = 2.5;
 
 double steady_coefficient(double a, double b, double v) { return mu0 + (a - b) * std::log(v / v0); }
 
-// z and ln theta of a slider on a spring, by Runge-Kutta; asinh form as printed by Rice and Ben-Zion.
+// A slider on a spring: its position z and ln theta by Runge-Kutta, with friction in the asinh form printed
+// by Rice and Ben-Zion.
 struct Slider {
   double a, b, length, stiffness, z, theta;
 
@@ -67,7 +68,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     slider.move(0.0, duration, 40000);
     const double relaxed = slider.force();
     double peak = 0.0;
-    // Samples as the experiment does: 100 steps in each of 4 presliding lengths of 20 um.
+    // Samples as often as the experiment does: 100 steps in each of 4 presliding lengths of 20 um.
     for (int k = 0; k < 400; ++k) {
       slider.move(v, 2e-7 / v, 50);
       peak = std::max(peak, slider.force());
@@ -76,7 +77,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
       if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
     }
-    // A piece has a tolerance of 1e-7 N, and there are some hundred pieces.
+    // The experiment integrates some hundred pieces of the path, each to a tolerance of 1e-7 N.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
     const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);
@@ -94,8 +95,8 @@ TEST_CASE(
   const double steady = steady_coefficient(0.02, b, v) * load;
   for (const SeriesRow& row : rows_of(result, "peak", "rate_state")) {
     const double expected = steady + b * load * std::log(1.0 + row.values[0] * v / 2e-5);
-    // Within the first step, 1/2000 of Dc, theta is up to 5000 times its steady value; at the step's end the
-    // state has decayed by exp(-x/Dc).
+    // Within the first step (1/2000 of Dc) theta is up to 5000 times its steady value; at the end of that
+    // step it has decayed by exp(-x/Dc).
     CHECK(row.values[3] == Approx(expected).margin(b * load * 1e-3));
   }
   CHECK(finding(result, "healing", "rate_state") == Approx(100.0 * b / mu0).epsilon(0.03));
@@ -116,11 +117,11 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
       INFO((up ? "up" : "down") << " from " << row.values[0] << ", x = " << row.values[1]);
       const double after = (up ? factor : 1.0) * row.values[0];
       const double x = row.values[1] * 2e-5 / length;
-      // theta changes from Dc/v1 to Dc/v2 as exp(-x/Dc).
+      // After the step in speed theta changes from Dc/v1 to Dc/v2 as exp(-x/Dc).
       const double coefficient =
           steady_coefficient(a, b, after) + b * std::log1p((ratio - 1.0) * std::exp(-x));
-      // The path before the step is ten lengths: allows the rest of the previous step, averaged over the last
-      // quarter.
+      // The path before the step is ten lengths. Allows what the last quarter of it still has of the step
+      // before, on average.
       CHECK(row.values[2] == Approx(coefficient * load).margin(b * load * factor * 2.0 * std::exp(-7.5)));
     }
   }
@@ -128,7 +129,7 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
   // The first sample is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
   const double late = b * (std::log1p(2.0 * std::exp(-0.02)) / std::log(3.0) - 1.0);
   CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
-  // The distance x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
+  // The path x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
   const double first = std::log1p(2.0 * std::exp(-0.02));
   const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
   CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));
@@ -138,7 +139,7 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
 }
 
 TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
-  // Near the Stribeck velocity, where LuGre's friction falls with speed at both speeds.
+  // Both speeds are near the Stribeck velocity, where LuGre's friction falls with speed.
   const ExperimentResult result =
       run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
           {"gms", "lugre"});
@@ -165,8 +166,9 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
     const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
     const double found = rows_of(result, "bisection", "rate_state").front().values[1];
     const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    CHECK(theory == Approx(expected).epsilon(0.015));  // the experiment takes 15 samples in the shorter Dc
-    CHECK(found == Approx(expected).epsilon(0.03));    // found by bisection to 2 %
+    // The experiment takes 15 samples in the shorter of both Dc.
+    CHECK(theory == Approx(expected).epsilon(0.015));
+    CHECK(found == Approx(expected).epsilon(0.03));  // the experiment bisects the stiffness to 2 %
     CHECK(is_shown(result, "linear_theory", "rate_state"));
   }
 }
@@ -194,17 +196,17 @@ TEST_CASE("Critical stiffness: where friction does not fall with speed no spring
 
 namespace {
 
-constexpr double length = 2e-5;  // m, presliding length of the experiments
+constexpr double length = 2e-5;  // presliding length of the experiments, m
 
-// The brush that ages as in the tables: no residual, no renewal, no damper, a tau of 10 ms. Their speeds are
-// in lengths per tau, their forces in mean snap lengths: kinetic friction at high speed is m2 / 2.
+// Settings of the tables' brush: no residual, no renewal, no damper, a tau of 10 ms. The tables have speeds
+// in lengths per tau and forces in mean snap lengths; kinetic friction at high speed is m2 / 2.
 const Sets plain_law = {"residual=0", "renewal=0", "aged_damper=0", "viscous=0", "ageing_time=0.01"};
 double speed_of(double w) { return w * length / 0.01; }
 double fast_deflection(const std::string& dist) {
   return dist == "uniform_0.5_1.5" ? 0.5 * (1.0 + 1.0 / 12.0) : 0.5 * (1.0 + 0.09);
 }
 
-// Error at a resolution of 8, mean snap lengths.
+// Error of the infinite brush at a resolution of 8, mean snap lengths.
 constexpr double resolution_error = 2e-3;
 
 // Mean deflection over the presliding length in steady sliding at v, by quadrature: a bristle survives a path
@@ -216,7 +218,7 @@ struct RubbedLaw {
   double survival(double r) const { return std::clamp(1.5 - r / (1.0 - residual), 0.0, 1.0); }
   double factor(double age) const { return 1.0 + beta * std::log1p(age / tau); }
 
-  // Finds nu from (1 + kappa) nu int T = 1, T = S exp(-kappa nu r).
+  // Integrates by the midpoint rule; nu solves (1 + kappa) nu int T = 1 with T = S exp(-kappa nu r).
   template <class Integrand>
   double integral(const Integrand& f) const {
     const int n = 4000;
@@ -242,16 +244,16 @@ struct RubbedLaw {
     return residual + integral([&](double r) { return r * left(r, v, nu); }) /
                           integral([&](double r) { return left(r, v, nu); });
   }
-  // Returns the rise of the peak, over the share, when all snap lengths grow by a small share at once, as in
-  // a hold. Snaps are late by that share of their length: their falls of force are missing, and those of the
-  // bristles they would have renewed.
+  // Returns the relative rise of the peak over the relative growth of all snap lengths, for a small growth at
+  // once, as in a hold. Snaps come late by that growth, so the falls of force that they bring are missing,
+  // and those of the bristles that they would have renewed.
   double rise() const {
     const double fast = 1e30;
     const double nu = rate_at(fast);
     const double whole = integral([&](double r) { return left(r, fast, nu); });
     const double bent = integral([&](double r) { return r * left(r, fast, nu); }) / whole;
     const double mean =
-        1.0 - residual;  // density of lengths 1 / mean between half the mean and one and a half
+        1.0 - residual;  // lengths have the density 1 / mean between half the mean and one and a half
     const auto moment = [&](int power) {
       return integral([&](double d) {
                const bool inside = d > 0.5 * mean && d < 1.5 * mean;
@@ -297,7 +299,7 @@ TEST_CASE("The brush that ages slides at every speed as the table says", "[exper
 
 TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the table", "[experiment]") {
   const std::vector<Row> table = read_table("ageing_hold.csv");
-  std::map<std::string, Sets> runs;  // settings by law, beta and speed, each as sets of holds
+  std::map<std::string, Sets> runs;  // settings and holds of each run, by law, beta and speed
   int points = 0;
   for (const Row& first : table) {
     const std::string key = first.at("dist") + first.at("beta") + first.at("v_tau_over_dbar");
@@ -392,7 +394,7 @@ TEST_CASE(
     const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
     const Sets sets = plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal),
                                        set("ageing", beta), "resolution=32"};
-    // Speeds so slow that ages far exceed tau: dF/d ln v = -beta of the friction that is not residual.
+    // At speeds so slow that ages far exceed tau, dF/d ln v is -beta of the friction beyond the residual.
     const ExperimentResult slid =
         run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
     const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
@@ -402,24 +404,24 @@ TEST_CASE(
     for (const SeriesRow& row : rows) {
       CHECK(row.values[1] == Approx(law.deflection(row.values[0]) / fast).margin(1e-3));
     }
-    // Holds far longer than a bristle ages in sliding.
+    // The holds are far longer than a bristle ages in sliding.
     const ExperimentResult held =
         run("slide-hold-slide", sets + Sets{"speed=1e-4", "holds=1e3,1e5,1e7", "steps_per_length=400"},
             {"brush_aged"});
     const double healing = 0.01 * finding(held, "healing", "brush_aged");
     const double expected = beta * none.rise() / fast;
     if (!rubbed) CHECK(expected == Approx(2.0 * beta).epsilon(1e-3));
-    // The longer the lengths have become, the further the body moves until the peak, and the less is left of
-    // the bristles that snapped first. So healing is divided by g of the hold, here of the middle one.
+    // Longer lengths let the body move further until the peak, by which fewer of the bristles that snapped
+    // first are left. So healing is divided by g of the hold, here of the middle one.
     CHECK(healing * law.factor(1e5) == Approx(expected).epsilon(0.05));
   }
 }
 
 namespace {
 
-// Checks three dampings: small, for which fast swings are damped last; middle; and so large that it takes a
-// share of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
-// "Stick-slip"). It uses neither the response that the experiment measures nor its bisection.
+// Checks three dampings: small, where fast swings are damped last; middle; and so large that it takes a share
+// of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
+// "Stick-slip"); it uses neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",
                       "residual=0",  "renewal=0",     "aged_damper=0", set("ageing", ageing)};
@@ -480,8 +482,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
   for (const SeriesRow& row : rows_of(with, "step", "brush_aged")) {
     const double v = row.values[0];
     INFO("from " << v << " m/s");
-    // Over kinetic friction and per e-fold. The first sample is a thousandth of a length after the step, when
-    // a thousandth of the fall of 5 % has happened.
+    // Expected over kinetic friction and per e-fold of speed. The first sample is a thousandth of a length
+    // after the step, by which a thousandth of the fall of 5 % has happened.
     const double expected =
         a / mu0 * (std::asinh(1.5 * v / speed) - std::asinh(0.5 * v / speed)) / std::log(3.0);
     CHECK(row.values[2] == Approx(expected).margin(2e-4));
@@ -493,8 +495,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
 
 TEST_CASE("Break-away of the brush that ages falls with the force rate as its snap lengths do",
           "[experiment]") {
-  // A first pull follows the virgin curve, stretched by g of the time it takes: all bristles are as old as
-  // the pull. The lighter the block, the less inertia adds.
+  // A first pull follows the virgin curve, with all lengths longer by g of the time it takes, because all
+  // bristles are as old as the pull. A light block adds little inertia.
   const double tau = 0.01, beta = 0.05;
   const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", "redraw"}});
   const double young = number(row, "f_peak") / number(row, "f_kinetic");

@@ -97,7 +97,7 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< pose of the first patch
+  Vector3d pose = Vector3d::Zero();  ///< position (m) and angle (rad) of the first patch
   double lost = 0.0;                 ///< J, energy lost
 };
 
@@ -111,8 +111,8 @@ struct Disc : Body<3> {
   }
 };
 
-/// Computes force and torque of a uniform disc with short bristles, over mu N and mu N R: the mean direction
-/// of slip, as a plain sum in polar coordinates.
+/// Computes force and torque of a uniform disc with short bristles, over mu N and mu N R, by averaging the
+/// direction of slip over the disc in polar coordinates.
 void limit_surface(double v, double spin_r, double& force, double& torque) {
   constexpr int rings = 30, around = 64;
   force = torque = 0.0;
@@ -146,8 +146,8 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   const double limit = 0.4 * Disc::load;
   const auto swing = [&](int steps) {
     for (int i = 0; i < steps; ++i) {
-      // Force and torque are at most 0.4 of their limits, so the rim carries 0.4 + 0.4 * 4/3 * 0.89 of
-      // kinetic friction.
+      // Force and torque are at most 0.4 of their limits, so the rim bears at most 0.4 + 0.4 * 4/3 * 0.89 of
+      // kinetic friction and sticks.
       const double share = 0.2 * (1.0 + std::sin(2.0 * pi * i / 10.0));
       disc.step(way, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
     }
@@ -159,14 +159,15 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   CHECK(start[2] * Disc::radius > 0.02 * length);
   swing(static_cast<int>(test_size(59)) * minute);
   CHECK(disc.status == Status::ok);
-  // Tolerance: rounding of positions of 1e-6 m in 2e5 steps, and of forces in single precision.
+  // Allows the rounding of positions (steps of 1e-6 m) over 2e5 steps, and of forces in single precision.
   CHECK((disc.pose - start).head<2>().norm() < 1e-8 * length);
   CHECK(std::abs(disc.pose[2] - start[2]) * Disc::radius < 1e-8 * length);
 }
 
 TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins to rest",
           "[extended][coupling][energy]") {
-  // Turns up to 0.12 rad in a step, so the cells' chords and the torque half-way through the turn matter.
+  // Turns by up to 0.12 rad in a step, so that an error in the cells' chords, or in the torque half-way,
+  // would show.
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const double damping = GENERATE(0.0, 2.0);
   CAPTURE(name_of(population), damping);
@@ -178,7 +179,7 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
-    // A residual r of the solve allows an error in energy of r times the largest force times the path.
+    // A relative residual r of the solve may change the energy by r times the largest force times the path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
     expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
@@ -192,14 +193,14 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
 
 TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0.653, whatever the start",
           "[extended][coupling]") {
-  // Expected final ratio from Farkas, Bartels, Unger and Wolf, PRL 90, 248302 (2003). The path to it is
-  // integrated in parallel.
+  // The final ratio is that of Farkas, Bartels, Unger and Wolf, PRL 90, 248302 (2003). The path to it is
+  // integrated beside the coin.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   const double ratio = GENERATE(0.45, 1.5);
   CAPTURE(name_of(way), ratio);
   constexpr double mu = 0.4, length = 1e-9, start = 0.5, loss = 0.02;
   Disc disc(rubber(mu, length), options_of(Population::infinite, Disc::load), 5);
-  double v = ratio * start, rim = start;  // state of a coin whose bristles have no length
+  double v = ratio * start, rim = start;  // v and omega R of a coin with bristles of no length, m/s
   disc.body.velocity << v, 0.0, rim / Disc::radius;
   const double fastest = std::max(v, rim);
   while (std::max(v, rim) > 4e-3 * fastest) {
@@ -226,8 +227,8 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
 
 TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms and their own against spin",
           "[extended][coupling]") {
-  // A plate on a wall, with sticking pads of radius R and stiffness K: under a force through its centre of
-  // mass and a torque about the normal it moves as a body on springs K, and K R^2 / 2 each against spin.
+  // A plate on a wall, on sticking pads of radius R and stiffness K. Under a force through its centre of mass
+  // and a torque about the normal it moves as if each pad were a spring K, and K R^2 / 2 against spin.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   const std::size_t pads = GENERATE(1u, 3u, 4u);
   CAPTURE(name_of(way), pads);
@@ -250,7 +251,8 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
               bristle::rigid_contact_with_spin(i, arm, along, aside));
   }
   plate.batch.warm_up();
-  // Pads at a height of 10 mm would tip the plate, so the wall holds it against tipping.
+  // The pads lie 10 mm off the centre of mass and would tip the plate; a huge inertia stands for the wall
+  // that keeps it upright.
   plate.body.mass += 1e9 * plate.contacts[0].jacobian.row(2).norm() *
                      (Eigen::Matrix<double, 6, 6>() << Eigen::Matrix<double, 3, 6>::Zero(),
                       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity() - normal * normal.transpose())
@@ -286,8 +288,8 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
 
 TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor comes to rest",
           "[extended][coupling][stability]") {
-  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m
-  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m
+  const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m, for a step T
+  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m, for a step T
   CAPTURE(k, c);
   constexpr double length = 10e-6;
   // Stiffness per newton of load, for a disc of 0.1 kg under a load of one newton.
@@ -296,7 +298,7 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
                                 .with_bristle_stiffness(stiffness)
                                 .with_bristle_damping(c * Disc::mass / tick)
                                 .with_stribeck_velocity(1e12);
-  // Stops within some ten lengths, and turns by at most half a radian in a step.
+  // The speed lets the disc stop within some ten lengths, and turns it by at most half a radian in a step.
   const double speed = std::min(std::sqrt(20.0 * k) * length / tick, 0.5 * Disc::radius / tick);
   Disc solved(material, options_of(Population::infinite, Disc::load), 2);
   solved.body.velocity << 0.6 * speed, -0.3 * speed, speed / Disc::radius;
@@ -315,8 +317,8 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
 
   Disc predicted(material, options_of(Population::infinite, Disc::load), 2);
   predicted.body.velocity = Eigen::Vector3d(0.6 * speed, -0.3 * speed, speed / Disc::radius);
-  // A swing loses k/2 of its squared amplitude in a step, and a stiff one is multiplied by 1 - 4 / (1 + k/2).
-  // The spin of a disc has half the stiffness.
+  // A free swing loses k/2 of its squared amplitude in a step; if stiff, a step multiplies the amplitude by 1
+  // - 4 / (1 + k/2). Against spin a disc has half the stiffness.
   const double decay = std::max({8.0 / std::max(k, c), 0.25 * k, 50.0});
   const auto steps = static_cast<int>(std::min(6.0 * decay, 20000.0));
   for (int i = 0; i < steps; ++i) predicted.step(Way::predictor);
@@ -365,7 +367,7 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
 }
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
-  // The axes ride on the table; in them the ground velocity of its surface is that of its rotation.
+  // The disc's axes turn with the table, in which the velocity of the ground stays the same.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;

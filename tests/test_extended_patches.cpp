@@ -105,7 +105,7 @@ PatchOptions contact_of(Population population, std::uint32_t bristles) {
   return options;
 }
 
-/// Errors of sliding with spin against a row of the limit surface, over the largest value of the column.
+/// Errors of a slide with spin against a row of the limit surface, each over the largest value of its column.
 struct LimitError {
   double force = 0.0, side = 0.0, torque = 0.0, imbalance = 0.0;
 };
@@ -113,8 +113,8 @@ LimitError limit_error(const Row& row, int rings, double snap_over_radius, const
   const Pressure pressure = pressure_named(row.at("pressure"));
   const double radius = dbar / snap_over_radius, ratio = number(row, "v_over_omegaR");
   Pad pad(plain_material(smooth, SnapRule::redraw), options, Outline::disc(radius, pressure, rings), load_n);
-  // The rim moves by at most one mean snap length in a step. The whole turn is three quarters of a turn of
-  // the slower kind, so that all but a few cells have snapped often.
+  // The rim moves by at most one mean snap length in a step, and the whole turn is long enough that all but a
+  // few cells have snapped often.
   const double spin = snap_over_radius / (1.0 + ratio);
   const int steps = static_cast<int>(std::ceil((ratio > 1.0 ? 40.0 : 100.0 + 100.0 * ratio)));
   const double coulomb = load_n * kinetic(smooth) * dbar;
@@ -304,8 +304,8 @@ TEST_CASE("A disc that slides and spins has the force and torque of the limit su
     const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::infinite, 0));
     expect_near(error.force, 0.0, 0.005, "error of the force");
     expect_near(error.torque, 0.0, 0.005, "error of the torque");
-    // Bristles lag behind the turning direction of their path, which gives a force across the motion of the
-    // order of delta / R.
+    // Bristles lag behind their cell's direction of motion, which turns; their force across the motion is of
+    // the order of delta / R.
     expect_near(error.side, 0.0, 0.015, "force across the motion");
     expect_near(error.imbalance, 0.0, 1e-12, "energy");
   }
@@ -317,7 +317,7 @@ TEST_CASE("Representatives under a disc give the limit surface within their nois
     for (const char* pressure : {"uniform", "hertz"}) {
       INFO(pressure << ", v / (omega R) = " << ratio);
       const Row& row = find_row(rows, {{"pressure", pressure}, {"v_over_omegaR", ratio}});
-      // 20,000 bristles: one standard deviation of a force is 0.3 % of it.
+      // With 20,000 bristles one standard deviation of the force is 0.3 % of it.
       const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::representatives, 20000));
       expect_near(error.force, 0.0, 0.016, "error of the force");
       expect_near(error.torque, 0.0, 0.016, "error of the torque");
@@ -338,12 +338,12 @@ TEST_CASE("The error on the limit surface falls with the area of a cell", "[exte
   };
   const double few = worst(2), more = worst(4), many = worst(8);
   CHECK(few < 0.15);
-  CHECK(more < 0.25 * few);  // error with four times the cells
-  CHECK(many < 0.07 * few);  // error with sixteen times the cells
+  CHECK(more < 0.25 * few);  // four times the cells have less than a quarter of the error
+  CHECK(many < 0.07 * few);  // sixteen times the cells have less than a fourteenth of it
 }
 
 TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
-  // Twelve rings of three cells: nothing varies round the centre.
+  // Twelve rings of three cells suffice, because nothing varies round the centre.
   struct Case {
     const char* dist;
     Pressure pressure;
@@ -380,7 +380,8 @@ TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extend
 }
 
 TEST_CASE("The static peak of the force goes where the patch spins", "[extended][physics]") {
-  // A spin that is slow beside the slide is enough to spread the snaps: cells break away one after the other.
+  // Already a spin that is slow beside the slide spreads the snaps over the disc, so that cells break away
+  // one after the other.
   const auto peak = [](double rim_share) {
     const double radius = 100.0 * dbar;
     Pad pad(plain_material(uniform, SnapRule::redraw), infinite_options(16.0),
@@ -427,8 +428,8 @@ TEST_CASE(
   const double radius = 1e-3;
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::ellipse(radius, 0.3 * radius, Pressure::uniform, 2), load_n);
-  // One step forth by 0.2 of a snap length at the rim, three steps back, with the centre moving too. A rule
-  // that took the chord for the arc, or the old position for the one half-way, would drift.
+  // Moves one step forth by 0.2 of a snap length at the rim, with the centre moving too, then back in three
+  // steps. A rule that took the chord for the arc, or the old position for the one half-way, would drift.
   const double spin = 0.2 * dbar / radius, way = 0.1 * dbar;
   for (int i = 0; i < 20000; ++i) {
     pad.step(way, 0.0, spin);
@@ -442,7 +443,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
-  // Bristles are so long that large turns stick: 1.2 rad at a radius of half a snap length.
+  // Bristles are so long that a turn of 1.2 rad at a radius of a third of a snap length sticks.
   const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
   const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
   const auto turned = [&](int pieces) {
@@ -453,7 +454,8 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
   const ExtendedResponse once = turned(1), often = turned(60);
   for (int a = 0; a < 2; ++a) CHECK(often.elastic[a] == Approx(once.elastic[a]).margin(1e-9 * load_n * dbar));
   CHECK(often.elastic[2] == Approx(once.elastic[2]).margin(1e-9 * load_n * dbar * dbar));
-  // In closed form: every root went from r to d + R(1.2) r, and pulls back with K w times its displacement.
+  // In closed form: the root of every cell went from r to d + R(1.2) r, and pulls back with K w times its
+  // displacement.
   double torque = 0.0, x = 0.0;
   const double c = std::cos(1.2), s = std::sin(1.2);
   for (const PatchCell& cell : outline.cells) {
@@ -502,7 +504,8 @@ TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[ext
 }
 
 TEST_CASE("Limits of force and torque are those of a first loading and a first turn", "[extended]") {
-  // With every cell at the peak of the virgin curve at once, at its own distance: 2/3 R for a uniform disc.
+  // The limits suppose every cell at the peak of the virgin curve at once; in a uniform disc the mean lever
+  // is 2/3 R.
   const double radius = 1e-3;
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::disc(radius, Pressure::uniform, 3), load_n);
@@ -518,7 +521,7 @@ TEST_CASE("Limits of force and torque are those of a first loading and a first t
 
 TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
           "[extended]") {
-  // Cells off the centre, so that force and spin are coupled.
+  // Cells lie off the centre, so that a spin changes the force.
   Outline outline;
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
@@ -690,7 +693,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   ExtendedMotion motion = good;
   motion.normal_load = -1.0;
   CHECK(refused(motion) == Status::bad_input);
-  motion.normal_load = 1.01e15;  // above the limit, although the share of each cell is not
+  motion.normal_load = 1.01e15;  // load above the limit, although the share of each cell is below it
   CHECK(refused(motion) == Status::bad_input);
   CHECK(refused(good, 0.0) == Status::bad_input);
   motion = good;
@@ -709,7 +712,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK(response.status == Status::bad_input);
   CHECK(response.end[2] == 0.0);
 
-  // An outline that computes only its end force checks its velocity all the same.
+  // An outline that computes only its end force, which needs no velocity, still refuses an invalid one.
   ExtendedMotion plain = good;
   plain.id = pads.add(plain_material(smooth, SnapRule::redraw),
                       infinite_options(8.0).with_outputs(bristle::Outputs::end),
@@ -719,7 +722,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   plain.velocity[0] = NAN;
   CHECK(pads.step(tick, {&plain, 1}, {&response, 1}).status == Status::bad_input);
 
-  // Named twice: the first motion counts, and the outline turns once.
+  // An outline named twice takes the first motion, and turns once.
   const ExtendedMotion twice[] = {good, good};
   ExtendedResponse two[2];
   const auto report = pads.step(tick, twice, two);
@@ -762,7 +765,7 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
   CHECK(pads.info(pad).along[0] == Approx(std::cos(2.0)).margin(1e-13));
   std::vector<PatchCell> cells(count);
   REQUIRE(pads.read_cells(pad, 0.5, load_n, cells) == count);
-  // Turns back by 2.5 rad, to the orientation as given.
+  // Turns the cells back by 2.5 rad, to the orientation that the outline was given with.
   const Outline given = Outline::disc(1e-3, Pressure::hertz, 2);
   for (std::size_t i = 0; i < count; ++i) {
     const double c = std::cos(2.5), s = std::sin(2.5);
@@ -783,7 +786,8 @@ TEST_CASE("A creep far below the resolution of a position counts in full for an 
   motion.normal_load = load_n;
   ExtendedResponse response;
   for (int k = 0; k < 20000; ++k) pads.step(tick, {&motion, 1}, {&response, 1});
-  // One bristle per newton, of 1 N/m; the sum of each cell is rounded by a third of a per cent.
+  // There is one bristle per newton, of 1 N/m. Rounding changes the sum of each cell by a third of a per
+  // cent.
   CHECK(response.elastic[0] == Approx(-load_n * 20000 * 1e-15 * dbar).epsilon(0.01));
 }
 
@@ -797,7 +801,8 @@ TEST_CASE("An outline grows with the cube root of the load where that is asked",
   const double torque_limit = pad.response.torque_limit;
   pad.load = 125.0;
   pad.step(0.0, 0.0, spin);
-  CHECK(pad.response.torque_limit == Approx(torque_limit / 16.0).epsilon(1e-9));  // load / 8, size / 2
+  // An eighth of the load halves the size, so the torque is a sixteenth.
+  CHECK(pad.response.torque_limit == Approx(torque_limit / 16.0).epsilon(1e-9));
   CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 1e-6).epsilon(1e-9));
   REQUIRE(pad.pads.set_scale(pad.id, 3.0));
   pad.step(0.0, 0.0, spin);
@@ -825,7 +830,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   };
   slide(pads, keyed.find_or_add(11));
   keyed.end_step();
-  keyed.end_step();  // key 11 is lost
+  keyed.end_step();  // key 11 is lost after two steps without it
   CHECK_FALSE(static_cast<bool>(keyed.find(11)));
   const ExtendedResponse again = slide(pads, keyed.find_or_add(12));
   PatchOptions of_key = options;
@@ -845,7 +850,8 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
   Pad eager(plain_material(smooth, SnapRule::redraw), options, outline, load_n, stepped_eagerly());
   REQUIRE(lazy.id.value == eager.id.value);
   for (int i = 0; i < 24; ++i) {
-    // Eight turns make a full circle, with a glide after each, in which nothing is visited and nothing damps.
+    // Eight turns make a full circle. The two steps after each only slide on, without spin and damping, so
+    // that the lazy batch visits nothing.
     const double spin = i % 3 == 0 ? 0.25 * pi : 0.0;
     INFO("step " << i);
     const ExtendedResponse one = lazy.step(0.1 * dbar, 0.05 * dbar, spin);
@@ -859,8 +865,8 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
 }
 
 TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {
-  // Of two equal outlines one is stepped as a whole, the other cell by cell through the batch: glides, holds,
-  // tremor in any direction, loads, a turn back.
+  // Steps one of two equal outlines as a whole, the other cell by cell through the batch: slides that go on,
+  // rests, tremor in any direction, changes of load, a turn back.
   for (const double renewal : {0.0, 1.0}) {
     Material material = plain_material(smooth, SnapRule::redraw);
     material.shared_renewal = renewal;
@@ -906,8 +912,8 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
 
 namespace {
 
-/// Returns options for outlines whose steps are light when possible: nothing damps, and only the end force is
-/// asked for.
+/// Returns options for outlines that can be stepped without a visit of their cells: nothing damps, and only
+/// the end force is asked for.
 PatchOptions light_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
 
 ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
@@ -919,7 +925,8 @@ ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
   return motion;
 }
 
-/// Sticks an outline. With plain_material, in contact, its stiffness in N/m is its load in newtons.
+/// Moves an outline so little that it sticks. With plain_material its stiffness in N/m is its load in
+/// newtons.
 ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx = 0.01 * dbar) {
   const ExtendedMotion motion = motion_of(id, dx, 0.0, load);
   ExtendedResponse response;
@@ -941,7 +948,8 @@ double bytes_in_use() {
 
 TEST_CASE("An outline has the stiffness of its material, load and contact from the first step that has them",
           "[extended]") {
-  // Twice the stiffness, half the load, or no contact must show at once, whatever the previous step answered.
+  // A stiffness that doubles, a load that halves, or a lost contact must show in the next step, whatever the
+  // previous step answered.
   const Material soft = plain_material(smooth, SnapRule::redraw);
   const Material stiff = Material(soft).with_bristle_stiffness(2.0);
   PatchBatch batch;
@@ -954,7 +962,8 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   const ExtendedResponse changed = stick(pads, pad, load_n);
   CHECK(changed.stiffness[0][0] == Approx(2.0 * load_n));
   CHECK(changed.stiffness[1][1] == Approx(2.0 * load_n));
-  CHECK(changed.stiffness[2][2] == Approx(2.0 * load_n * 0.5e-6));  // a uniform disc: R^2 / 2
+  // A uniform disc has R^2 / 2 of it against spin.
+  CHECK(changed.stiffness[2][2] == Approx(2.0 * load_n * 0.5e-6));
   CHECK(changed.force_limit == Approx(2.0 * limit));
   CHECK(changed.torque_limit > 0.0);
   pads.set_material(pad, soft);
@@ -969,7 +978,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(restored.stiffness[0][0] == Approx(load_n));
   CHECK(restored.force_limit == Approx(limit));
 
-  // A refused motion, with a velocity, so that all cells are asked.
+  // Refuses a motion that gives a velocity, so that every cell computes its response.
   ExtendedMotion nowhere = motion_of(pad, INFINITY, 0.0, load_n);
   nowhere.has_velocity = 1;
   ExtendedResponse refused;
@@ -1008,7 +1017,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       PatchBatch batch;
       ExtendedPatches pads(batch);
       std::array<PatchId, 3> ids{};
-      Outline row;  // cells beside the centre, which turn about it
+      Outline row;  // cells to one side of the centre, about which they turn
       row.cells.clear();
       for (std::size_t k = 0; k < cells; ++k) {
         PatchCell cell;
@@ -1017,7 +1026,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
         row.cells.push_back(cell);
       }
       for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
-      // From the second step on stiffness and limits are known; in the third one outline gets an invalid
+      // The second step already knows stiffness and limits. In the third step one outline gets an invalid
       // motion.
       const std::size_t bad = first_is_bad ? 0 : 1;
       std::array<ExtendedResponse, 3> out;
@@ -1031,8 +1040,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       for (std::size_t i = 0; i < 3; ++i) {
         INFO("outline " << i << " of " << cells << " cells, bad is " << bad);
         CHECK(out[i].status == (i == bad ? Status::bad_input : Status::ok));
-        // In sticking the force is load x displacement, over two or three steps; the turn counts as many
-        // steps.
+        // A sticking outline has the force load x displacement: of two steps if refused in the third, else of
+        // three. It has turned as often.
         const double steps = i == bad ? 2.0 : 3.0;
         CHECK(out[i].end[0] == Approx(i == bad ? 0.0 : -load_n * steps * 0.01 * dbar).epsilon(0.05));
         CHECK(out[i].stiffness[0][0] == Approx(i == bad ? 0.0 : load_n));
@@ -1042,7 +1051,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
 }
 
 TEST_CASE("A state of other outlines is refused by that name, and changes nothing", "[extended][state]") {
-  // The two batches have equal outlines and cells in different orders.
+  // The two batches have equal outlines, added in different orders.
   PatchBatch first_batch, second_batch;
   ExtendedPatches first(first_batch), second(second_batch);
   const Outline disc = Outline::disc(1e-3, Pressure::uniform, 2);
@@ -1076,7 +1085,7 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
     return bytes_in_use();
   };
   const double bytes = again(20);
-  CHECK(again(200) < bytes + 1e6);  // room for the cells of 200 discs is 6 MB
+  CHECK(again(200) < bytes + 1e6);  // keeping the cells of 200 discs would take 6 MB
 }
 
 TEST_CASE("An outline that was given another seed keeps it when it is reset", "[extended]") {
@@ -1111,7 +1120,7 @@ TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[ex
 }
 
 TEST_CASE("The cells of an outline fluctuate together as the bristles asked for", "[extended][fluctuation]") {
-  // Cells slide in parallel, each with noise of its own: variances add up to that of `n` bristles.
+  // Cells slide in parallel, each with noise of its own; the sum has the variance of `n` bristles.
   constexpr double n = 400.0;
   Pad pad(plain_material(smooth, SnapRule::redraw),
           infinite_options(8.0).with_outputs(Outputs::end).with_fluctuation(400),
@@ -1119,15 +1128,15 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
   std::vector<double> deflection;
   for (int k = 0; k < 6000; ++k)
     deflection.push_back(-pad.step(4.0 * dbar, 0.0, 0.0).end[0] / (load_n * dbar));
-  // Mean of a power of the deflection in steady sliding, with the density S(z) / E[delta].
+  // Mean of the k-th power of a bristle's deflection in steady sliding: its density is S(z) / E[delta].
   const auto mean_of = [](int k) { return smooth.moment(k) / std::pow(dbar, k); };
   const double of_one = mean_of(3) / (3.0 * mean_of(1)) - std::pow(0.5 * mean_of(2) / mean_of(1), 2);
-  // Steps of four lengths are independent: 6000 of them give variances to 1.8 %.
+  // Steps of four lengths are independent samples: 6000 of them give the variance to 1.8 %.
   CHECK(n * describe(deflection).variance == Approx(of_one).epsilon(0.1));
 }
 
 TEST_CASE("A response holds what was asked for and keeps the rest as the caller left it", "[extended]") {
-  // Damped: each cell answers by itself. Not damped: the second step is the sum of elastic forces alone.
+  // With damping each cell answers by itself. Without, the second step returns a sum of elastic forces.
   for (const double damping : {0.01, 0.0}) {
     INFO("bristle damping " << damping);
     PatchBatch batch;
@@ -1198,7 +1207,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   CHECK(other.pads.state_hash(other.id) == now);
   CHECK(other.reset_and_slide() == now);
   CHECK(other.batch.info(other.pads.cell_patches(other.id)[0]).key == 9);
-  // The scale is a part of the state.
+  // The scale of an outline is a part of its state.
   REQUIRE(other.pads.set_scale(other.id, 1.5));
   CHECK(other.pads.state_hash(other.id) != now);
 }
@@ -1227,7 +1236,7 @@ TEST_CASE("An outline reports the memory and the visits of all its cells, and gi
     CHECK(visits == 2 * points.step(tick, {&of_point, 1}, {&answer, 1}).bristles_visited);
     CHECK(visits > 0);
   }
-  // The slot is the lower half of an id; there are few, however often outlines come and go.
+  // The lower half of an id is its slot. There are few slots, however often outlines come and go.
   std::uint32_t highest = 0;
   for (int k = 0; k < 100; ++k) {
     const PatchId more = pads.add(material, options, pair);

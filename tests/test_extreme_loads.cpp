@@ -24,14 +24,15 @@ TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[
         expect_near(friction_along(r, kind), max_load * 0.4 * dbar, 1e-6 * max_load * dbar, "force");
         expect_near(r.stiffness, max_load, 1e-12 * max_load, "stiffness");
         check_finite(r);
-        // So far below the maximum only a tiny fraction of the first bristle is in contact.
+        // So far below the maximum load only a tiny fraction of the first bristle is in contact.
         r = patch.step(0.0, 0.0, 1e-12 * max_load);
-        // Sums of deflections are fixed point: 2^-44 of a length near the mean, of one representative.
+        // Sums of deflections are fixed point, rounded to 2^-44 of a length near the mean for one
+        // representative.
         expect_near(friction_along(r, kind), 1e-12 * max_load * 0.4 * dbar,
                     0x1p-44 * 2.0 * 2.0 * dbar * max_load / n, "force under 1e-12 of the load");
         expect_near(r.stiffness, 1e-12 * max_load, 1e-24 * max_load, "stiffness");
         check_finite(r);
-        // Far above the maximum: only the overload flag is set.
+        // Far above the maximum load forces stay right, and the overload flag is set.
         r = patch.step(0.0, 0.0, 1e9 * max_load);
         check_finite(r);
         expect(r.status == Status::overload, "overload is reported");
@@ -73,7 +74,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
       expect_near(friction_along(r, kind), zeta * 0.4 * dbar, 1e-6 * zeta * dbar, "force in stick");
       expect_near(r.stiffness, zeta, 1e-12 * zeta, "stiffness");
       expect(r.snaps == 0, "nothing snaps below the shortest length");
-      // Under a part of the load the force is in proportion.
+      // Under a part of the load the force falls in proportion.
       r = patch.step(0.0, 0.0, 0.37 * zeta);
       expect_near(friction_along(r, kind), 0.37 * zeta * 0.4 * dbar, 1e-6 * zeta * dbar,
                   "force under a third");
@@ -94,8 +95,8 @@ TEST_CASE("A million bristles, one by one, have the virgin curve's peak", "[extr
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     patch.step(0.0, 0.0, n);
     const Response r = step_along(patch, kind, dbar, n);
-    // Stratified lengths have an error of order 1/n, below the rounding of single precision. Up to 1.0 both
-    // rules give x - x^2/2 + 1/8.
+    // Stratified lengths have an error of order 1/n, here below the rounding of single precision. Up to a
+    // path of 1.0 both rules give the deflection x - x^2/2 + 1/8.
     expect_near(friction_along(r, kind) / (n * dbar), 0.625, 30.0 / n + 1e-6, "peak");
     // Half the bristles are shorter than the path, and none snaps twice.
     expect_near(static_cast<double>(r.snaps), 0.5 * n, 30.0, "snaps");
@@ -112,14 +113,14 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
     const Material material = plain_material(uniform, kind.rule);
     const PatchOptions options = plain_options(n, kind.axes, kind.precision);
     OnePatch patch(material, options);
-    OnePatch steady(material, options);  // shares the first hundred bristles with the other patch
+    OnePatch steady(material, options);  // a twin under the low load, with the same first hundred bristles
     // In float each change of load rounds deflections once more.
     const double tolerance = kind.is_double() ? 1e-11 : 1e-5;
     for (int k = 0; k < 200; ++k) {
       const bool up = k % 2 == 1;
       const Response r = step_along(patch, kind, h, up ? high : low);
       const Response s = step_along(steady, kind, h, low);
-      // A newcomer is bent by this step alone, h, which is less than any snap length.
+      // A bristle that has just entered is bent by this step alone, by h, which is less than any snap length.
       const double newcomers = up ? (high - low) * h : 0.0;
       expect_near(friction_along(r, kind), friction_along(s, kind) + newcomers, tolerance * n * dbar,
                   "force at the end");
@@ -132,7 +133,8 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
       expect(r.snaps == s.snaps, "snaps");
       expect(r.stiffness == (up ? high : low), "stiffness follows the load at once");
     }
-    // Sliding under the high load draws new lengths. Bristles that leave and return have their first lengths.
+    // Sliding under the high load draws new lengths, but bristles that leave contact and return have their
+    // first lengths again.
     OnePatch fresh(material, options);
     const Bristles first = read(fresh, n);
     for (int k = 0; k < 10; ++k) step_along(patch, kind, 1.7 * dbar, high);
@@ -168,8 +170,8 @@ TEST_CASE("Contact lost forgets everything and returns its energy, a thousand ti
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     double first = 0.0;
     for (int k = 0; k < 1000; ++k) {
-      // Up to 0.95 no bristle snaps a second time, so the lengths are the first ones, whatever was drawn
-      // before.
+      // Up to a path of 0.95 mean lengths no bristle snaps a second time, so every length is a first one,
+      // whatever was drawn before.
       expect_near(friction_along(step_along(patch, kind, 0.45 * dbar, n), kind), n * 0.45 * dbar,
                   1e-6 * n * dbar, "stick from straight");
       const Response r = step_along(patch, kind, 0.5 * dbar, n);

@@ -25,14 +25,14 @@ TEST_CASE("Snap lengths from picometres to hundreds of metres behave alike", "[e
       expect_near(-far.elastic[0] / (2000.0 * mean), bend, 0.05, "force far on");
       expect_near(far.dissipated / (2000.0 * mean * mean), 1000.0 * bend, 5.0, "energy lost");
     }
-    // The longest snap length that a material may have.
+    // Tests the longest snap length that a material may have, 1 km.
     INFO(kind.name() << ", a single snap length of 1e3 m");
     OnePatch patch(plain_material(SnapLength::single(1e3), kind.rule),
                    plain_options(300, kind.axes, kind.precision));
     patch.step(0.0, 0.0, 300.0);
     expect_near(friction_along(step_along(patch, kind, 999.0, 300.0), kind), 300.0 * 999.0, 1.0, "stick");
     expect_near(friction_along(step_along(patch, kind, 2.0, 300.0), kind), 300.0, 1.0, "after the snap");
-    // A millimetre is small beside that length, and still changes the force.
+    // A millimetre, small beside 1 km, still changes the force.
     expect_near(friction_along(step_along(patch, kind, 1e-3, 300.0), kind), 300.3, 0.05, "a millimetre on");
   }
 }
@@ -71,7 +71,7 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
       CHECK(law == SnapLength::single(dbar));
       others.push_back(std::make_unique<OnePatch>(plain_material(law, kind.rule), options));
     }
-    // A spread so small that a fresh length hardly differs from the old one.
+    // The law's spread is so small that a fresh length hardly differs from the old one.
     OnePatch nearly(plain_material(SnapLength::lognormal(dbar, 1e-9), kind.rule), options);
     INFO(kind.name());
     for (const OnePatch* patch : {&plain, &nearly})
@@ -82,7 +82,7 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
       const double d = (k % 7 == 0 ? 3.31 : 0.17) * dbar;
       x += d;
       const Response r = step_along(plain, kind, d, 300.0);
-      // All bristles stay in step for ever: a saw-tooth.
+      // All bristles snap together for ever, so the force is a saw-tooth of the path.
       const double phase = x / dbar - std::floor(x / dbar);
       const double tolerance = kind.is_double() ? 1e-11 : 1e-4;
       if (phase > tolerance && phase < 1.0 - tolerance)
@@ -115,7 +115,8 @@ TEST_CASE("Bristles that snap at next to nothing are stepped in bounded time and
         check_finite(r);
         const double work = -(r.mean[0] * kind.ex() + r.mean[1] * kind.ey()) * lengths * dbar;
         const double involved = before + patch.energy() + r.dissipated + work;
-        // Positions are rounded to 2^-44 of a length near the mean, and forces by that for each block.
+        // Allows positions rounded to 2^-44 of a length near the mean, and forces rounded by as much in each
+        // block.
         const double grain = 4.0 * 0x1p-44 * 2.0 * dbar * (n * dbar + lengths * dbar * n / 256.0);
         expect_near(work, patch.energy() - before + r.dissipated,
                     (kind.is_double() ? 1e-12 : 1e-6) * involved + grain, "work");

@@ -294,7 +294,7 @@ inline Motion scripted_motion(std::size_t p, int k, int axes) {
   std::mt19937_64 random(1000003u * p + static_cast<unsigned>(k));
   const auto flat = [&] {
     return static_cast<double>(random() >> 11) * 0x1p-53;
-  };  // numbers that do not depend on the standard library
+  };  // random numbers that do not depend on the standard library
   static constexpr double lengths[] = {0.0, 1e-3, 0.05, 0.3, 0.9, 2.5, 7.0, 30.0, 5000.0};
   Motion m;
   const double length = dbar * lengths[random() % 9] * (0.5 + flat());

@@ -44,8 +44,8 @@ inline void trace(double dt, const bristle::Motion& m, const bristle::Response& 
 
 enum class Brush { rubbed, aged };
 
-/// Gives a material one of five kinds of rubbing or ageing. The few kinds save set-up time: a material takes
-/// milliseconds, and a batch remembers the last 64. Rarely any numbers.
+/// Gives a material one of five kinds of rubbing or ageing, or rarely numbers at random. The few kinds save
+/// set-up time: a material takes milliseconds, and a batch remembers the last 64.
 inline void rub(Input& input, bristle::Material& m, unsigned way) {
   constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
   constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
@@ -84,7 +84,7 @@ inline bristle::Material any_brush(Input& input, Brush brush) {
   return m;
 }
 
-/// Returns options as any_options(). `infinite`: mostly the infinite brush.
+/// Returns options as any_options() does. With `infinite` most are of the infinite brush.
 inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
   bristle::PatchOptions o = any_options(input, most_bristles);
   o.compared.literal = false;
@@ -100,7 +100,8 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   return o;
 }
 
-/// Returns a duration: from a picosecond to thirty years, rarely any number, or an invalid one.
+/// Returns the duration of a step, s: from a picosecond to thirty years, rarely any other number, even an
+/// invalid one.
 inline double any_span(Input& input) {
   constexpr double spans[] = {1e-3, 1e-6, 1.0, 1e-4, 1e3, 1e6, 1e-12, 1e9};
   const unsigned kind = input.choice(16);

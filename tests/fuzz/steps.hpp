@@ -44,7 +44,7 @@ inline bristle::SnapLength any_law(Input& input) {
 }
 
 /// Returns a material, mostly of usual numbers, else of any. Throws bristle::Error if it is refused. Most
-/// laws take milliseconds to set up for SnapRule::redraw, so it is mostly one of a few that a batch
+/// laws take milliseconds to set up for SnapRule::redraw, so the law is mostly one of a few that a batch
 /// remembers.
 inline bristle::Material any_material(Input& input) {
   using bristle::SnapLength;

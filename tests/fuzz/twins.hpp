@@ -38,7 +38,7 @@ class Twins {
     }
   }
 
-  /// Steps all batches, or tries a step, and returns their common response.
+  /// Takes a step in every batch, or a trial step that changes nothing, and returns the common response.
   bristle::Response step(double dt, const bristle::Motion& motion, bool trial) {
     bristle::Response first;
     if (!trial && dt > 0.0) lived_ += dt;
@@ -60,7 +60,7 @@ class Twins {
     return first;
   }
 
-  /// Sets a material of its own in each batch. Returns false if all refuse it.
+  /// Gives the patch this material in every batch. Returns false if all of them refuse it.
   bool set_material(const bristle::Material& material) {
     std::size_t done = 0;
     try {
@@ -109,13 +109,13 @@ class Twins {
   double lived_ = 0.0;  // lower bound of the batches' age, s
 };
 
-/// Moves a patch of this material and these options by the rest of the input. If a step gives work and
-/// energies, they balance: energy put in is stored or lost.
+/// Adds a patch of this material and these options and moves it as the rest of the input says. Checks that
+/// each step whose outputs tell it stores or loses all the work put in.
 inline void walk(Twins& twins, Input& input, const bristle::Material& material,
                  const bristle::PatchOptions& options, Brush brush) {
   trace(material, options);
   if (!twins.add(material, options)) return;
-  bool changed = false;  // whether a change of material has caused losses that the next step reports
+  bool changed = false;  // whether a change of material has lost energy that the next step reports
   const double scale = material.snap_length.mean();
   for (int k = 0; k < 24 && !input.empty(); ++k) {
     switch (input.choice(16)) {
@@ -141,7 +141,8 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const bool trial = input.choice(8) == 7;
     const double before = twins.stored();
     const bristle::Response r = twins.step(dt, motion, trial);
-    // A bristle that stands for very many newtons cannot represent the small part of it that a small load is.
+    // Leaves out loads that are a small part of one bristle, which stands for so many newtons that it cannot
+    // represent them.
     const bool balances = !changed && !twins.clock_stands() && options.max_normal_load == 1.0 &&
                           motion.normal_load > 1e-6 && options.outputs == bristle::Outputs::all &&
                           options.fluctuation == 0;
@@ -153,12 +154,13 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       work -= r.mean[axis] * motion.displacement[axis];
       way += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // over longer paths rounding of the sums exceeds the stored energy
+    if (way > 1e3 * scale) continue;  // over longer paths the sums' rounding exceeds the stored energy
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
                         std::fabs(r.damper_work);
-    // Positions are counted in 2^-44 of a scaled length; a load above the maximum has a higher stiffness.
+    // Allows for positions counted in 2^-44 of a scaled length, and for the higher stiffness above the
+    // maximum load.
     const double rounding = std::fabs(r.elastic[0]) + std::fabs(r.elastic[1]);
     check(std::fabs(off) <= 1e-3 * size + rounding * 0x1p-42 * scale + 1e-25, "work is stored or lost");
   }
@@ -166,7 +168,8 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
   twins.remove();
 }
 
-/// Moves a brush of this kind, made from the first bytes. `infinite`: if not set, the input decides.
+/// Makes a brush of this kind from the first bytes and moves it by the rest. `infinite`: if not set, the
+/// input decides.
 inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool> infinite) {
   Input input(bytes);
   bristle::Material material;
@@ -174,7 +177,7 @@ inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool>
   try {
     material = any_brush(input, brush);
     options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
-  } catch (const bristle::Error&) {  // the law was refused
+  } catch (const bristle::Error&) {  // the input asks for a law that cannot be
     return;
   }
   walk(twins, input, material, options, brush);

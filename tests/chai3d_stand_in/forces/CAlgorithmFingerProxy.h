@@ -62,7 +62,8 @@ class cAlgorithmFingerProxy {
  protected:
   virtual void testFrictionAndMoveProxy(const cVector3d& goal, const cVector3d& proxy, cVector3d&,
                                         cGenericObject*) {
-    m_nextBestProxyGlobalPos = proxy;  // friction without limit; a subclass overrides it
+    // Friction without limit (the proxy does not move); a subclass overrides it.
+    m_nextBestProxyGlobalPos = proxy;
     (void)goal;
   }
   virtual void updateForce() {
