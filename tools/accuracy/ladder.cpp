@@ -17,17 +17,18 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the time of all rounds
+constexpr double first_round_share = 0.4;  // share of the first round in the time of all rounds
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // s of timing after which disturbances by the machine are negligible
+constexpr double enough_timed_s = 0.2;  // s; with more, disturbances are negligible
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
-// Estimated cost of double precision over single, which was timed. Errs on the high side.
+// Estimated time of a step in double precision over one in single precision, of which only the latter was
+// timed. Errs on the high side.
 constexpr double double_costs = 2.0;
-// Number of representatives that take as long as an infinite patch, for each piece of a mean snap length.
-// Used for planning only.
+// Number of representatives whose step takes as long as that of an infinite patch with one piece per mean
+// snap length. An infinite patch of resolution r costs r times as much. For planning only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
-// Relative spread of snap lengths; Population::infinite accepts no less.
+// Smallest standard deviation over mean of the snap lengths that Population::infinite accepts.
 constexpr double least_infinite_spread = 0.05;
 
 // Rounds a count to two digits.
@@ -100,7 +101,7 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
   }
 }
 
-/// Returns why a scene cannot be run with the infinite brush; empty if it can.
+/// Returns the reason why a scene cannot run with the infinite brush; empty if it can.
 std::string infinite_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -113,7 +114,7 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Returns why a scene cannot be run with the paper's loop; empty if it can.
+/// Returns the reason why a scene cannot run with the paper's literal loop; empty if it can.
 std::string literal_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -154,7 +155,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
-  // Includes making the patches, which evaluates a quantile for each bristle.
+  // The second term is the time to make the patches, which evaluates a quantile for each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -182,7 +183,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // 0: one thread per core; the number changes no bit
+  const int threads = 0;  // 0: one thread per core; their number does not change the result
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;
@@ -193,11 +194,12 @@ void make_reference(AccuracyStudy& study, double seconds) {
   r.reference_bristles =
       rounded(std::clamp(affordable, 1000.0, static_cast<double>(most_reference_bristles)));
   for (int i = 0; i < runs; ++i) {
-    // Stops at an even number of runs, since the halves must be equal.
+    // Stops only at an even number of runs, since the reference's error is the difference of two equal
+    // halves.
     const double now = bristle::DeadlineMonitor::wall_now();
     if (i > 0 && i % 2 == 0 && now + 2.0 * each > until && now > until - pair_share * seconds) break;
     const Setting setting = reference_setting(r.reference_bristles);
-    // Uses seeds apart from the ladder's rounds, which count from 0.
+    // Uses other seeds than the rounds of the ladder of settings, which count from 0.
     const auto round = static_cast<std::uint32_t>(1'000'000 + i);
     for (const std::uint32_t parts : {1u, r.scene_parts}) {
       const SettingRun run =
@@ -295,7 +297,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s);
     }
   }
-  // Plans at least three rounds, for a median.
+  // Plans at least three rounds, because times are reported as medians.
   fit_into(ladder, seconds, 3, study);
   return ladder;
 }
@@ -312,7 +314,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   }
   if (study.is_cut) {
-    // Measures time with all copies over a part of the scene; errors come from a few copies over the whole
+    // Takes times from all copies over a part of the scene, and errors from a few copies over the whole
     // scene.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
@@ -326,7 +328,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // Halves the time for a large scene, whose copies all cost more than the few that are compared.
+  // Halves the time for settings if copies were left out, because timing all of them takes the other half.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
   // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than

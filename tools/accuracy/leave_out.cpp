@@ -1,5 +1,5 @@
-// Measures each feature that a scene uses or could leave out, by running the scene with it and without it
-// alternately.
+// Measures what each feature of a scene (or each that it could leave out) costs, by alternate runs with it
+// and without it.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -23,19 +23,19 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // factor on the error up to which a left-out feature counts as not needed
+constexpr double fair_rise = 1.1;  // a feature is needed if leaving it out raises the error more
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;                             ///< whether the scene as given uses it
-  std::string needed;                            ///< reason why it cannot be left out; empty if it can
-  Scene with, without;                           ///< scenes with all copies
-  bool mean_with = false, mean_without = false;  ///< whether the mean force is compared
+  bool used = false;                             ///< whether the scene has the feature
+  std::string needed;                            ///< reason why the feature must stay; empty if it may go
+  Scene with, without;                           ///< scenes with all copies of each patch
+  bool mean_with = false, mean_without = false;  ///< whether errors concern the mean force over a step
   int threads_with = 1, threads_without = 1;
-  bool wall = false;  ///< compares wall time, which is what several threads save
+  bool wall = false;  ///< whether wall time is compared: threads save no CPU time
   std::string note;
 };
 
@@ -94,7 +94,8 @@ Trial axis_trial(const Scene& scene) {
   return t;
 }
 
-// Returns the material with the other rule and the same coefficients, if the scene gives coefficients.
+// Returns the material under the other snap rule, with equal friction coefficients if the scene gives
+// coefficients.
 SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
   SceneMaterial to = from;
   if (to.coefficients) {

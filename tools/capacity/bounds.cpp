@@ -8,11 +8,11 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< its name, or what the names of several begin with
+  std::string_view target;  ///< name of the target, or the beginning of several names
   const char* by;
 };
 
-// The first that fits.
+// Reasons; the first whose name fits a target applies to it.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},
