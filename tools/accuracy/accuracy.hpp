@@ -100,8 +100,8 @@ struct AccuracyResult {
   int reference_runs = 0;
   bool reference_double = true;
   std::vector<double> floor;  ///< [patch], statistical error of the reference
-  std::vector<std::optional<double>>
-      reference_closed_form;  ///< [patch], error of the reference against a closed form
+  /// [patch], error of the reference against a closed form.
+  std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;
   bool own_mean = false;               ///< whether the scene uses the force averaged over a step
   std::vector<double> way;             ///< m, per patch: longest path of its copies

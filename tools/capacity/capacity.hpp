@@ -91,8 +91,8 @@ struct CapacityRow {
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  double ns_per_bristle = 0.0, ns_low = 0.0,
-         ns_high = 0.0;  ///< ns per bristle and step: median and quartiles
+  /// Ns per bristle and step: median and quartiles.
+  double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;
   /// Time of this loop over that of bristle: median and quartiles.
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
 };

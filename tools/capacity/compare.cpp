@@ -74,8 +74,8 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   // this one straight, since its rule loses the overshoot of a snap.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    const double place =
-        static_cast<double>(i) * 1.4142135623730951;  // irrational factor: bends independent of snap lengths
+    // Takes an irrational factor, which makes bends independent of snap lengths.
+    const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;
     b.zy = 0.6 * bend;

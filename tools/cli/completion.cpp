@@ -89,8 +89,8 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    const std::string before =
-        word.substr(0, word.rfind(',') + 1);  // words of the list before its last one, which is completed
+    // Words of a list before its last one, which is completed.
+    const std::string before = word.substr(0, word.rfind(',') + 1);
     for (const std::string& choice : option.choices) offer(before + choice, option.description);
     if (option.value.starts_with("KEY=") && command->get_name() == "sweep")
       for (const std::string& key : keys_of_scene(words)) offer(key, "a key of the scene");

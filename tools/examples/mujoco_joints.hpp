@@ -33,20 +33,21 @@ class BristleJoints {
   /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
   /// they are.
   void step(const mjModel& model, mjData& data);
-  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were put
-  /// elsewhere.
+  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were moved
+  /// by hand.
   void forget() {
     batch_.reset();
     begun_ = false;
   }
 
-  const Eigen::VectorXd& torque() const { return torque_; }  ///< N m in the last step, by joint
+  /// Returns the friction torque of each joint in the last step, N m.
+  const Eigen::VectorXd& torque() const { return torque_; }
 
  private:
   std::vector<int> dofs_, places_;
   bristle::JointFriction batch_;
   Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
-  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T
+  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T: change of joint speeds per impulse
   std::vector<double> unit_, column_;
   bool begun_ = false;
 };

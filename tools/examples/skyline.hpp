@@ -14,12 +14,12 @@ namespace bristle_example {
 
 class Skyline {
  public:
-  /// Begins a matrix of `size` lines without couplings.
+  /// Starts a matrix of `size` lines in which only the diagonal has entries.
   void begin(int size) {
     first_.resize(static_cast<std::size_t>(size));
     for (int i = 0; i < size; ++i) first_[static_cast<std::size_t>(i)] = i;
   }
-  /// Couples lines i and j <= i, so that the entry (i, j) is stored.
+  /// Makes room for an entry in line i and column j (j <= i).
   void couple(int i, int j) { first(i) = std::min(first(i), j); }
   /// Allocates the entries and sets them to 0. Call it after the last couple().
   void set_zero() {
