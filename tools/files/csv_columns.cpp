@@ -31,7 +31,7 @@ std::string plain_unit(std::string_view name) {
   return plain;
 }
 
-// Reads a header cell: "x [mm]" is column x in mm. An unknown column is noted and ignored.
+// Reads a header cell: "x [mm]" is column x in mm. Notes an unknown column, which is ignored otherwise.
 void read_header_cell(std::string_view cell, const std::string& where, std::span<const ColumnKind> kinds,
                       CsvHeader& header) {
   const auto bracket = cell.find('[');
@@ -100,7 +100,7 @@ std::string_view trim(std::string_view text) {
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  // Refuses a zero byte, at which the splitter would end a cell and lose the rest.
+  // Refuses a zero byte, at which the splitter (libfccp) would end a cell and lose the rest.
   if (const auto zero = text.find('\0'); zero != std::string_view::npos) {
     throw UserError(
         fmt::format("{}:{}: a zero byte: not a text file", name, count_lines(text.substr(0, zero)) + 1));

@@ -20,9 +20,9 @@ namespace {
   throw UserError(path + ": cannot be read: " + std::strerror(error));
 }
 
-/// Waits until a FIFO has something to read, or its writer has gone.
+/// Waits until the FIFO has data, or its writer has closed it.
 void wait_for_writer(int file, const std::string& path) {
-  constexpr int patience_ms = 1000;  // wait before the message that we wait
+  constexpr int patience_ms = 1000;  // wait before a message says so
   struct pollfd wanted = {file, POLLIN, 0};
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {

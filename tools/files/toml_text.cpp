@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-constexpr int most_dots = 16;  // dots of a key such as "a.b.c"; ours have at most two
+constexpr int most_dots = 16;  // most dots in a key such as "a.b.c"; our keys have at most two
 
 /// Returns the end of a string that begins at `from`: after its closing quotes, or the end of the line or
 /// text.
@@ -25,7 +25,8 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
       at += 2;
     } else if (lines && text.substr(at, 3) == three) {
       at += 3;
-      while (at < text.size() && text[at] == quote) ++at;  // two more quotes may belong to the string
+      // Skips two more quotes that may belong to the string.
+      while (at < text.size() && text[at] == quote) ++at;
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
       return at + 1;
