@@ -33,7 +33,7 @@ class DtypeBuilder {
 
 }  // namespace
 
-// Makes the dtype once, at import, and never frees it: the interpreter ends before static objects are
+// Makes the dtype once, at import, and never frees it, because the interpreter ends before static objects are
 // destroyed.
 const py::dtype& motion_dtype() {
   static const py::dtype& dtype =

@@ -1,4 +1,4 @@
-// Defines the module that `import bristle` loads.
+// Defines the extension module, which `import bristle` loads.
 #include "tools/python/module.hpp"
 
 // Defines the extension module. The package `bristle` (package/__init__.py) presents its names as its own,

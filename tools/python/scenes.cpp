@@ -35,7 +35,7 @@ inline constexpr bool is_module_class<SceneRun> = true;
 
 namespace {
 
-/// Arrays of a patch, with a row per step, and their next place to write.
+/// Motions and responses of a patch as arrays with a row per step, and pointers to the row to write next.
 struct Recorded {
   py::object motions, responses;
   bristle::Motion* motion_rows;

@@ -17,13 +17,13 @@ from setuptools.command.build_ext import build_ext
 from setuptools.command.sdist import sdist
 
 HERE = pathlib.Path(__file__).resolve().parent
-# Folder of a source distribution that holds the sources from which the module is built.
+# Folder with the library's sources in a source distribution; a checkout has none.
 CARRIED = HERE / "sources"
 ROOT = CARRIED if CARRIED.exists() else HERE.parent.parent
 SOURCES = ("CMakeLists.txt", "LICENSE", "bench", "core", "kernels", "tools")
-# Folders that the module does not need, or that git does not keep.
+# Folders that a source distribution leaves out: the module does not need them, or git does not keep them.
 LEFT_OUT = re.compile(r"__pycache__|build|virtual_room|pictures|guides|conan|vcpkg|.*\.egg-info|bristle-[0-9.]+")
-# Libraries of the runtime, which every machine with this Python has.
+# Shared libraries that every machine with this Python has, so that the wheel need not contain them.
 RUNTIME = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|stdc\+\+|gcc_s))\.so")
 
 
@@ -115,7 +115,7 @@ def carried_files():
 
 class SourceDistribution(sdist):
     def make_release_tree(self, base_dir, files):
-        carried = list(carried_files())  # listed before base_dir exists, which may lie among them
+        carried = list(carried_files())  # lists the files before base_dir exists, which may lie among them
         super().make_release_tree(base_dir, [file for file in files if not file.startswith("..")])
         for file in carried:
             target = pathlib.Path(base_dir, CARRIED.name, file)

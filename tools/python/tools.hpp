@@ -7,7 +7,7 @@
 
 namespace bristle_python {
 
-/// Check that lets Ctrl-C end long work done without the interpreter's lock.
+/// Lets Ctrl-C end long work that runs without the interpreter's lock.
 class InterruptCheck {
  public:
   /// Throws KeyboardInterrupt as Python's error if Ctrl-C was pressed. Cheap: takes the lock ten times a
@@ -15,7 +15,7 @@ class InterruptCheck {
   void operator()();
 
  private:
-  double next_ = 0.0;  ///< s of the monotonic clock, time of the next check
+  double next_ = 0.0;  ///< s, by the monotonic clock: time of the next check
 };
 
 /// Returns the JSON report of a command as dicts and lists.

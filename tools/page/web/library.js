@@ -25,7 +25,7 @@ async function openLibrary() {
       const values = numbers(stateAt(), fields.length);
       return Object.fromEntries(fields.map((name, i) => [name, values[i]]));
     },
-    /** Returns the ring buffer of samples: time, position, friction, spring force; sample i is at 4 (i mod remembered). */
+    /** Returns the ring buffer of samples (time, position, friction, spring force); i is at 4 (i mod remembered). */
     samples() { return numbers(samplesAt(), 4 * this.remembered); },
     bends(count) { return numbers(bendsAt(count), count); },
   };
