@@ -12,7 +12,8 @@ inline double sine_of_turns(double turns) noexcept {
   const double quarter = std::floor(4.0 * phase + 0.5);
   const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // |a| <= pi / 4
   const double a2 = a * a;
-  // Evaluates Taylor polynomials, whose first omitted term is below 1e-17 on this range.
+  // Evaluates the Taylor polynomials of sine and cosine, whose first omitted term is below 1e-17 for |a| <=
+  // pi / 4.
   const double sine =
       a + a * a2 *
               (-1.0 / 6 +
@@ -34,7 +35,7 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // 0, and 4 just below a whole turn
+      return sine;  // quarter 0, or 4 just below a whole turn
   }
 }
 
