@@ -22,10 +22,10 @@ namespace cli {
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 
-/// Visits every `file` of a [[motion]].
+/// Calls `visit` with the path under each key `file` of a [[motion]].
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Lists the keys of a scene that hold a number, in the form set_key accepts.
+/// Lists the paths of all keys of a scene that hold a number, in the form that set_key() accepts.
 NameList keys_to_vary(const toml::table& root);
 
 /// Returns a TOML document as one text, without comments and with sorted keys.

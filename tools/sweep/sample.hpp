@@ -1,4 +1,4 @@
-// Chooses the points of the varied ranges that a study visits.
+// Chooses points in the ranges of the varied keys, which a study visits.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@ namespace cli {
 
 enum class SweepSampling { grid, latin, sobol };
 
-/// Returns a hash of a seed and a counter: the source of all random numbers in a sweep. It is SplitMix64's
-/// finaliser (Steele, Lea and Flood 2014) over counters, so that a number depends only on its place.
+/// Returns 64 random bits from a seed and counters, by the finaliser of SplitMix64 (Steele, Lea and Flood
+/// 2014). All random numbers of a sweep come from here, so each depends only on its place in the study.
 std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) noexcept;
 
 /// Returns points in [0, 1) of a Latin hypercube (McKay, Beckman and Conover 1979), point by point: in every
