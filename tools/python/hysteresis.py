@@ -43,7 +43,7 @@ def main():
     figure, panel = plt.subplots(figsize=(8.0, 5.2))
     for x, friction, amplitude in zip(*loops(surface), AMPLITUDES):
         panel.plot(1e6 * x, friction, linewidth=1.4, label=f"±{1e6 * amplitude:.0f} µm")
-    # Theoretical curve of a first loading from straight bristles.
+    # Theoretical curve of the first loading of straight bristles.
     far = np.linspace(0.0, AMPLITUDES[-1], 200)
     stiffness = surface.bristles_in_contact(LOAD) * surface.bristle_stiffness
     deflection = MEAN_LENGTH * bristle.virgin_deflection(surface.snap_length, surface.snap_rule, far / MEAN_LENGTH)
