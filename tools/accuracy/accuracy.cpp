@@ -26,7 +26,7 @@ bool uses_mean(const Scene& scene) {
                      [](const ScenePatch& p) { return has(p.options.outputs, bristle::Outputs::mean); });
 }
 
-// Checks that the whole scene fits into the given time several times.
+// Refuses a scene that does not fit several times, as a whole, into the time for the study.
 void check_size(const AccuracyStudy& study, double seconds) {
   Setting as_scene;
   as_scene.as_scene = true;

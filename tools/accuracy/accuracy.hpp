@@ -32,11 +32,11 @@ struct SettingResult {
   /// Whether the setting also ran against the same bristles in double precision at the finest step, with
   /// every snap.
   bool paired = false;
-  double predicted_s = 0.0;                         ///< predicted time of one run
+  double predicted_s = 0.0;                         ///< s, predicted time of one run with this setting
   std::vector<RunTime> times;                       ///< times of scene runs with all copies, one per round
-  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], error against the reference
+  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference
   std::vector<std::vector<PatchError>> same_steps;  ///< error against a reference with the scene's own step
-  std::vector<std::vector<PatchError>> pairs;       ///< error against the same bristles at the finest step
+  std::vector<std::vector<PatchError>> pairs;       ///< error against the same bristles with the finest step
   std::vector<std::optional<double>> closed_form;   ///< [patch], error of the first run against a closed form
   bool on_front = false;
 
@@ -88,7 +88,7 @@ struct CheapestOf {
   bool infinite = false;
   bool found = false;
   Setting setting;
-  double error = 0.0;         ///< rms error of the worst patch
+  double error = 0.0;         ///< rms error of the patch with the highest one
   double scene_step_s = 0.0;  ///< CPU seconds per step of the scene
 };
 
@@ -108,7 +108,7 @@ struct AccuracyResult {
   std::vector<double> step_over_snap;  ///< [patch], mean snap lengths per step of the scene, while moving
   std::uint64_t copies_compared = 0, copies = 0;
   std::vector<SettingResult> settings;
-  std::vector<std::string> not_run;  ///< settings too slow for the given time
+  std::vector<std::string> not_run;  ///< names of settings left out as too slow for the given time
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
   /// Reason why the paper's literal rule (snapped bristles lose their overshoot) is not among the settings;
@@ -118,7 +118,7 @@ struct AccuracyResult {
   std::string no_infinite;
   std::vector<CheapestOf> cheapest;  ///< cheapest setting with representatives, and with the infinite brush
   std::vector<FeatureResult> features;
-  double seconds = 0.0;  ///< wall time of the study
+  double seconds = 0.0;  ///< s, wall time of the study
 };
 
 /// CPU seconds of a scene step: a fixed part, and a part for each bristle of a patch, with all patches.
@@ -126,7 +126,7 @@ struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };
 
-/// Data shared by the parts of a study.
+/// Scene, reference and results that the parts of a study share.
 struct AccuracyStudy {
   AccuracyStudy(const AccuracyOptions& its_options, const Scene& its_scene)
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
@@ -144,7 +144,7 @@ struct AccuracyStudy {
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
-  /// Returns the predicted time of one run of the cut scene, s.
+  /// Returns the predicted time (s) of one run of `cut`, the scene with few copies, with this setting.
   double predict(const Setting& setting) const;
   std::uint32_t scene_bristles() const;  ///< number of bristles of the scene's largest patch
 };

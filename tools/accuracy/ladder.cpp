@@ -1,4 +1,4 @@
-// Makes the reference and the ladder of settings, and runs them.
+// Runs the reference, chooses the settings to try (the ladder), and runs them.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -31,7 +31,7 @@ constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
 // Smallest standard deviation over mean of the snap lengths that Population::infinite accepts.
 constexpr double least_infinite_spread = 0.05;
 
-// Rounds a count to two digits.
+// Rounds a count down to two significant digits.
 std::uint32_t rounded(double count) {
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1.0));
   return static_cast<std::uint32_t>(std::floor(count / unit) * unit);
@@ -45,15 +45,16 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Measures wall seconds of a step of the cut scene, as a fixed part and a part per bristle of a patch, over
-// the whole run if that is short. Wall time, since a study must finish in a wall time.
+// Measures the wall seconds of a step of the scene with few copies, as a fixed part and a part per bristle.
+// Runs the whole scene if it is short. Takes wall time, since the study must finish within a given wall time.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
     setting.bristles = i == 0 ? pilot_few : pilot_many;
     const Scene pilot = apply(study.cut, setting, study.dt(parts), 0);
     cost[i] = std::numeric_limits<double>::infinity();
-    // Repeats short runs: one preemption would be most of the time of a run of a few hundred microseconds.
+    // Repeats short runs, because one interruption would double the time of a run of a few hundred
+    // microseconds.
     double spent = 0.0;
     for (int run = 0; run < 3 && spent < enough_timed_s; ++run) {
       const RunTime time = run_setting(pilot, 1, study.options.isa, false, pilot_steps).time;
@@ -82,8 +83,8 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
       way[c] += length;
-      // Counts a step as moving only above a thousandth of a snap length: a creeping body moves a little in
-      // every step.
+      // Counts a step as moving only if it is above a thousandth of a mean snap length, since a creeping body
+      // moves a little in every step.
       const double snap =
           fine.materials[fine.patches[stepper.copies()[c].patch].material].material.snap_length.mean();
       if (length > 1e-3 * snap) moved[c] += 1.0;
@@ -126,7 +127,7 @@ std::string literal_obstacle(const Scene& scene) {
   return {};
 }
 
-// Removes the most expensive settings until the rest fits into the time.
+// Leaves out the most expensive settings, until the rest fits into the time.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -346,7 +347,7 @@ void run_ladder(AccuracyStudy& study, double seconds) {
         study.result.not_run.push_back(setting_name(s.setting, study.dt(s.setting.parts)));
         continue;
       }
-      // Gives cheap settings every round, expensive ones up to three.
+      // Runs cheap settings in every round of seeds, expensive ones in at most three.
       const bool dear = round >= 3 && s.predicted_s > share / rounds;
       if (round > 0 && (s.times.empty() || dear || spent > seconds)) continue;
       measure(study, s, static_cast<std::uint32_t>(round), 0.3 * share);

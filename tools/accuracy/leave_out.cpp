@@ -106,7 +106,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
       to.material = bristle::Material::from_coefficients(*to.coefficients).with_damper_decay(decay);
       return to;
     } catch (const bristle::Error&) {
-      to.coefficients.reset();  // the rule cannot reach the coefficients: the same bristles are used
+      to.coefficients.reset();  // keeps the bristles if the other rule cannot reach the coefficients.
     }
   }
   to.material.snap_rule = rule;
@@ -168,7 +168,7 @@ Trial viscous_trial(const Scene& scene) {
   Trial t("viscous term", false, scene);
   for (const SceneMaterial& m : scene.materials) t.used = t.used || m.material.viscous_friction > 0.0;
   for (SceneMaterial& m : t.without.materials) m.material.viscous_friction = 0.0;
-  // Adds a negligible viscous term: its cost does not depend on its size.
+  // Adds a negligible viscous term, as its run time does not depend on its size.
   if (!t.used) {
     for (SceneMaterial& m : t.with.materials) m.material.viscous_friction = 1e-12;
   }
@@ -243,7 +243,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
   f.feature = t.feature;
   f.state = !t.used ? "left out already" : t.needed.empty() ? "used" : "needed";
   if (t.needed.empty()) {
-    // Takes many short turns, so that other work of the machine affects both scenes alike.
+    // Alternates the two scenes in many short turns, so that other work of the machine affects both alike.
     const double step_s = study.cost.fixed_s + study.cost.bristle_s * study.scene_bristles();
     const auto all = step_count(study.scene);
     const double turn_steps = 0.3 * seconds / (2.0 * 9.0 * step_s * study.full_over_cut);
@@ -267,7 +267,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // Measures the error once for threads, whose number changes no bit.
+    // Takes one error for any number of threads, which does not change the result.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

@@ -15,8 +15,8 @@ namespace cli {
 /// Setting of a run, applied to all patches alike, that trades error for time.
 struct Setting {
   bool as_scene = false;       ///< keeps the scene's options; the members below are ignored
-  std::uint32_t bristles = 0;  ///< number of each patch's representatives
-  /// If above 0, the infinite brush with that resolution instead of representatives.
+  std::uint32_t bristles = 0;  ///< number of representatives in each patch
+  /// Resolution of the infinite brush, which replaces representatives if this is above 0.
   double resolution = 0.0;
   std::uint32_t parts = 1;  ///< number of reference steps in a step of this setting
   bristle::Precision precision = bristle::Precision::single;
@@ -46,9 +46,9 @@ Scene cut_copies(const Scene& scene, std::uint32_t most);
 /// Forces on the moving body, N, in the scene's axes, for each step and copy of a patch.
 struct ForceRecord {
   std::size_t steps = 0, copies = 0;
-  std::vector<std::size_t> patch_of;        ///< [copy], index into Scene::patches
+  std::vector<std::size_t> patch_of;        ///< by copy: index of its patch in Scene::patches
   std::vector<double> end, mean;            ///< N, [step][copy][axis]; `mean` may be empty
-  std::vector<double> position;             ///< [step][copy][axis], m; empty in scenes without bodies
+  std::vector<double> position;             ///< m, [step][copy][axis]; empty in scenes without bodies
   std::vector<double> work_end, work_mean;  ///< J, [copy], work of the end and the mean force
 
   std::size_t at(std::size_t step, std::size_t copy) const noexcept { return 2 * (step * copies + copy); }

@@ -97,8 +97,7 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
     if (!set.compared.literal) {
-      // Leaves out the finest step, because the reference has that step too, so the error is only that of the
-      // seeds.
+      // Leaves out the finest step: the compared run has the same step, so its error is rounding alone.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
       // Uses the error of the friction work for the literal rule, whose bias is lost friction. Force errors
@@ -164,7 +163,7 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   return best;
 }
 
-// Measures single steps as `bristle run` takes them: with the scene's threads, in wall time.
+// Times single steps as `bristle run` takes them: with the scene's threads, in wall time.
 void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   const Scene scene = apply(study.scene, to.setting, study.dt(to.setting.parts), 0);
   RunOptions options;
@@ -182,9 +181,9 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// Accepts a setting that meets the error with seeds that the search has not seen: the ladder's choice favours
-// lucky seeds. As accepting favours them again, the reported figures come from held-out seeds, however they
-// turn out.
+// Accepts a setting only if it meets the error with seeds that the search did not use, since the search
+// favours settings with lucky seeds. Acceptance favours luck again, so the reported error comes from further
+// seeds, even if it is too large.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
   Recommendation& to = study.result.recommendation;
   const SettingResult promised = try_setting(study, setting, search_rounds, 0.25 * seconds);

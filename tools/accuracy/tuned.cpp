@@ -32,7 +32,7 @@ double tuned_deadline(const Scene& scene, const AccuracyResult& r) {
   return scene.deadline * r.recommendation.setting.parts / r.scene_parts;
 }
 
-// Editor of a TOML text: replaces values in place and adds keys after a table's name, so that comments stay.
+// Edits a TOML text: replaces values in place and adds keys below a table's name, so that comments stay.
 class TomlEditor {
  public:
   explicit TomlEditor(const std::string& text) {
@@ -82,7 +82,7 @@ class TomlEditor {
     line.edits.insert({at, {place(line.text, end.column) - at, std::move(value)}});
   }
 
-  // Converts a column, counted in characters from 1, to a byte offset from 0.
+  // Converts a column of a line, counted in characters from 1, to a byte offset from 0.
   static std::size_t place(const std::string& line, std::size_t column) {
     std::size_t at = 0;
     for (std::size_t left = column - 1; at < line.size(); ++at) {

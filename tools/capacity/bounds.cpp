@@ -1,5 +1,5 @@
-// Names what bounds the time of each target: what would have to change for it to be shorter. Plain
-// statements, from counts by callgrind and llvm-mca.
+// Says for each speed target what bounds its time, and so what would have to change to reduce it. The texts
+// rest on counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"

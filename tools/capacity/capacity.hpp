@@ -16,11 +16,11 @@ namespace cli {
 struct CapacityOptions {
   double deadline_s = 1e-3;
   bool quick = false;
-  bool targets = false;      ///< prints only the table of targets
-  std::vector<int> threads;  ///< numbers of threads; empty: 1, and all cores
+  bool targets = false;      ///< whether only the speed targets are measured
+  std::vector<int> threads;  ///< numbers of threads to measure; empty: 1, and all cores
   std::string isa;           ///< instruction set; empty: the library's choice
   std::string json;          ///< report to write; empty: none, "-": stdout
-  /// File for step time against bristles, for tools/plots/capacity.gp; empty: none.
+  /// CSV file of step time against number of bristles, which tools/plots/capacity.gp draws; empty: none.
   std::string csv;
 };
 
@@ -77,7 +77,7 @@ struct StepTimes {
 
 struct CapacityRow {
   CapacityCase what;
-  std::vector<StepTimes> curve;  ///< times at all numbers of bristles tried, ascending
+  std::vector<StepTimes> curve;  ///< ascending numbers of bristles tried, with their step times
   StepTimes in_cache;            ///< times with 14,400 bristles, which the cache holds
   /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
   /// run.
@@ -115,7 +115,7 @@ const char* bound_of(std::string_view target) noexcept;
 
 /// Step times of patches of infinitely many bristles, in one motion.
 struct InfiniteRow {
-  std::string motion;  ///< "rest", "tremor", "straight", "zigzag"
+  std::string motion;  ///< one of "rest", "tremor", "straight", "zigzag"
   double step = 0.0;   ///< mean snap lengths per step
   std::string kernel;
   std::uint32_t resolution = 0;  ///< pieces of path per mean snap length
@@ -153,7 +153,7 @@ Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
-/// Function called with the name of what is measured next.
+/// Function called with the name of the next thing that is measured, for the progress line.
 using Report = std::function<void(const std::string& what)>;
 /// Measures the speed targets. In targets.cpp.
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);

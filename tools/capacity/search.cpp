@@ -34,7 +34,7 @@ class Search {
   std::uint64_t probe_steps() const { return options_.quick ? 100 : 300; }
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
 
-  // Rounds down to a whole number of patches, at least one.
+  // Rounds a number of bristles down to whole patches, at least one.
   std::uint64_t whole(double bristles) const {
     const std::uint64_t n = static_cast<std::uint64_t>(bristles);
     const std::uint64_t unit = row_.what.patch_bristles ? row_.what.patch_bristles : 1;
@@ -101,7 +101,7 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // the machine is too noisy for a confirmed result
+    row_.unconfirmed = true;  // no longer run met the deadline: the machine is too noisy
   }
 
   const CapacityOptions& options_;

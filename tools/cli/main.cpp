@@ -258,15 +258,15 @@ cli::NameList command_names(const CLI::App& app) {
   return names;
 }
 
-// Checks the name of a command, in a message that lists all commands; CLI11 would only say that a subcommand
-// is missing.
+// Refuses an unknown command in a message that lists all commands; CLI11 would only say that a subcommand is
+// missing.
 void check_command(const CLI::App& app, const std::string& name) {
   const cli::NameList known = command_names(app);
   if (std::find(known.begin(), known.end(), name) == known.end())
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
-/// Returns the message for an error of CLI11, with the names of the command that was called.
+/// Returns our message for an error that CLI11 found, with the words of the command that was called.
 std::string complaint(const CLI::App& program, const CLI::ParseError& error,
                       const std::vector<std::string>& words) {
   cli::Command called{&program, {}};
@@ -350,7 +350,7 @@ struct RealtimeWish {
   cli::RealtimeOptions options;
 };
 
-/// Adds `--realtime` and the options that need it.
+/// Adds the option `--realtime` and those that need it.
 void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
   CLI::Option* realtime = run_app->add_flag(
       "--realtime", wanted,
@@ -671,10 +671,11 @@ struct CommandEntry {
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< Whether the command takes --wide.
+  bool prints_figures = true;  ///< whether --wide is among its options
 };
 
-/// Commands in the order of --help. The manual comes last, since it lists the names of the others.
+/// Commands in the order in which --help lists them. The manual comes last, since it needs the names of the
+/// others.
 constexpr CommandEntry entries[] = {
     {"run", "Step a scene and report forces, step times and the state hash",
      "bristle run tools/scenes/block_on_floor.toml", add_run},

@@ -17,7 +17,7 @@
 namespace cli {
 namespace {
 
-/// Escapes a text for roff: its special characters, and lines that look like a request.
+/// Escapes a text for roff, where some characters and beginnings of lines have a meaning.
 std::string roff(const std::string& text) {
   std::string out;
   bool at_start = true;

@@ -51,7 +51,7 @@ struct BristleSolver::System {
     Line line;
     double before, impulse;        // N s
     double wanted, own, softness;  // target speed, m/s; the row's own and the larger softness used, 1/kg
-    bool active;                   // whether the impulse is within its limits
+    bool active;                   // whether its impulse is within its limits, so solved for
   };
   struct Friction {
     Contact* contact;
@@ -570,13 +570,14 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
       residual = std::max(residual, rub(*solved_[i], dt_s));
   // Ends the iterations if the linear solve left little error and patches change little by the slip of this
   // step.
-  constexpr double error = 1e-3, bent = 0.01;  // m/s^2; share of the force limit
+  constexpr double error = 1e-3, bent = 0.01;  // acceleration error, m/s^2; force change over the limit
   const auto begin = solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_);
   if (residual < error * error * dt_s * dt_s && std::all_of(begin, solved_.end(), [&](const Contact* c) {
         return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() < bent * c->answer.limit;
       }))
     return 0;
-  // Lets Bullet stop when nothing changes, but not before the patches have been evaluated.
+  // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops at a small
+  // one.
   const bool asked = iteration > half || begin == solved_.end();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
@@ -598,7 +599,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-/// Steps the patches of all islands at once; those of sleeping bodies are not stepped.
+/// Steps the patches of all awake islands in one call; patches of sleeping bodies keep their state.
 void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
   responses_.resize(solved_.size());
   batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);

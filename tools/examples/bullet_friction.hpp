@@ -5,7 +5,7 @@
 //   btCollisionDispatcher dispatcher(&configuration);
 //   bullet_example::BristleSolver solver(dispatcher, bristle::Coefficients{}.with_presliding_length(20e-6));
 //   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-//   world.stepSimulation(...)                                       // as ever
+//   world.stepSimulation(...)                                       // as usual
 //
 // A patch belongs to a pair of bodies and to a point of one that moves: each contact takes over the patch of
 // the nearest point of the step before. (Bullet's manifolds persist too, but a point that moves by more than
@@ -60,8 +60,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
  public:
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
-  /// Makes the solver. The kinetic coefficient of `law` is replaced by each contact's; peak over kinetic
-  /// stays. `dispatcher` is the world's. Throws bristle::Error.
+  /// Makes the solver for a world with this dispatcher. Each contact replaces the kinetic coefficient of
+  /// `law` by its own and keeps its ratio of peak to kinetic. Throws bristle::Error.
   BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
                 const FrictionOptions& options = {});
   ~BristleSolver() override;
@@ -72,7 +72,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     bristle::PatchId patch;
     /// Contact frame; its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, contact point in the world
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, position of the contact point in the world
     double force[2] = {0, 0};           ///< N along frame.along() and aside(), acting on body A
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
@@ -86,8 +86,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     // (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
-      double slope = 0.0, damping = 0.0, limit = 0.0;                                  // N s/m, N s/m, N
-      double at_load = 0.0;                                                            // N
+      // Slope and damping, N s/m; limit, N.
+      double slope = 0.0, damping = 0.0, limit = 0.0;
+      double at_load = 0.0;  // N
       bool clipped = true;
     };
     struct Side {

@@ -1,4 +1,5 @@
-// Runs Bullet scenes that compare Bullet's friction with bristles, all kinds interleaved in one run.
+// Runs Bullet scenes that compare Bullet's friction with that of bristles; all kinds of friction take turns
+// in one run.
 #pragma once
 
 #include <functional>
@@ -22,7 +23,7 @@ class World {
   World(Friction friction, const btVector3& gravity, const bristle::Coefficients& law,
         const FrictionOptions& options);
 
-  /// Adds a box of these half lengths (m); mass 0 makes it fixed.
+  /// Adds a box with these half edges (m) and mass (kg); mass 0 fixes it in place.
   btRigidBody& add_box(const btVector3& half, const btVector3& place, double mass_kg, double coefficient);
   btRigidBody& add_ball(double radius, const btVector3& place, double mass_kg, double coefficient);
   /// Adds a square plate on three round feet at the corners of an equilateral triangle, whose loads follow
@@ -77,11 +78,11 @@ struct Scene {
 /// Makes a scene with a block of 200 g on a slope, half way to sliding, tapped five times a second for the
 /// first two seconds.
 Scene tapped_block(double dt_s = 1.0 / 240.0);
-/// Makes a scene with a stack of boxes at rest on a tilted plane. The observed one is on top.
+/// Makes a scene with a stack of boxes at rest on a tilted plane, and observes the top one.
 Scene stack(int boxes = 5, double dt_s = 1.0 / 240.0, double seconds = 60.0);
 /// Makes a scene with a flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// As pushed_box(), with a plate on three feet.
+/// Makes a scene as pushed_box() does, with a plate on three feet.
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
                         pushed_coefficient = 0.4;  // kg, m, m, m
@@ -94,15 +95,15 @@ std::vector<Scene> all_scenes();
 struct Sample {
   double t;
   double place[3];  ///< m
-  double turn;      ///< rad, turn about z
+  double turn;      ///< rad, rotation about z
 };
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< sampled every tenth of a simulated second
+  std::vector<Sample> samples;  ///< states of the body, ten per simulated second
   double creep = 0.0;           ///< m/s, mean speed along x in the last quarter of the run
   double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points
+  double contacts = 0.0;        ///< mean number of contact points per step
 };
 
 /// Runs a scene with all kinds of friction from one start, a tenth of a simulated second each in turn, so

@@ -42,8 +42,8 @@ struct BrushProxyOptions {
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
   double dt_s = 1e-3;                                            ///< s, period of the servo thread
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
-  /// m, one count of the encoders times the workspace scale; the damper's velocity depends on it, see
-  /// HapticOptions.
+  /// m, motion of the tool per count of the encoders: the count times the workspace scale. The damper's
+  /// velocity depends on it, see HapticOptions.
   double resolution = 0.0;
   /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
   /// representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K
@@ -91,8 +91,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   const bristle::HapticPoint& point() const { return point_; }
   const bristle::Response& response() const { return response_; }
 
-  /// Copies the settings of another proxy: radius, dynamic mode, collision settings, tolerances. They would
-  /// be lost if a point's algorithm were just replaced. install_brush() calls this.
+  /// Copies the settings of the proxy that this one replaces: radius, dynamic mode, collision settings,
+  /// tolerances. install_brush() calls this.
   void take_settings(cAlgorithmFingerProxy& from) {
     setEpsilonBaseValue(from.getEpsilonBaseValue());
     m_collisionSettings = from.m_collisionSettings;
@@ -200,7 +200,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
   std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, which tells it from a successor
   Pose surface_ = Pose::Identity(),
-       on_object_ = Pose::Identity();  // pose of the contact: in the world, on object_
+       on_object_ = Pose::Identity();  // pose of the contact in the world, and on object_
 };
 
 /// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the

@@ -152,8 +152,8 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// Returns the contact's dimension by MuJoCo's rules: that of the pair if the model lists it, else that of
-/// the geom with higher priority, else the larger one.
+/// Returns what a contact resists (its condim) by MuJoCo's rules: as the model's pair says if it is listed,
+/// else as the geom of higher priority, else the larger one of both.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {
@@ -166,7 +166,7 @@ int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) cons
   return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
-/// Gives contacts the patches of the same contacts in the step before.
+/// Gives each contact the patch that it had in the step before.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
   cells_before_.swap(cells_);

@@ -60,21 +60,21 @@ struct FrictionOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
-  /// m, largest motion of a contact point in a step, seen from the smaller geom; a point that moves farther
-  /// is a new contact.
+  /// m, largest motion of a contact point in one step, seen from the smaller geom; a point that moves farther
+  /// counts as a new contact.
   double reach = 0.01;
   std::uint32_t contacts = 256;  ///< most contacts at once; further ones have no friction
 };
 
 class BristleFriction {
  public:
-  /// Makes the friction of a model. The kinetic coefficient of `law` is replaced by each contact's; peak over
-  /// kinetic stays. Throws bristle::Error, for condim 6 among others.
+  /// Makes the friction of a model. Each contact replaces the kinetic coefficient of `law` by its own and
+  /// keeps its ratio of peak to kinetic. Throws bristle::Error, for condim 6 among others.
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
-  /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
-  /// they are.
+  /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
+  /// stay there.
   void step(const mjModel& model, mjData& data);
   /// Returns the generalised friction force of this step. Together with end_step() it replaces step() in a
   /// program with a step of its own: call it after mj_fwdAcceleration and add the result to the forces before
@@ -93,7 +93,7 @@ class BristleFriction {
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
                                Eigen::Vector3d::Zero()};  ///< rad, turn of each body that `frame` lacks
-    Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
+    Eigen::Vector3d point = {0, 0, 0};                    ///< m, position of the contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;        ///< whether it was absent in the step before
@@ -107,12 +107,12 @@ class BristleFriction {
     /// Index of its normal force among MuJoCo's constraint forces.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
-    bristle::ExtendedMotion moved;  ///< motion of a disc in this step
+    bristle::ExtendedMotion moved;  ///< displacement and turn of a disc in this step
 
    private:
     friend class BristleFriction;
     std::size_t first_dof = 0, dofs = 0;              // first index and number of its entries in dofs_, rows_
-    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // `velocity` at the start of the step
+    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip at the start of the step, as `velocity`
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
@@ -124,7 +124,7 @@ class BristleFriction {
   /// Cell of a contact's patch: a point contact has one, a disc several.
   struct Cell {
     bristle::Response response;    ///< response of its bristles, before the step's slip
-    Eigen::Vector2d at = {0, 0};   ///< m, offset from the contact point
+    Eigen::Vector2d at = {0, 0};   ///< m, offset of the cell from the contact point
     Eigen::Vector2d way = {0, 0};  ///< direction of its friction, if it slips in the prediction
     bool slips = false;
   };
@@ -167,12 +167,12 @@ class BristleFriction {
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<bristle::Motion> motions_;  // motions of all cells
+  std::vector<bristle::Motion> motions_;  // motions of all cells, as the batch gets them
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
-  std::vector<int> tree_start_;          // first degree of freedom of each root body
+  std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
   std::vector<int> trees_, column_;      // trees in contact; matrix column of each degree of freedom, or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;

@@ -92,7 +92,7 @@ class Stepper {
   }
 
   Run result;
-  std::vector<double> times;  ///< s per step, for each block of steps
+  std::vector<double> times;  ///< s, CPU time per step in each block of steps
 
  private:
   void find_place(double (&place)[3]) const {

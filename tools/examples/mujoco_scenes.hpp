@@ -1,4 +1,5 @@
-// Runs MuJoCo scenes that compare MuJoCo's friction with bristles, all kinds interleaved in one run.
+// Runs MuJoCo scenes that compare MuJoCo's friction with that of bristles; all kinds of friction take turns
+// in one run.
 #pragma once
 
 #include <functional>
@@ -39,9 +40,10 @@ Scene pushed_box();
 Scene spun_box(double speed);
 /// Makes a scene with ten blocks side by side on a slope: forty contact points.
 Scene ten_blocks();
-/// Makes a scene with a tower of ten plates of 200 g, each smaller than the one below by 3 mm (flush ones get
-/// other contact points as soon as they shift): forty contact points in one island. From tower_push_begin_s
-/// on push_n acts on the fifth, rising for ramp_s, and is released at once tower_push_s later.
+/// Makes a scene with a tower of ten plates of 200 g, which has forty contact points in one island. Each
+/// plate is smaller than the one below by 3 mm, since flush plates get other contact points as soon as they
+/// shift. From tower_push_begin_s on a force pushes the fifth plate; it rises to push_n in ramp_s, and ends
+/// suddenly tower_push_s after its beginning.
 Scene tower(double push_n = 0.0, double ramp_s = 0.0);
 inline constexpr double tower_push_begin_s = 1.0, tower_push_s = 0.2;
 /// Makes a scene with a box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of
@@ -66,7 +68,7 @@ struct Run {
   std::vector<Sample> samples;  ///< observed at least ten times per simulated second
   double creep = 0.0;           ///< m/s, mean speed in the last quarter of the run
   double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points
+  double contacts = 0.0;        ///< mean number of contact points per step
 };
 
 /// Runs a scene with all kinds of friction from one start, a block of steps each in turn, so that times

@@ -57,7 +57,7 @@ struct Contact {
   Vector3d arm{0, 0, 0};        // m, corner from the box's centre
   double gap = 0.0;             // m, height over the plane; negative inside it
   double normal_impulse = 0.0;  // N s; as `impulse` it starts at its last value
-  Vector2d impulse{0, 0};       // N s, along frame.along() and aside()
+  Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // velocity per unit impulse in the plane, 1/kg
 
@@ -79,7 +79,8 @@ class World {
       : boxes{box},
         gravity_(g * std::sin(slope_rad), 0.0, -g * std::cos(slope_rad)),
         kind_(kind),
-        // bristles: one batch, and a pool that gives each key its patch. All memory is taken here.
+        // bristles: one batch, and a pool that gives each key (box and corner) its patch. All memory is
+        // allocated here.
         patches_(batch_, bristle::Material::from_coefficients(law),
                  bristle::PatchOptions{}
                      .with_max_normal_load(highest_load)

@@ -75,7 +75,8 @@ int main() {
   const auto slides = run("slides, spins no more", 900, 6e-3, 0.0, 2.0);
   expect(slides[0], -slip, 0.01);
   right = right && std::abs(slides[5]) < 0.02 * spinning;
-  // At a quarter of the load the radius is 4^(-1/3) = 0.63 of the full one, so the torque is 0.16 of it.
+  // At a quarter of the load the pad's radius is 4^(-1/3) = 0.63 of the full one, so its torque is 0.25 *
+  // 0.63 = 0.16 of the full one.
   run("0.5 N, slides back", 500, -6e-3, 0.0, 0.5);
   expect(run("0.5 N, spins", 900, 0.0, -1.0, 0.5)[5], spinning * std::pow(0.25, 4.0 / 3.0), 0.02);
   const auto before = last;

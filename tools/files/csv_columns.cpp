@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Returns a unit in our spelling, from "µm", "Nm", "sec", "°" and the like.
+/// Returns the unit in our spelling, for spellings such as "µm", "Nm", "sec", "°".
 std::string plain_unit(std::string_view name) {
   std::string plain(trim(name));
   for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"}) {

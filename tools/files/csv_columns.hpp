@@ -1,4 +1,5 @@
-// Parses CSV files with a header: columns by name, units in brackets, numbers by line. Shared by the readers.
+// Parses CSV files with a header: columns by name, units in brackets, errors with line numbers. For all
+// readers of CSV.
 #pragma once
 
 #include <cstddef>
@@ -57,9 +58,10 @@ std::string_view skip_to_header(std::string_view text, const std::string& name, 
 
 /// Finds a unit by name, in any of its spellings ("µm", "Nm", "sec"); null if it is none of these.
 const Unit* find_unit(std::span<const Unit> units, std::string_view name);
-/// Lists the units' names, as "N, mN, uN".
+/// Returns the names of the units as a list such as "N, mN, uN".
 std::string unit_names(std::span<const Unit> units);
-/// Parses "2N", "0.5 mm/s" or "3" (in the first unit); returns SI units. Throws UserError naming `what`.
+/// Parses a quantity such as "2N", "0.5 mm/s" or "3" (in the first of `units`); returns its value in SI
+/// units. Throws UserError, which calls the quantity `what`.
 double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what);
 
 /// Parses a header such as "x [mm],load". Throws UserError on an unknown unit and on a column that comes

@@ -36,7 +36,7 @@ void wait_for_writer(int file, const std::string& path) {
 using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 FilePointer open_for_reading(const std::string& path) {
-  // Opens without blocking: opening a FIFO without a writer would hang silently.
+  // Opens without blocking, because opening a FIFO without a writer would hang without a message.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) fail_read(path, errno);
   FilePointer stream(::fdopen(file, "rb"), &std::fclose);

@@ -29,7 +29,7 @@ class TomlTable {
   /// Reads the key `name`, by which later messages call the table. Usually read before other keys.
   std::string name();
 
-  /// Throws if the table holds a key that is not among these.
+  /// Throws UserError if the table holds a key that is not among these names.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
@@ -41,16 +41,16 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
-  /// Reads a text that must be one of the names; returns its index.
+  /// Reads a text that must be one of these names; returns the name's index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;
-  /// Reads an array of strings; empty without the key.
+  /// Reads an array of texts; empty if the table lacks the key.
   std::vector<std::string> texts(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, const Range& range) const;
   /// Reads an array of two numbers, or one number, after which the second is 0.
   void pair(std::string_view key, const Range& range, double (&to)[2]) const;
   TomlTable table(std::string_view key) const;
-  /// Reads an array of tables; empty without the key.
+  /// Reads an array of tables; empty if the table lacks the key.
   std::vector<TomlTable> tables(std::string_view key) const;
 
   /// Returns the place of the table, or of a key in it, for messages: "file:line: what".

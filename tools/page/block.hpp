@@ -1,4 +1,4 @@
-// Block on a rough floor, pulled by a hand through a spring, moving along one line.
+// Block on a rough floor, pulled by a hand through a spring, along one line.
 #pragma once
 
 #include <bristle/bristle.hpp>
@@ -35,7 +35,7 @@ class Block {
   /// Changes the settings. Throws bristle::Error and keeps the old ones if the new ones are no valid
   /// material. Bristles keep their bends if only the material or the spring changed.
   void set(const BlockSettings& settings);
-  /// Returns the block to the middle at rest, with straight bristles and no samples.
+  /// Puts the block back to the middle at rest, with straight bristles, and removes the samples.
   void reset();
 
   /// Starts a pull from the place where the block is. move_hand() then sets the hand's target relative to

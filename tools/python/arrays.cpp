@@ -1,4 +1,4 @@
-// Binds structured dtypes over Motion and Response; the arrays are in package/_arrays.py.
+// Binds numpy dtypes with the fields of Motion and Response; the array classes are in package/_arrays.py.
 #include <cstddef>
 #include <limits>
 #include <type_traits>

@@ -1,4 +1,4 @@
-// Python's form of PatchBatch.
+// PatchBatch as Python sees it.
 #pragma once
 
 #include <optional>

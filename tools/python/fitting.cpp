@@ -129,7 +129,7 @@ Words words_of(const std::map<std::string, std::variant<std::size_t, std::string
   return words;
 }
 
-/// Fits without the interpreter's lock: a long record takes seconds.
+/// Fits without holding the interpreter's lock, since a long record takes seconds.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
   cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
   cli::FitResult result = cli::fit_material(data, options);

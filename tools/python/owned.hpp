@@ -1,5 +1,5 @@
-// Shared code of BedBatch, ExtendedPatches and JointFriction in Python: one thread at a time, columns of
-// responses, the state as bytes.
+// Shares code of BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a time, columns
+// of responses, the state as bytes.
 #pragma once
 
 #include <algorithm>

@@ -58,7 +58,7 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
   return arrays;
 }
 
-/// Runs a scene without the interpreter's lock; step `step` writes row `step` of `arrays`.
+/// Runs a scene without holding the interpreter's lock. Step number `step` writes the row `step` of `arrays`.
 cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;

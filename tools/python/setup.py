@@ -72,13 +72,14 @@ def licence_of(library):
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
-        # Builds as deep below the sources as the presets do, so that a compiler cache (ccache) made there serves here.
+        # Builds in a folder as deep as those of the presets, so that a compiler cache (ccache) filled there serves
+        # here.
         build = ROOT / "build" / pathlib.Path(self.build_temp).name.replace("temp.", "python-")
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
                    "-DBRISTLE_BUILD_BENCH=OFF", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
                    f"-DPython_EXECUTABLE={sys.executable}",
                    "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DCMAKE_INSTALL_RPATH=$ORIGIN/libraries",
-                   # Uses old-style RPATH, which is also searched for libraries that our libraries load.
+                   # Uses RPATH instead of RUNPATH, since it is also searched for libraries that our libraries load.
                    "-DCMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", *pybind11()[1]]
         if shutil.which("ninja"):
             options.append("-GNinja")
@@ -127,7 +128,7 @@ class SourceDistribution(sdist):
 SCRATCH = ROOT / "build/python-package"
 SCRATCH.mkdir(parents=True, exist_ok=True)
 
-# Limits numpy: pybind11 before 2.12 does not know the arrays of numpy 2.
+# Limits numpy to versions before 2, whose arrays pybind11 before 2.12 does not know.
 NUMPY = "numpy>=1.20" if pybind11()[0] >= (2, 12) else "numpy>=1.20,<2"
 
 setup(

@@ -1,4 +1,4 @@
-// Binds the parts of bristle.sweep (package/_sweep.py): a study, and rows with their journal and tables.
+// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their journal and tables.
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -1,4 +1,4 @@
-// Makes the tables of a bristle-accuracy-1 report.
+// Makes the tables of a report of `bristle accuracy` (schema bristle-accuracy-1).
 #include <cmath>
 
 #include <fmt/format.h>

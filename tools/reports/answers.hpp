@@ -1,5 +1,5 @@
-// Writes reports in words, with their figures: the first lines on a terminal. Each function takes a JSON
-// report and throws nlohmann::json::exception if it lacks something.
+// Writes reports in words, with their figures, for the first lines on a terminal. Each function takes a JSON
+// report, and throws nlohmann::json::exception if the report lacks something.
 #pragma once
 
 #include <string>

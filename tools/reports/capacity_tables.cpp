@@ -1,4 +1,4 @@
-// Makes the tables of a bristle-capacity-1 report.
+// Makes the tables of a report of `bristle capacity` (schema bristle-capacity-1).
 #include <cmath>
 
 #include <fmt/format.h>

@@ -19,7 +19,7 @@ struct Conditions {
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// Returns the conditions in two lines, with the kernels' instruction set.
+/// Returns the conditions as two lines of text, with the instruction set of the kernels.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Runs work on several threads.
+// Shares independent jobs among threads.
 #pragma once
 
 #include <cstddef>

@@ -27,7 +27,7 @@ class Progress {
   void update(double share, const char* what = "") {
     if (terminal_ && Clock::now() >= next_) show(share, what);
   }
-  /// Shows the line at once. Call it before work that may take seconds.
+  /// Shows the line of progress at once. Call it before work that may take seconds.
   void show(double share, const char* what = "") {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);

@@ -1,4 +1,4 @@
-// Makes the tables of a bristle-stability-1 report.
+// Makes the tables of a report of `bristle stability` (schema bristle-stability-1).
 #include <algorithm>
 #include <map>
 #include <utility>

@@ -17,27 +17,27 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< style on a terminal
+  CellStyle style = CellStyle::plain;  ///< colour or weight on a terminal
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
 
-/// Table with texts aligned left and numbers right.
+/// Table whose columns of text are aligned left and whose numbers are aligned right.
 class Table {
  public:
   /// Sets the headers of the columns. A column whose header begins with '<' is aligned left.
   explicit Table(std::vector<std::string> headers);
 
   void add(std::vector<Cell> row);
-  /// Adds a row above all others.
+  /// Adds a row above all rows so far.
   void add_first(std::vector<Cell> row);
   /// Adds a line of text that spans all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Returns the table within the columns of text_layout(): headers and texts are broken over lines; columns
-  /// without room follow below, with the first column repeated.
+  /// Returns the table as text, as wide as text_layout() says. Breaks headers and texts over lines; columns
+  /// without room follow below, where the first column is repeated.
   std::string text() const;
   /// Returns the width, in characters, of the table's longest line if no text is broken.
   std::size_t natural_width() const;

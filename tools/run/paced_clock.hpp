@@ -1,4 +1,4 @@
-// Clock for a paced loop: the times at which its ticks start.
+// Wakes a loop at regular times, its ticks.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ class PacedClock {
   std::int64_t due_ns_ = 0;
 };
 
-/// Makes SIGINT and SIGTERM set stop_requested() until the end of the program; a signal more than half a
-/// second after the first ends the program. (One Ctrl-C may arrive twice, from the terminal and through
+/// Makes SIGINT and SIGTERM set stop_requested(), until the program ends. A signal more than half a second
+/// after the first ends the program at once. (One Ctrl-C may arrive twice, from the terminal and through
 /// `timeout`, also while the program writes its reports.)
 void stop_on_signals() noexcept;
 bool stop_requested() noexcept;

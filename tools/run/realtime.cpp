@@ -72,7 +72,8 @@ double QueueClock::now() const noexcept {
 }
 
 double stolen_now() {
-  // Format of the line: "cpu  user nice system idle iowait irq softirq steal ...", in ticks of the system.
+  // Format of the line: "cpu  user nice system idle iowait irq softirq steal ...", in clock ticks of the
+  // system.
   std::ifstream stat("/proc/stat");
   std::string label;
   double ticks = 0.0;

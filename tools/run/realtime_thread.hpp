@@ -28,7 +28,7 @@ class RealtimeThread {
   bool has_fifo() const noexcept { return has_fifo_; }
   bool is_bound() const noexcept { return before_.has_value(); }
   bool has_locked_memory() const noexcept { return has_locked_memory_; }
-  /// Returns a line for each refusal: what was refused, why, and what to do.
+  /// Returns a line for each request that the system refused: what, why, and what to do.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
 
  private:

@@ -56,7 +56,7 @@ struct ForceStatistics {
 
 /// Results of one [[patch]], over all its copies and all steps.
 struct PatchResult {
-  bristle::PatchInfo info;  ///< info of the first copy at the end
+  bristle::PatchInfo info;  ///< facts of the first copy, at the end of the run
   std::uint64_t memory_bytes = 0;
   ForceStatistics force[2];       ///< force at the end of each step, on the body
   ForceStatistics mean_force[2];  ///< mean force in each step, on the body, if computed

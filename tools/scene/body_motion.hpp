@@ -19,15 +19,16 @@ struct SolveStatistics {
   double worst_residual = 0.0;  ///< largest error over the largest force of the equation
 };
 
-/// Motion of a body. Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement
-/// d, where F_mean is the mean friction on the body over the step (bristle::solve_displacements). This is the
-/// midpoint rule, which neither adds nor removes energy besides what the bristles do.
+/// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +
+/// F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d in a step of time T, where v0 and v1 are the
+/// velocities before and after it, and F_mean is the mean friction over the step
+/// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
 class BodyMotion {
  public:
   /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motion array.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
-  /// Returns the load of each patch, N.
+  /// Returns the normal load on each patch, N.
   double load_per_patch(double t) const noexcept;
 
   /// Solves the step: sets displacement and load of the body's patches in `motions`. Call it before

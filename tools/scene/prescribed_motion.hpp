@@ -1,4 +1,4 @@
-// Prescribed motion: where the moving body is, and how hard it presses, at any time.
+// Prescribed motion: position of the moving body and normal load, as functions of time.
 #pragma once
 
 #include <limits>

@@ -51,14 +51,14 @@ struct ForceSine {
   double from = 0.0, until = 0.0;    ///< s
 };
 
-/// Rigid body that slides on patches without turning, pushed by a prescribed force.
+/// Rigid body that slides on patches without turning, under a force that the scene gives over time.
 struct SceneBody {
   std::string name;
   double mass = 1.0;                 ///< kg
   double gravity = 9.80665;          ///< m/s^2
   std::vector<LoadStep> extra_load;  ///< N, load besides the weight
   double velocity[2] = {0.0, 0.0};   ///< m/s, initial velocity
-  std::vector<ForceRow> force;       ///< linear between rows; two rows at one time make a jump
+  std::vector<ForceRow> force;       ///< N over time; linear between rows, two rows at one time make a jump
   std::vector<ForceSine> force_sines;
   std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
   int axes = 2;

@@ -53,7 +53,7 @@ class Probe {
   }
 
  private:
-  static constexpr std::uint32_t few = 256;  // bristles in one block
+  static constexpr std::uint32_t few = 256;  // number of bristles in a block of memory
   static constexpr std::uint64_t block = 72;
   struct Bytes {
     std::uint64_t patch = 0, per_bristle = 0;

@@ -1,5 +1,5 @@
-// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stops, and a force one step
-// late.
+// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stopping distances, and a
+// force that acts one step late.
 #include <array>
 #include <cmath>
 

@@ -57,7 +57,7 @@ struct LoopSetup {
   Scheme scheme = Scheme::semi_implicit;
   double mass_kg = 0.1;
   double dt_s = 1e-3;
-  double stiffness = 0.0;           ///< K, N/m, at the largest load
+  double stiffness = 0.0;           ///< K, N/m, stiffness of all bristles at the largest load
   double damping = 0.0;             ///< C, N s/m, of the bristles' dampers at rest and largest load
   double stribeck_velocity = 1e12;  ///< m/s, speed at which the dampers fade; default: never
   double device_damping = 0.0;      ///< b, N s/m, damping of the device
@@ -89,7 +89,7 @@ struct LoopResult {
   bool unbounded = false;
   /// m, peak-to-peak motion in the last quarter of the run, on the axis where it is larger.
   double peak_to_peak_m = 0.0;
-  double highest_speed = 0.0;  ///< m/s, highest speed in the last quarter
+  double highest_speed = 0.0;  ///< m/s, highest speed in the last quarter of the run
   double energy_ratio = 0.0;   ///< highest energy in the last quarter over that before
   double distance_m = 0.0;     ///< m, farthest from the start along the first axis
 };

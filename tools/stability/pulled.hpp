@@ -1,5 +1,5 @@
-// Pulls a mass slowly by a spring over an ageing contact: on a stiff spring it slides steadily, on a soft one
-// it sticks and slips. Gives the critical stiffness by linear theory and by simulation.
+// Pulls a mass slowly by a spring over an ageing contact: on a stiff spring the mass slides steadily, on a
+// soft one it sticks and slips. Finds the critical stiffness between, by linear theory and by simulation.
 #pragma once
 
 #include <complex>

@@ -19,8 +19,8 @@ namespace cli {
 
 class SweepRows {
  public:
-  /// Opens or begins the journal; with an empty name rows are kept in memory only. Throws UserError if the
-  /// file is of another study, or another process is writing it.
+  /// Opens or begins the journal file; with an empty name rows are kept in memory only. Throws UserError if
+  /// the file belongs to another study, or another process is writing it.
   SweepRows(const Study& study, const std::string& journal);
   ~SweepRows() { close(); }
   SweepRows(const SweepRows&) = delete;

@@ -1,4 +1,5 @@
-// Sets any key of a scene's document by a dotted path, so that a study needs no list of keys that may vary.
+// Sets any key of a scene's document by its path, such as scene.dt, so that a study needs no list of keys
+// that may vary.
 #pragma once
 
 #include <functional>
@@ -18,7 +19,7 @@ namespace cli {
 ///   material.*.kinetic           of every [[material]]
 ///   material.kinetic             of the only one
 ///   material.wood.snap_length.cv of a table within; body.block.force.2.x of a row
-/// A key that the table does not have yet is added; whether the scene takes it is the reader's to say.
+/// A key that the table does not have yet is added; the scene reader refuses it later if need be.
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 

@@ -1,4 +1,4 @@
-// Parses `--vary KEY=RANGE`: a key of a scene, and the values it takes.
+// Parses `--vary KEY=RANGE`: a key of a scene, and the values that it takes in a study.
 #pragma once
 
 #include <cstdint>

@@ -61,9 +61,9 @@ class Study {
   /// Returns what describes the study, as the first line of a journal and the attributes of a table.
   nlohmann::json header() const;
 
-  /// Returns a row as JSON, an array with a cell for each column. A scene that its values make impossible
-  /// gives a row too: the last cell says why. Throws UserError if this machine cannot run it (memory), and
-  /// what `check` throws. Safe from several threads at once.
+  /// Runs a row; returns it as JSON, an array with a cell for each column. If the row's values make its scene
+  /// impossible, the last cell says why. Throws UserError if this machine cannot run it (memory), and what
+  /// `check` throws. May be called from several threads at once.
   std::string run_row(std::uint64_t index, const std::string& isa = {}, const StepCheck& check = {}) const;
 
   /// Lists the files that the study read.
@@ -91,7 +91,7 @@ class Study {
   std::string without_paths(std::string message) const;
 
   StudyOptions options_;
-  std::string scene_file_;  ///< name without the folder
+  std::string scene_file_;  ///< file name of the scene, without its folder
   std::string scene_text_;
   std::map<std::string, std::string> files_;   ///< text of a motion file, by its name in the scene
   std::map<std::string, std::string> paths_;   ///< path of a motion file, by its name in the scene
@@ -106,7 +106,7 @@ class Study {
   std::string hash_;
 };
 
-/// Returns the FNV-1a hash as 16 hexadecimal digits.
+/// Returns the FNV-1a hash of a text, as 16 hexadecimal digits.
 std::string text_hash(std::string_view text);
 
 }  // namespace cli

@@ -64,7 +64,7 @@ class Responses(_Outputs, numpy.recarray):
                         f"{rows[0]}: {status!r}")
         return self
 
-    # Keeps the rows of derived arrays bristle.Response, where numpy.recarray would lose the type.
+    # Gives rows of derived arrays the type bristle.Response, which numpy.recarray would lose.
     def __array_finalize__(self, other):
         pass
 

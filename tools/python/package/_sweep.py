@@ -223,7 +223,7 @@ def _rows_by_dask(client, recipe, indices, isa):
 
     if not client.nthreads():
         print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
-    # Submits the recipe instead of scattering it: scattered data are lost with their worker.
+    # Sends the recipe with each task instead of scattering it, since scattered data are lost with their worker.
     shared = client.submit(_same, recipe, pure=False)
     waiting, parts, futures = collections.deque(indices), {}, {}
     tries, sizes, flying = collections.Counter(), _Sizes(client, len(indices)), as_completed()
