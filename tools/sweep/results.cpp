@@ -142,7 +142,7 @@ const Kind time_kinds[] = {
     {"time.cpu", "s", number, Kind::never, [](const SweepRun& r, std::size_t) { return finite(r.cpu_s); }},
 };
 
-/// Number of patches and bodies in a scene beyond which a study reports only the results that are asked for.
+/// Number of patches, and of bodies, whose results a study reports by default: the first ones of the scene.
 constexpr std::size_t most_by_default = 12;
 
 class Results {

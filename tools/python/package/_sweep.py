@@ -189,7 +189,7 @@ def _run_task(recipe, indices, isa):
 # ------------------------------------------------------------------------------------------------------- by a scheduler
 
 _TASK_SECONDS = 0.5  # s of work in a task; the scheduler takes a few milliseconds for each
-_MOST_TRIES = 5  # most times that rows are sent again because their worker died, each on up to four workers
+_MOST_TRIES = 5  # times that rows are tried whose worker dies, each on up to four workers
 
 
 class _Sizes:
