@@ -6,7 +6,7 @@ set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE BOTH)
-# Debian keeps xsimd's package file in the folder of the building machine's architecture.
+# Debian keeps the package file of xsimd in the folder of the building machine's architecture.
 file(GLOB xsimd_folders /usr/lib/*/cmake/xsimd)
 if(xsimd_folders)
   list(GET xsimd_folders 0 xsimd_DIR)

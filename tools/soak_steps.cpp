@@ -68,7 +68,7 @@ constexpr Model models[] = {
     {"infinite-fluctuating", as_it_is, SnapRule::redraw, true, 300},
 };
 
-/// Random numbers by SplitMix64 and plain arithmetic, equal on every machine.
+/// Random numbers by SplitMix64 and plain arithmetic, which are equal on every machine.
 struct Random {
   std::uint64_t state;
 
@@ -80,7 +80,7 @@ struct Random {
   }
   double share() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   unsigned below(unsigned count) { return static_cast<unsigned>((bits() >> 32) * count >> 32); }
-  /// Returns a number from 2^low to 2^high, uniform in its logarithm.
+  /// Returns a random number from 2^low to 2^high, uniform in its logarithm.
   double octaves(int low, int high) {
     return std::ldexp(1.0 + share(), low + static_cast<int>(below(static_cast<unsigned>(high - low))));
   }
@@ -91,9 +91,9 @@ struct Step {
   Motion motion;
 };
 
-/// Random path that goes straight, turns, reverses and rests. Lengths are 1e-6 to 1e6 means; loads, which
-/// mostly stay constant, 1e-6 to 1.5 of the highest; times from a microsecond to twenty minutes, mostly a
-/// tenth of a millisecond.
+/// Random path of a contact, which goes straight, turns, reverses and rests. Displacements are 1e-6 to 1e6
+/// mean snap lengths; loads, which mostly stay constant, 1e-6 to 1.5 times max_normal_load; time steps a
+/// microsecond to twenty minutes, mostly a tenth of a millisecond.
 class Path {
  public:
   explicit Path(std::uint64_t part) : random{part * 0xD1B54A32D192ED03u + 1} {}
@@ -145,13 +145,13 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Part and step that run at present, for the message after a crash.
+/// Model, part and step that are running, for the message after a crash.
 struct UnderWay {
   const char* model;
   std::uint64_t part, step;
 } under_way{};
 
-/// Patch on its path.
+/// Patch of one part, with the random path that it follows.
 struct Walk {
   PatchBatch batch;
   PatchId id;
@@ -187,7 +187,7 @@ struct Walk {
   }
 };
 
-/// Runs a part up to `steps`. `worst` is the longest step known so far.
+/// Runs the part `number` up to `steps` steps. `worst` is the longest step time (ns) of earlier parts.
 Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std::uint64_t worst) {
   under_way = {model.name, number, 0};
   Walk walk(model, number);
@@ -234,7 +234,7 @@ void print_step(const Step& step, std::uint64_t ns) {
               step.dt, step.motion.displacement[0], step.motion.displacement[1], step.motion.normal_load);
 }
 
-/// Sum of all parts in the file.
+/// Totals over all parts in a model's file.
 struct Total {
   std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;
@@ -253,7 +253,7 @@ struct Total {
     for (const auto& [bucket, count] : line.at("histogram").items())
       counts.at(std::stoul(bucket)) += count.get<std::uint64_t>();
   }
-  /// Returns the upper end of the bucket in which the quantile `share` lies, ns.
+  /// Returns the upper end (ns) of the histogram bucket that contains the quantile `share` of step times.
   std::uint64_t quantile(double share) const {
     double left = share * static_cast<double>(parts * steps_of_part);
     for (int b = 0; b < TimeHistogram::buckets; ++b)
@@ -289,7 +289,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  std::uintmax_t whole = 0;  // bytes of whole lines: a killed run may leave half a line
+  std::uintmax_t whole = 0;  // bytes of whole lines; a killed run may leave a partial one
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
       total.add(nlohmann::json::parse(line));
@@ -316,7 +316,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // Repeats the whole block, as the run did, because the library remembers earlier steps.
+  // Repeats the whole block of steps, as the run did, because the library's state depends on earlier steps.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());

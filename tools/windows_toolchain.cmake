@@ -5,7 +5,7 @@ set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 foreach(language C CXX)
   set(CMAKE_${language}_COMPILER_TARGET x86_64-w64-mingw32)
-  # mingw's libstdc++ keeps thread-local variables in an emulated table.
+  # Makes clang keep thread-local variables in an emulated table, as mingw's libstdc++ does.
   set(CMAKE_${language}_FLAGS_INIT -femulated-tls)
 endforeach()
 set(CMAKE_C_COMPILER clang-19)
@@ -16,7 +16,7 @@ foreach(kind EXE SHARED MODULE)
 endforeach()
 set(CMAKE_CXX_STANDARD_LIBRARIES "-lstdc++ -lwinpthread")
 set(CMAKE_CROSSCOMPILING_EMULATOR wine)
-# Searches only a folder of header-only packages, without the building machine's C headers.
+# Searches only a folder of header-only packages, which lacks the building machine's C headers.
 set(CMAKE_FIND_ROOT_PATH ${CMAKE_CURRENT_LIST_DIR}/../build/windows-headers)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind PACKAGE INCLUDE LIBRARY)

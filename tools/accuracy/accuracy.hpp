@@ -16,39 +16,39 @@ namespace cli {
 struct AccuracyOptions {
   std::string scene;
   bool quick = false;
-  double seconds = 0.0;  ///< approximate time to spend; 0: 40 with `quick`, else 220
-  std::optional<double>
-      error;              ///< wanted relative rms error; none: the first of 1, 2, 5, 10 % that can be met
-  std::string write;      ///< scene file to write with the recommended setting; empty: none
-  std::string json, csv;  ///< output files; empty: none, "-": stdout
-  std::string isa;        ///< instruction set; empty: the library's choice
+  double seconds = 0.0;         ///< s, approximate time of the study; 0: 40 with `quick`, else 220
+  std::optional<double> error;  ///< wanted rms error over force; none: the first met of 1, 2, 5, 10 %
+  std::string write;            ///< scene file to write with the recommended setting; empty: none
+  std::string json, csv;        ///< output files; empty: none, "-": stdout
+  std::string isa;              ///< instruction set; empty: the library's choice
 };
 
-/// Most copies of a patch whose forces are compared.
+/// Number of a patch's copies whose forces are compared with the reference; further copies are only timed.
 constexpr std::uint32_t compared_copies = 64;
 
 /// Setting with its measured errors and times.
 struct SettingResult {
   Setting setting;
-  /// Whether also compared with the same bristles run exactly, in double precision, at the finest step.
+  /// Whether the setting also ran against the same bristles in double precision at the finest step, with
+  /// every snap.
   bool paired = false;
-  double predicted_s = 0.0;                     ///< predicted time of one run
-  std::vector<RunTime> times;                   ///< times of whole scene runs with all copies, one per round
-  std::vector<std::vector<PatchError>> errors;  ///< [run][patch], error against the reference
-  std::vector<std::vector<PatchError>> same_steps;  ///< error against the reference at the scene's dt (for
-                                                    ///< bristle counts)
-  std::vector<std::vector<PatchError>> pairs;       ///< error against the same bristles at the finest step
+  double predicted_s = 0.0;                         ///< s, predicted time of one run with this setting
+  std::vector<RunTime> times;                       ///< times of scene runs with all copies, one per round
+  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference
+  std::vector<std::vector<PatchError>> same_steps;  ///< error against a reference with the scene's own step
+  std::vector<std::vector<PatchError>> pairs;       ///< error against the same bristles with the finest step
   std::vector<std::optional<double>> closed_form;   ///< [patch], error of the first run against a closed form
   bool on_front = false;
 
-  /// Returns one patch's error over all runs: root mean square, highest, mean.
+  /// Returns a patch's error over all runs: root mean square of its rms errors, mean of the energy errors,
+  /// highest of the others.
   static PatchError over_runs(const std::vector<std::vector<PatchError>>& runs, std::size_t patch);
-  /// Returns the error of the patch with the highest rms.
+  /// Returns the highest error of any patch, separately for each measure of error.
   PatchError worst() const;
-  /// Returns the standard error of worst().rms; 0 for a single run.
+  /// Returns the standard error, over seeds, of the rms error of worst(); 0 for a single run.
   double rms_spread() const;
-  /// Returns the quantile `share` over rounds (median by default) of the CPU seconds of one of the setting's
-  /// own steps.
+  /// Returns the quantile `share` (default: the median), over rounds, of the CPU seconds of one step of this
+  /// setting.
   double step_s(double share = 0.5) const;
 };
 
@@ -58,14 +58,14 @@ struct SlopeResult {
   std::string theory;
 };
 
-/// Feature with the times and errors with and without it.
+/// Feature of the scene (such as the second axis), with the times and errors of runs with it and without it.
 struct FeatureResult {
   std::string feature;
-  std::string state;  ///< state: "used", "left out already", "needed"
+  std::string state;  ///< one of "used", "left out already", "needed"
   bool measured = false;
-  /// Share of the time with it that leaving it out saves; median and quartiles.
+  /// Share of the run time that leaving the feature out saves: median and quartiles.
   double saves = 0.0, saves_low = 0.0, saves_high = 0.0;
-  double error_with = 0.0, error_without = 0.0;  ///< rms error against the reference, worst patch
+  double error_with = 0.0, error_without = 0.0;  ///< rms error of the worst patch against the reference
   std::string advice;
 };
 
@@ -73,81 +73,83 @@ struct Recommendation {
   bool found = false;
   Setting setting;
   double wanted = 0.0;
-  PatchError promised;  ///< error by which the setting was chosen
+  PatchError promised;  ///< error, in the search, by which the setting was chosen
   double promised_step_s = 0.0;
-  PatchError confirmed;  ///< error with held-out seeds; may exceed `wanted`
+  PatchError confirmed;  ///< error with seeds that the search did not use; may exceed `wanted`
   double confirmed_step_s = 0.0;
-  double p99_s = 0.0, max_s = 0.0;  ///< wall time of single steps, with the scene's threads and seeds
+  double p99_s = 0.0, max_s = 0.0;  ///< s, wall time of single steps, with the scene's threads and seeds
   std::uint64_t misses = 0, misses_ours = 0, steps = 0;
-  double least_error = 0.0;  ///< least error of all settings tried, if none was found
+  double least_error = 0.0;  ///< least error of all settings tried, where none met `wanted`
 };
 
-/// Cheapest setting of the ladder with one population that meets the recommendation's error.
+/// Cheapest tried setting with representatives (or with the infinite brush) that meets the error of the
+/// recommendation.
 struct CheapestOf {
   bool infinite = false;
   bool found = false;
   Setting setting;
-  double error = 0.0;         ///< rms error of the worst patch
-  double scene_step_s = 0.0;  ///< CPU seconds of a scene step
+  double error = 0.0;         ///< rms error of the patch with the highest one
+  double scene_step_s = 0.0;  ///< CPU seconds per step of the scene
 };
 
 struct AccuracyResult {
   std::string isa;
   double reference_dt_s = 0.0;
-  std::uint32_t scene_parts = 1;  ///< the scene's dt over the reference's step
+  std::uint32_t scene_parts = 1;  ///< number of reference steps in a step of the scene
   std::uint32_t reference_bristles = 0;
   int reference_runs = 0;
   bool reference_double = true;
-  std::vector<double> floor;                                 ///< [patch], the reference's own error
-  std::vector<std::optional<double>> reference_closed_form;  ///< [patch], its error against a closed form
+  std::vector<double> floor;  ///< [patch], statistical error of the reference
+  /// [patch], error of the reference against a closed form.
+  std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;
-  bool own_mean = false;    ///< whether the scene uses the mean force
-  std::vector<double> way;  ///< [patch], m, longest path of its copies
-  std::vector<double>
-      step_over_snap;  ///< [patch], typical step at the scene's dt while moving, in mean snap lengths
+  bool own_mean = false;               ///< whether the scene uses the force averaged over a step
+  std::vector<double> way;             ///< m, per patch: longest path of its copies
+  std::vector<double> step_over_snap;  ///< [patch], mean snap lengths per step of the scene, while moving
   std::uint64_t copies_compared = 0, copies = 0;
   std::vector<SettingResult> settings;
-  std::vector<std::string> not_run;  ///< settings too slow for the given time
+  std::vector<std::string> not_run;  ///< names of settings left out as too slow for the given time
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
-  /// Reason why the literal rule is not among the settings; empty if it is.
+  /// Reason why the paper's literal rule (snapped bristles lose their overshoot) is not among the settings;
+  /// empty if it is.
   std::string no_literal;
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
-  std::vector<CheapestOf> cheapest;  ///< cheapest with representatives, and with the infinite brush
+  std::vector<CheapestOf> cheapest;  ///< cheapest setting with representatives, and with the infinite brush
   std::vector<FeatureResult> features;
-  double seconds = 0.0;  ///< wall time of the study
+  double seconds = 0.0;  ///< s, wall time of the study
 };
 
-/// Seconds of a step: a fixed part, and a part for each bristle of every patch.
+/// CPU seconds of a scene step: a fixed part, and a part for each bristle of a patch, with all patches.
 struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };
 
-/// Data shared by the parts of a study.
+/// Scene, reference and results that the parts of a study share.
 struct AccuracyStudy {
   AccuracyStudy(const AccuracyOptions& its_options, const Scene& its_scene)
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
 
   const AccuracyOptions& options;
   const Scene& scene;  ///< scene as read from its file
-  Scene cut;           ///< scene with few copies, on which errors are measured
+  Scene cut;           ///< scene with few copies of each patch, on which errors are measured
   bool is_cut = false;
   Reference fine, same_steps;
-  ForceRecord paired[2];  ///< runs of the same bristles at the finest step, for rounds 0 and 1
+  ForceRecord paired[2];  ///< same bristles at the finest step, for the seeds of rounds 0 and 1
   std::optional<ClosedForm> closed_form;
-  StepCost cost;                           ///< cost of the cut scene in single precision
-  double full_over_cut = 1.0;              ///< ratio of the scene's number of patches to the cut one's
-  std::function<void(const char*)> spend;  ///< function that shows what is being measured
+  StepCost cost;                           ///< cost of a step of `cut`, in single precision
+  double full_over_cut = 1.0;              ///< number of patches in the scene over that in `cut`
+  std::function<void(const char*)> spend;  ///< shows the user what is being measured
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
-  /// Returns the predicted time of one run of the cut scene, s.
+  /// Returns the predicted time (s) of one run of `cut`, the scene with few copies, with this setting.
   double predict(const Setting& setting) const;
-  std::uint32_t scene_bristles() const;  ///< bristles of the scene's largest patch
+  std::uint32_t scene_bristles() const;  ///< number of bristles of the scene's largest patch
 };
 
-/// Seconds given to the parts of a study.
+/// Seconds that each part of a study may take.
 struct AccuracyBudget {
   double reference, ladder, confirm, features;
 };
@@ -156,7 +158,7 @@ AccuracyBudget budget(const AccuracyOptions& options);
 void make_reference(AccuracyStudy& study, double seconds);
 std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds);
 void run_ladder(AccuracyStudy& study, double seconds);
-/// Runs a setting once more with the seeds of `round`, and adds error and time to `result`.
+/// Runs a setting once more, with the seeds of `round`, and adds this run's error and time to `result`.
 void measure(AccuracyStudy& study, SettingResult& result, std::uint32_t round, double most_s);
 void find_slopes(AccuracyStudy& study);
 void mark_front(AccuracyStudy& study);
@@ -165,7 +167,7 @@ void mark_front(AccuracyStudy& study);
 std::vector<std::size_t> pareto_front(const std::vector<double>& time, const std::vector<double>& error,
                                       double gain = 0.0);
 void recommend(AccuracyStudy& study, double seconds);
-/// Finds the cheapest setting of each population. Call it after `recommend`.
+/// Finds the cheapest setting with representatives and with the infinite brush. Call it after recommend().
 void compare_populations(AccuracyResult& result);
 void try_features(AccuracyStudy& study, double seconds);
 
@@ -174,23 +176,24 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 
 /// Returns the CPU seconds that a setting takes for one step of the scene.
 double scene_step_s(const AccuracyResult& result, const SettingResult& setting);
-/// Returns whether a setting gives the force that the scene uses, at every one of the scene's steps.
+/// Returns whether a setting may replace the scene's: its step divides the scene's step and gives the force
+/// (mean or at the end) that the scene uses, and its snap lengths are stratified.
 bool is_usable(const AccuracyResult& result, const Setting& setting);
-/// Returns the representatives of all patches under a setting; an infinite patch has none.
+/// Returns the number of representatives in all patches under a setting; an infinite patch has none.
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting);
 
 std::string setting_name(const Setting& setting, double dt_s);
-/// Returns the lines to put into the scene file.
+/// Returns the lines of TOML that put the recommended setting into the scene file.
 std::string scene_fragment(const Scene& scene, const AccuracyResult& result);
-/// Returns the whole scene file with the recommended setting, comments included. `to` is the file's future
-/// path.
+/// Returns the text of the whole scene file, comments included, with the recommended setting. `to` is the
+/// path where it will be stored.
 std::string tuned_scene(const Scene& scene, const AccuracyResult& result, const std::string& to);
 
 std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);
 std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);
 std::string accuracy_csv(const Scene& scene, const AccuracyResult& result);
 
-/// Runs the subcommand: reads, measures, reports.
+/// Runs the subcommand: reads the scene, measures, writes the reports.
 void accuracy_command(const AccuracyOptions& options);
 
 }  // namespace cli

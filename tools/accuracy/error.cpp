@@ -35,7 +35,8 @@ void scale(ForceRecord& record, double factor) {
   }
 }
 
-// Returns the reference's force over a longer step that ends with its step `last`.
+// Returns the reference's force over a longer step, made of `parts` reference steps of which `last` is the
+// last one.
 double reference_force(const ForceRecord& r, std::size_t last, std::size_t copy, std::size_t axis,
                        std::uint32_t parts, bool mean) {
   if (!mean) return r.end[r.at(last, copy) + axis];
@@ -48,8 +49,8 @@ struct Sums {
   double difference2 = 0.0, reference2 = 0.0, most2 = 0.0, path2 = 0.0, work = 0.0, reference_work = 0.0;
 };
 
-// Returns the force on the moving body, along the ramp, of a ramp under constant load at time t (counted by
-// the copy's own clock).
+// Returns the closed-form force, along the ramp, on a body that moves at constant speed under constant load.
+// Time t counts by the copy's own clock.
 double ramp_force(const bristle::Material& m, const PrescribedMotion& motion, double load, double t) {
   const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
   const double moving = std::clamp(t, motion.from, motion.until) - motion.from;
@@ -142,7 +143,7 @@ ClosedForm::ClosedForm(const Scene& scene, double dt_s, std::uint32_t most_parts
       const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
       const double ex = (std::cos(turn) * motion.velocity[0] - std::sin(turn) * motion.velocity[1]) / speed;
       const double ey = (std::sin(turn) * motion.velocity[0] + std::cos(turn) * motion.velocity[1]) / speed;
-      // Chooses times evenly in their logarithm, because the curve bends at its beginning.
+      // Spaces the times evenly in their logarithm, because the force curve bends most at its beginning.
       std::size_t last = 0;
       for (std::size_t k = 1; k <= closed_form_times; ++k) {
         const auto row = static_cast<std::size_t>(

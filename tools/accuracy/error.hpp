@@ -10,25 +10,28 @@
 
 namespace cli {
 
-/// Error of one [[patch]] over its copies and the run. Forces are relative to the rms of the reference's.
+/// Errors of one [[patch]], over all its copies and the whole run. Forces are divided by the rms force of the
+/// reference.
 struct PatchError {
-  double rms = 0.0;     ///< root mean square difference of forces
-  double max = 0.0;     ///< highest difference of forces
-  double energy = 0.0;  ///< relative difference of the work done on the patch, absolute value
-  double path = 0.0;    ///< m, highest difference of positions (bodies)
+  double rms = 0.0;     ///< root mean square of the force difference
+  double max = 0.0;     ///< highest force difference
+  double energy = 0.0;  ///< relative difference of the work done on the patch, absolute
+  double path = 0.0;    ///< m, highest difference of a body's position
 };
 
-/// Reference: mean over several seeds of a fine run, with the error of that mean.
+/// Reference that errors are measured against: the mean of fine runs with several seeds, and the standard
+/// error of that mean.
 class Reference {
  public:
-  /// Adds a run; runs go alternately to two halves.
+  /// Adds a run. Runs go alternately to two halves, whose difference tells the error of the mean.
   void add(const ForceRecord& record);
-  /// Computes the means. Call it after the last run.
+  /// Computes the means of all added runs. Call it after the last one.
   void finish();
 
   const ForceRecord& mean() const noexcept { return mean_; }
   int runs() const noexcept { return runs_; }
-  /// Returns the standard error of the mean as rms per patch: half the difference of the two halves' means.
+  /// Returns the standard error of the mean force (rms, per patch): half the difference between the means of
+  /// the two halves.
   const std::vector<double>& floor() const noexcept { return floor_; }
 
  private:
@@ -37,14 +40,16 @@ class Reference {
   std::vector<double> floor_;
 };
 
-/// Returns an error per [[patch]]. A step of `record` is `parts` reference steps. Forces at the end of steps
-/// are compared with the force at that time; means (`mean`) with the reference's mean over the same interval.
+/// Returns the error of `record` per [[patch]]. Each of its steps spans `parts` steps of the reference.
+/// Forces at the end of a step are compared with the reference's force at that time; mean forces (`mean`),
+/// with the reference's mean over that step.
 std::vector<PatchError> compare(const ForceRecord& record, const ForceRecord& reference, std::uint32_t parts,
                                 bool mean);
 
-/// Comparison with the closed form, per [[patch]]: relative rms difference of forces at ends of steps from
-/// the virgin curve with dampers and lubricant, if the patch moves as a ramp under a constant load; else
-/// unset. `most_parts` keeps the compared times the same for every step length.
+/// Compares forces with a closed form, which exists for a patch that moves as a ramp under constant load: the
+/// loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms difference at ends
+/// of steps, per [[patch]]; unset without a closed form. `most_parts` keeps the compared times equal for
+/// every step length.
 class ClosedForm {
  public:
   ClosedForm(const Scene& cut_scene, double reference_dt_s, std::uint32_t most_parts);
@@ -53,7 +58,7 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // `step`: step of the reference
+    std::size_t copy, step;  // `step` counts steps of the reference
     double force[2];
   };
   std::size_t patches_;
@@ -64,7 +69,7 @@ class ClosedForm {
 struct Slope {
   int points = 0;
   double slope = 0.0;
-  double error = 0.0;  ///< standard error; 0 for two points
+  double error = 0.0;  ///< standard error of the slope; 0 for two points
 };
 Slope fit_slope(const std::vector<double>& x, const std::vector<double>& y);
 

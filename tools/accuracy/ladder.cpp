@@ -1,4 +1,4 @@
-// Makes the reference and the ladder of settings, and runs them.
+// Runs the reference, chooses the settings to try (the ladder), and runs them.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -17,20 +17,21 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the time of all rounds
+constexpr double first_round_share = 0.4;  // share of the first round in the time of all rounds
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // s of timing after which disturbances by the machine are negligible
+constexpr double enough_timed_s = 0.2;  // s; with more, disturbances are negligible
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
-// Estimated cost of double precision over single, which was timed. Errs on the high side.
+// Estimated time of a step in double precision over one in single precision, of which only the latter was
+// timed. Errs on the high side.
 constexpr double double_costs = 2.0;
-// Number of representatives that take as long as an infinite patch, for each piece of a mean snap length.
-// Used for planning only.
+// Number of representatives whose step takes as long as that of an infinite patch with one piece per mean
+// snap length. An infinite patch of resolution r costs r times as much. For planning only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
-// Relative spread of snap lengths; Population::infinite accepts no less.
+// Smallest standard deviation over mean of the snap lengths that Population::infinite accepts.
 constexpr double least_infinite_spread = 0.05;
 
-// Rounds a count to two digits.
+// Rounds a count down to two significant digits.
 std::uint32_t rounded(double count) {
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1.0));
   return static_cast<std::uint32_t>(std::floor(count / unit) * unit);
@@ -44,15 +45,16 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Measures wall seconds of a step of the cut scene, as a fixed part and a part per bristle of a patch, over
-// the whole run if that is short. Wall time, since a study must finish in a wall time.
+// Measures the wall seconds of a step of the scene with few copies, as a fixed part and a part per bristle.
+// Runs the whole scene if it is short. Takes wall time, since the study must finish within a given wall time.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
     setting.bristles = i == 0 ? pilot_few : pilot_many;
     const Scene pilot = apply(study.cut, setting, study.dt(parts), 0);
     cost[i] = std::numeric_limits<double>::infinity();
-    // Repeats short runs: one preemption would be most of the time of a run of a few hundred microseconds.
+    // Repeats short runs, because one interruption would double the time of a run of a few hundred
+    // microseconds.
     double spent = 0.0;
     for (int run = 0; run < 3 && spent < enough_timed_s; ++run) {
       const RunTime time = run_setting(pilot, 1, study.options.isa, false, pilot_steps).time;
@@ -81,8 +83,8 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
       way[c] += length;
-      // Counts a step as moving only above a thousandth of a snap length: a creeping body moves a little in
-      // every step.
+      // Counts a step as moving only if it is above a thousandth of a mean snap length, since a creeping body
+      // moves a little in every step.
       const double snap =
           fine.materials[fine.patches[stepper.copies()[c].patch].material].material.snap_length.mean();
       if (length > 1e-3 * snap) moved[c] += 1.0;
@@ -100,7 +102,7 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
   }
 }
 
-/// Returns why a scene cannot be run with the infinite brush; empty if it can.
+/// Returns the reason why a scene cannot run with the infinite brush; empty if it can.
 std::string infinite_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -113,7 +115,7 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Returns why a scene cannot be run with the paper's loop; empty if it can.
+/// Returns the reason why a scene cannot run with the paper's literal loop; empty if it can.
 std::string literal_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -125,7 +127,7 @@ std::string literal_obstacle(const Scene& scene) {
   return {};
 }
 
-// Removes the most expensive settings until the rest fits into the time.
+// Leaves out the most expensive settings, until the rest fits into the time.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -154,7 +156,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
-  // Includes making the patches, which evaluates a quantile for each bristle.
+  // The second term is the time to make the patches, which evaluates a quantile for each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -182,7 +184,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // 0: one thread per core; the number changes no bit
+  const int threads = 0;  // 0: one thread per core; their number does not change the result
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;
@@ -193,11 +195,12 @@ void make_reference(AccuracyStudy& study, double seconds) {
   r.reference_bristles =
       rounded(std::clamp(affordable, 1000.0, static_cast<double>(most_reference_bristles)));
   for (int i = 0; i < runs; ++i) {
-    // Stops at an even number of runs, since the halves must be equal.
+    // Stops only at an even number of runs, since the reference's error is the difference of two equal
+    // halves.
     const double now = bristle::DeadlineMonitor::wall_now();
     if (i > 0 && i % 2 == 0 && now + 2.0 * each > until && now > until - pair_share * seconds) break;
     const Setting setting = reference_setting(r.reference_bristles);
-    // Uses seeds apart from the ladder's rounds, which count from 0.
+    // Uses other seeds than the rounds of the ladder of settings, which count from 0.
     const auto round = static_cast<std::uint32_t>(1'000'000 + i);
     for (const std::uint32_t parts : {1u, r.scene_parts}) {
       const SettingRun run =
@@ -295,7 +298,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s);
     }
   }
-  // Plans at least three rounds, for a median.
+  // Plans at least three rounds, because times are reported as medians.
   fit_into(ladder, seconds, 3, study);
   return ladder;
 }
@@ -312,7 +315,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   }
   if (study.is_cut) {
-    // Measures time with all copies over a part of the scene; errors come from a few copies over the whole
+    // Takes times from all copies over a part of the scene, and errors from a few copies over the whole
     // scene.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
@@ -326,7 +329,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // Halves the time for a large scene, whose copies all cost more than the few that are compared.
+  // Halves the time for settings if copies were left out, because timing all of them takes the other half.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
   // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than
@@ -344,7 +347,7 @@ void run_ladder(AccuracyStudy& study, double seconds) {
         study.result.not_run.push_back(setting_name(s.setting, study.dt(s.setting.parts)));
         continue;
       }
-      // Gives cheap settings every round, expensive ones up to three.
+      // Runs cheap settings in every round of seeds, expensive ones in at most three.
       const bool dear = round >= 3 && s.predicted_s > share / rounds;
       if (round > 0 && (s.times.empty() || dear || spent > seconds)) continue;
       measure(study, s, static_cast<std::uint32_t>(round), 0.3 * share);

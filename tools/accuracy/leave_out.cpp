@@ -1,5 +1,5 @@
-// Measures each feature that a scene uses or could leave out, by running the scene with it and without it
-// alternately.
+// Measures what each feature of a scene (or each that it could leave out) costs, by alternate runs with it
+// and without it.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -23,19 +23,19 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // factor on the error up to which a left-out feature counts as not needed
+constexpr double fair_rise = 1.1;  // a feature is needed if leaving it out raises the error more
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;                             ///< whether the scene as given uses it
-  std::string needed;                            ///< reason why it cannot be left out; empty if it can
-  Scene with, without;                           ///< scenes with all copies
-  bool mean_with = false, mean_without = false;  ///< whether the mean force is compared
+  bool used = false;                             ///< whether the scene has the feature
+  std::string needed;                            ///< reason why the feature must stay; empty if it may go
+  Scene with, without;                           ///< scenes with all copies of each patch
+  bool mean_with = false, mean_without = false;  ///< whether errors concern the mean force over a step
   int threads_with = 1, threads_without = 1;
-  bool wall = false;  ///< compares wall time, which is what several threads save
+  bool wall = false;  ///< whether wall time is compared: threads save no CPU time
   std::string note;
 };
 
@@ -94,7 +94,8 @@ Trial axis_trial(const Scene& scene) {
   return t;
 }
 
-// Returns the material with the other rule and the same coefficients, if the scene gives coefficients.
+// Returns the material under the other snap rule, with equal friction coefficients if the scene gives
+// coefficients.
 SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
   SceneMaterial to = from;
   if (to.coefficients) {
@@ -105,7 +106,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
       to.material = bristle::Material::from_coefficients(*to.coefficients).with_damper_decay(decay);
       return to;
     } catch (const bristle::Error&) {
-      to.coefficients.reset();  // the rule cannot reach the coefficients: the same bristles are used
+      to.coefficients.reset();  // keeps the bristles if the other rule cannot reach the coefficients.
     }
   }
   to.material.snap_rule = rule;
@@ -167,7 +168,7 @@ Trial viscous_trial(const Scene& scene) {
   Trial t("viscous term", false, scene);
   for (const SceneMaterial& m : scene.materials) t.used = t.used || m.material.viscous_friction > 0.0;
   for (SceneMaterial& m : t.without.materials) m.material.viscous_friction = 0.0;
-  // Adds a negligible viscous term: its cost does not depend on its size.
+  // Adds a negligible viscous term, as its run time does not depend on its size.
   if (!t.used) {
     for (SceneMaterial& m : t.with.materials) m.material.viscous_friction = 1e-12;
   }
@@ -242,7 +243,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
   f.feature = t.feature;
   f.state = !t.used ? "left out already" : t.needed.empty() ? "used" : "needed";
   if (t.needed.empty()) {
-    // Takes many short turns, so that other work of the machine affects both scenes alike.
+    // Alternates the two scenes in many short turns, so that other work of the machine affects both alike.
     const double step_s = study.cost.fixed_s + study.cost.bristle_s * study.scene_bristles();
     const auto all = step_count(study.scene);
     const double turn_steps = 0.3 * seconds / (2.0 * 9.0 * step_s * study.full_over_cut);
@@ -266,7 +267,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // Measures the error once for threads, whose number changes no bit.
+    // Takes one error for any number of threads, which does not change the result.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

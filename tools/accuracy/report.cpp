@@ -14,10 +14,10 @@
 namespace cli {
 namespace {
 
-// Range of the relative change of force that people begin to notice.
+// Relative change of friction that people begin to notice: lower and upper estimate.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-constexpr double default_resolution = 8.0;  // resolution that 0 stands for
+constexpr double default_resolution = 8.0;  // pieces per mean snap length, for resolution 0
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
 
@@ -25,10 +25,10 @@ std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * se
 
 const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
-// Names of a setting's options; for the unchanged scene, those of its first patch.
+// Names of a setting's options, for the report. The unchanged scene shows the options of its first patch.
 struct Shown {
   const char *population, *rule, *precision, *sampling;
-  double resolution;  // resolution of an infinite patch
+  double resolution;  // pieces per mean snap length, of an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
@@ -38,7 +38,7 @@ Shown shown(const Scene& scene, const Setting& s) {
           o.precision == bristle::Precision::single ? "single" : "double", sampling_name(o.compared), 0.0};
 }
 
-// Returns the time per bristle, ns; unset if no patch has a number of bristles.
+// Returns the time of a step per bristle, ns; unset if all patches are infinite.
 std::optional<double> ns_per_bristle(const Scene& scene, const SettingResult& s) {
   const std::uint64_t bristles = total_bristles(scene, s.setting);
   if (bristles == 0) return std::nullopt;
@@ -60,7 +60,7 @@ std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
                      microseconds(c.scene_step_s));
 }
 
-// Returns a text that says which population is cheaper; it heads the report.
+// Returns the heading of the report, which says whether representatives or the infinite brush are cheaper.
 std::string populations_text(const AccuracyResult& r) {
   const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
   const std::string wanted = percent(r.recommendation.wanted);

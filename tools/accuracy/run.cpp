@@ -12,8 +12,8 @@ namespace {
 
 using bristle::DeadlineMonitor;
 
-// Steps timed together for few patches: reading the thread's clock takes as long as a step of a hundred
-// bristles.
+// Number of steps timed together where patches are few: reading the thread's clock takes as long as a step of
+// a hundred bristles.
 constexpr std::uint64_t steps_per_chunk = 64;
 constexpr std::size_t few_copies = 64;
 
@@ -95,7 +95,7 @@ class RecordedRun {
     }
   }
 
-  // Records one copy's forces, turned from the patch's axes to the scene's.
+  // Records the forces on one copy of a patch, rotated from the patch's axes to those of the scene.
   void record_one(std::uint64_t step, std::size_t c, const bristle::Motion& motion,
                   const bristle::Response& response) {
     ForceRecord& r = out_.record;
@@ -150,7 +150,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   changed.dt = dt_s;
   for (ScenePatch& p : changed.patches) {
     bristle::PatchOptions& o = p.options;
-    // Adds a stride to the seed, which may wrap: copies have neighbouring seeds, which rounds must not share.
+    // Adds a large stride to the seed (it may wrap) for each round. Copies have neighbouring seeds, which
+    // another round must not reuse.
     o.seed += round * 0x9E3779B9u;
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);

@@ -19,18 +19,17 @@
 namespace cli {
 namespace {
 
-// Wanted errors to try; the first that can be met is taken.
+// Relative force errors wanted by default, tried in this order; the first that a setting can meet is used.
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
-// Relative gain; smaller ones are noise of the seeds.
+// Relative gain in error below which a slower setting is not better: such gains are noise of the seeds.
 constexpr double front_gain = 0.02;
-constexpr double above_floor = 3.0;  // ratio to the reference's own error that points of a slope must exceed
-constexpr double literal_limit =
-    0.7;  // mean snap lengths per step; beyond, most friction is lost and no power law holds
-// First rounds (seeds) used here, apart from the ladder's.
+constexpr double above_floor = 3.0;    // points count if this many times the reference's own error
+constexpr double literal_limit = 0.7;  // mean snap lengths per step; above, no power law holds
+// First seeds of the search and of its reported figures, far from those of the ladder (which counts from 0).
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
-// Returns the theoretical order of convergence in the number of bristles: stratified lengths help until the
-// bristles have forgotten them.
+// Returns the theoretical order of convergence in the number of bristles. Stratified snap lengths raise the
+// order until the bristles have redrawn them.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
   if (random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw) {
@@ -98,11 +97,11 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
     if (!set.compared.literal) {
-      // Leaves out the finest steps, which were compared with a reference of the same step.
+      // Leaves out the finest step: the compared run has the same step, so its error is rounding alone.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
-      // Uses the error of the work for the literal rule, whose loss of friction is a bias: forces also show
-      // the scatter of other draws.
+      // Uses the error of the friction work for the literal rule, whose bias is lost friction. Force errors
+      // would add the scatter between different bristles.
       literal.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).energy, 0.0);
     }
   }
@@ -134,10 +133,10 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
   return result;
 }
 
-// Refines between the rung found and the next one below. Guesses a number of bristles from an error that
-// falls as n^-1/2, starting from the better known end, and measures every guess.
+// Looks for fewer bristles, between the number found and the next lower one tried. Guesses numbers n from an
+// error that falls as n^-1/2, starting at the better known end, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  constexpr double aim = 0.93;  // aimed error over the wanted one, so that other seeds meet it too
+  constexpr double aim = 0.93;  // aim below the wanted error, so that other seeds meet it too
   Setting best = found.setting;
   if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;
@@ -164,7 +163,7 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   return best;
 }
 
-// Measures single steps as `bristle run` takes them: with the scene's threads, in wall time.
+// Times single steps as `bristle run` takes them: with the scene's threads, in wall time.
 void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   const Scene scene = apply(study.scene, to.setting, study.dt(to.setting.parts), 0);
   RunOptions options;
@@ -182,9 +181,9 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// Accepts a setting that meets the error with seeds that the search has not seen: the ladder's choice favours
-// lucky seeds. As accepting favours them again, the reported figures come from held-out seeds, however they
-// turn out.
+// Accepts a setting only if it meets the error with seeds that the search did not use, since the search
+// favours settings with lucky seeds. Acceptance favours luck again, so the reported error comes from further
+// seeds, even if it is too large.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
   Recommendation& to = study.result.recommendation;
   const SettingResult promised = try_setting(study, setting, search_rounds, 0.25 * seconds);
@@ -243,7 +242,8 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
-  // Returns no spread if all runs are equal, as without random seeds: rounding of the mean is not a spread.
+  // Gives no spread if all runs are equal, as without random seeds; the rounding of their mean would give
+  // one.
   if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;

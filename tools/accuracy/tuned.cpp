@@ -19,7 +19,7 @@ namespace {
 
 const char* name_of(bristle::Precision p) { return p == bristle::Precision::single ? "single" : "double"; }
 
-// Returns a patch's options in the tuned scene.
+// Returns the options that patch p has under the recommended setting.
 bristle::PatchOptions tuned_options(const Scene& scene, const AccuracyResult& r, std::size_t p) {
   return apply(scene, r.recommendation.setting, scene.dt, 0).patches[p].options;
 }
@@ -32,7 +32,7 @@ double tuned_deadline(const Scene& scene, const AccuracyResult& r) {
   return scene.deadline * r.recommendation.setting.parts / r.scene_parts;
 }
 
-// Editor of a TOML text: replaces values in place and adds keys after a table's name, so that comments stay.
+// Edits a TOML text: replaces values in place and adds keys below a table's name, so that comments stay.
 class TomlEditor {
  public:
   explicit TomlEditor(const std::string& text) {
@@ -57,7 +57,7 @@ class TomlEditor {
     std::string all;
     for (const Line& line : lines_) {
       std::string changed = line.text;
-      // Edits from the right, so that positions further left stay valid.
+      // Makes the edits of a line from right to left, so that positions further left stay valid.
       for (auto edit = line.edits.rbegin(); edit != line.edits.rend(); ++edit)
         changed.replace(edit->first, edit->second.length, edit->second.value);
       all += changed + '\n' + line.added;
@@ -67,13 +67,13 @@ class TomlEditor {
 
  private:
   struct Edit {
-    std::size_t length;  // length of the replaced text
+    std::size_t length;  // number of characters to replace
     std::string value;
   };
   struct Line {
     std::string text;
-    std::multimap<std::size_t, Edit> edits;  // edits of a line, by position
-    std::string added;                       // below
+    std::multimap<std::size_t, Edit> edits;  // replacements, by their position in the line
+    std::string added;                       // lines to insert below this one
   };
 
   void replace(const toml::source_position& begin, const toml::source_position& end, std::string value) {
@@ -82,7 +82,7 @@ class TomlEditor {
     line.edits.insert({at, {place(line.text, end.column) - at, std::move(value)}});
   }
 
-  // Converts a column, counted in characters from 1, to a byte offset from 0.
+  // Converts a column of a line, counted in characters from 1, to a byte offset from 0.
   static std::size_t place(const std::string& line, std::size_t column) {
     std::size_t at = 0;
     for (std::size_t left = column - 1; at < line.size(); ++at) {
@@ -102,7 +102,7 @@ std::string quoted(const std::string& text) {
   return out.str();
 }
 
-// Returns the path of the motion file as seen from the tuned scene's folder.
+// Returns the path of the motion file relative to the folder of the tuned scene.
 std::string moved_file(const std::string& file, const std::string& scene, const std::string& to) {
   namespace fs = std::filesystem;
   const fs::path here = fs::absolute(scene).parent_path() / file;
@@ -112,8 +112,8 @@ std::string moved_file(const std::string& file, const std::string& scene, const 
       .string();
 }
 
-// Sets the population's keys. A key that the patch has is always set; 0 means automatic, which is also right
-// for representatives.
+// Sets the keys of a patch's population (representatives, infinite). Sets a key that the patch has in any
+// case; its value 0 means automatic, which is right for representatives too.
 void set_population(TomlEditor& editor, const toml::table& patch, const bristle::PatchOptions& o) {
   const bool infinite = o.population == bristle::Population::infinite;
   if (infinite || patch.contains("population"))

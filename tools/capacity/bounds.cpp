@@ -1,5 +1,5 @@
-// Names what bounds the time of each target: what would have to change for it to be shorter. Plain
-// statements, from counts by callgrind and llvm-mca.
+// Says for each speed target what bounds its time, and so what would have to change to reduce it. The texts
+// rest on counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"
@@ -8,11 +8,11 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< its name, or what the names of several begin with
+  std::string_view target;  ///< name of the target, or the beginning of several names
   const char* by;
 };
 
-// The first that fits.
+// Reasons; the first whose name fits a target applies to it.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},

@@ -20,14 +20,16 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-// Lists the cases: each regime with one kernel, then the default material, then many small patches.
+// Lists the cases to measure: each kind of motion with one kernel variant, then the default material, then
+// many small patches.
 std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool quick) {
   std::vector<CapacityCase> cases;
   const auto add = [&](Regime regime, SnapRule rule, Outputs outputs, int axes = 2,
                        Precision precision = Precision::single, std::uint32_t patch_bristles = 0) {
     cases.push_back({regime, rule, outputs, axes, precision, patch_bristles, threads});
   };
-  // Leaves out rest in quick runs: any number of bristles fits, and filling them takes longest.
+  // Leaves out patches at rest in quick runs: any number of bristles fits the deadline, and making so many
+  // takes longest.
   if (!quick) add(Regime::rest, SnapRule::keep, Outputs::end);
   if (first_thread_count || !quick) add(Regime::presliding, SnapRule::keep, Outputs::end);
   if (!quick) add(Regime::tremor, SnapRule::keep, Outputs::end);
@@ -138,7 +140,7 @@ void capacity_command(const CapacityOptions& options) {
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
 #endif
-    double done = 0.05;  // share of the progress; each piece below is short beside a row of the search
+    double done = 0.05;  // share of the work done; the parts below are short
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
 #if !BRISTLE_MINIMAL
     if (everything) {

@@ -1,4 +1,4 @@
-// Compares bristle with plain loops, interleaved, so that disturbances by other work affect all alike.
+// Times bristle and plain loops alternately, so that other work of the machine affects all alike.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -39,7 +39,7 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
   }
   for (std::uint64_t round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < contestants.size(); ++i) {
-      // Changes the order, so that no contestant always follows the same one.
+      // Starts each round with another loop, so that none always follows the same one.
       const std::size_t c = (i + round) % contestants.size();
       contestants[c].ns.push_back(1e9 * seconds_of(contestants[c], steps[c]) /
                                   static_cast<double>(steps[c] * bristles));
@@ -69,12 +69,13 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // Spreads deflections evenly between straight and about to snap, as after long sliding in short steps. The
-  // other loops are brought there by steps of 1.6; here these would leave all bristles straight, since the
-  // literal rule loses the overshoot.
+  // Spreads the bends of the bristles evenly between straight and about to snap, as after long sliding in
+  // short steps. Steps of 1.6 mean snap lengths, which settle the other loops, would leave all bristles of
+  // this one straight, since its rule loses the overshoot of a snap.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    const double place = static_cast<double>(i) * 1.4142135623730951;  // out of phase with the snap lengths
+    // Takes an irrational factor, which makes bends independent of snap lengths.
+    const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;
     b.zy = 0.6 * bend;

@@ -1,4 +1,4 @@
-// Measures the step time of patches of infinitely many bristles, alone and among ten thousand.
+// Measures the step time of infinite patches, one alone and ten thousand together.
 #include <fmt/format.h>
 
 #include "tools/capacity/capacity.hpp"
@@ -8,7 +8,7 @@
 namespace cli {
 namespace {
 
-constexpr double default_resolution = 8.0;  // resolution that PatchOptions' default means
+constexpr double default_resolution = 8.0;  // the library's default, in pieces per mean snap length
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
   const ComparisonRow time =

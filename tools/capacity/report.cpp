@@ -109,7 +109,7 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   return report;
 }
 
-/// Returns a line for each missed target: by how much, and what bounds it.
+/// Returns a line for each missed target, which says by how much and what bounds the time.
 std::string missed_lines(const std::vector<TargetRow>& targets) {
   std::string text;
   for (const TargetRow& row : targets) {

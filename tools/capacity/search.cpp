@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
-// Some 200 MB; reported as more than fits into the search.
+// Largest number that the search tries (some 200 MB); the report then says that more may fit.
 constexpr std::uint64_t most_bristles = 1ull << 24;
-constexpr double resolution = 1.02;  // ratio of bristle counts at which the search ends
+constexpr double resolution = 1.02;  // ratio between fitting and failing numbers at which the search ends
 
 class Search {
  public:
@@ -34,7 +34,7 @@ class Search {
   std::uint64_t probe_steps() const { return options_.quick ? 100 : 300; }
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
 
-  // Rounds down to a whole number of patches, at least one.
+  // Rounds a number of bristles down to whole patches, at least one.
   std::uint64_t whole(double bristles) const {
     const std::uint64_t n = static_cast<std::uint64_t>(bristles);
     const std::uint64_t unit = row_.what.patch_bristles ? row_.what.patch_bristles : 1;
@@ -43,7 +43,7 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Measures again if only the 99th percentile is outside the deadline, with the median well inside: other
+  // Repeats a measurement whose 99th percentile misses the deadline while its median is well inside: other
   // work of the machine causes that.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);
@@ -73,7 +73,8 @@ class Search {
         row_.capped = true;
         return;
       }
-      // Grows by fours, which gives the curve its points, but to at most twice the number that should fit.
+      // Multiplies the number of bristles by four, which spaces the points of the curve, but takes at most
+      // twice the number expected to fit.
       const double per_bristle = row_.curve.back().p99_s / static_cast<double>(n);
       const double should_fit = options_.deadline_s / per_bristle;
       const double next =
@@ -91,7 +92,8 @@ class Search {
     }
   }
 
-  // Confirms by a longer run, since a p99 of few steps is noisy; reduces the bristles until a run fits.
+  // Confirms the number found by a longer run, since a p99 of few steps is noisy. Lowers the number until a
+  // run fits.
   void confirm() {
     for (int i = 0; i < (options_.quick ? 6 : 20); ++i) {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
@@ -99,14 +101,14 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // the machine is too noisy for a confirmed result
+    row_.unconfirmed = true;  // no longer run met the deadline: the machine is too noisy
   }
 
   const CapacityOptions& options_;
   const MeasureSteps& measure_;
   CapacityRow row_;
-  std::uint64_t fits_ = 0;      // largest number that fitted so far
-  std::uint64_t too_many_ = 0;  // smallest number that did not fit
+  std::uint64_t fits_ = 0;      // largest number of bristles that met the deadline
+  std::uint64_t too_many_ = 0;  // smallest number of bristles that missed the deadline
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ constexpr double load_n = 900.0;
 constexpr double kinetic_coefficient = 0.4;
 constexpr int settling_steps = 100;
 
-/// Step of motion: of the centre along x, m, and of the spin.
+/// Motion in a step: of the disc's centre along x (m), and turn of the disc (rad).
 struct Motion {
   double slide, turn;
 };
@@ -62,7 +62,8 @@ class LuGreDisc {
   double step(Motion by) { return grid_.step({by.slide, 0.0}, by.turn, capacity_dt_s, load_n).end.torque; }
 
  private:
-  /// Returns a dry surface: without a Stribeck curve the rival's cells need one exponential less.
+  /// Returns a surface without lubricant. Without a Stribeck curve, each cell of the LuGre disc saves an
+  /// exponential.
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = kinetic_coefficient;

@@ -1,16 +1,17 @@
-// Makes contestants of a disc that slides and spins, with the brush and with a rival, for `--targets`.
+// Makes discs that slide and spin, of the infinite brush and of LuGre elements, for the comparison of
+// `--targets`.
 #pragma once
 
 #include "tools/capacity/capacity.hpp"
 
 namespace cli {
 
-/// Makes a disc of the infinite brush, cut into 6 rings, within 1 % of the limit surface. Its rim moves `way`
-/// mean snap lengths per step, its centre half as far; to and fro with `there_and_back`. Throws
-/// bristle::Error on an instruction set that is not there.
+/// Makes a disc of infinite brushes in 6 rings, whose force and torque are within 1 % of the continuous
+/// disc's. Its rim moves `way` mean snap lengths per step, its centre half as far; `there_and_back` reverses
+/// the motion. Throws bristle::Error if the machine lacks the instruction set.
 Contestant brush_disc(double way, bool there_and_back, const std::string& isa);
-/// Makes a disc of 21 x 21 LuGre elements (tools/rivals/lugre_grid.hpp) in the same motion, with equal
-/// friction.
+/// Makes a disc of 21 x 21 elements of the LuGre friction model (tools/rivals/lugre_grid.hpp) with equal
+/// motion and friction.
 Contestant lugre_disc(double way, bool there_and_back);
 
 }  // namespace cli

@@ -10,8 +10,8 @@
 namespace cli {
 namespace {
 
-// Settling motion: 32 mean snap lengths in steps of 1.6, after which every bristle is distributed by its
-// stationary law.
+// Sliding that settles patches before timing: 32 mean snap lengths in steps of 1.6. Bends then have their
+// stationary distribution.
 constexpr bristle_bench::Settling settling = {1.6, 20, 10};
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {

@@ -17,11 +17,11 @@ constexpr double capacity_dt_s = 1e-3;
 
 class CapacitySubject {
  public:
-  /// Makes patches and settles them in their motion. For infinite patches `bristles` is their number. Throws
-  /// UserError on an instruction set that is not there.
+  /// Makes patches and settles them in the motion of `what`. For infinite patches `bristles` is the number of
+  /// patches. Throws UserError if the machine lacks the instruction set.
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
-  /// Runs one step of the motion, which the caller times.
+  /// Runs one step of the steady motion. The caller takes the time.
   void step() noexcept { scene_.step(); }
 
   std::uint64_t bristles() const noexcept { return scene_.bristles(); }
@@ -33,7 +33,7 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times `steps` steps back to back.
+/// Times `steps` successive steps without pauses.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps);
 
 }  // namespace cli

@@ -9,28 +9,28 @@
 
 namespace cli {
 
-/// Command and the words that call it: {}, {"run"}, {"experiment", "drift"}.
+/// Command with the words that call it: {} for the program, {"run"}, {"experiment", "drift"}.
 struct Command {
   const CLI::App* app;
   std::vector<std::string> path;
   std::string call() const;  ///< returns a text such as "bristle experiment drift"
 };
 
-/// Lists the program and all commands below it, each before its subcommands.
+/// Lists the program and all its commands, each before its subcommands.
 std::vector<Command> commands_of(const CLI::App& program);
 
 struct OptionWords {
-  /// Names such as "--help" and "-h"; for a positional "SCENE" and nothing.
+  /// Names of an option, such as "--help" and "-h". For a positional argument: "SCENE" and an empty text.
   std::string name, also;
-  std::string value;                 ///< kind of value, such as "FILE"; empty: it is a flag
-  std::vector<std::string> choices;  ///< words that it may take; empty: any
+  std::string value;                 ///< kind of value, such as "FILE"; empty: the option is a flag
+  std::vector<std::string> choices;  ///< words allowed as value; empty: any
   std::string description;
   bool takes_file = false, positional = false;
 };
 std::vector<OptionWords> options_of(const CLI::App& command);
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
 
-/// Type names of options that complete to files.
+/// Kind of value whose completion is a file name.
 constexpr const char* file_value = "FILE";
 
 }  // namespace cli

@@ -14,8 +14,8 @@
 namespace cli {
 namespace {
 
-// Completion scripts: each passes the words up to the cursor to the program, which answers with candidates
-// and descriptions.
+// Scripts for the shells. Each passes the words up to the cursor to the program, which answers with
+// candidates and descriptions.
 constexpr const char* bash_script = R"(# Completion of bristle for bash; written by `bristle completion bash`.
 _bristle() {
   local word file
@@ -64,7 +64,7 @@ std::string completion_script(const std::string& shell) {
   throw UserError(fmt::format("completion: '{}' is no shell that is known; allowed: bash, zsh, fish", shell));
 }
 
-/// Returns the keys of the scene file named in the words, each followed by "=".
+/// Returns the keys of the scene file that is among the words, each followed by "=".
 static NameList keys_of_scene(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (!word.ends_with(".toml")) continue;
@@ -89,7 +89,8 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    const std::string before = word.substr(0, word.rfind(',') + 1);  // completes the last word of a list
+    // Words of a list before its last one, which is completed.
+    const std::string before = word.substr(0, word.rfind(',') + 1);
     for (const std::string& choice : option.choices) offer(before + choice, option.description);
     if (option.value.starts_with("KEY=") && command->get_name() == "sweep")
       for (const std::string& key : keys_of_scene(words)) offer(key, "a key of the scene");

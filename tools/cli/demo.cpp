@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Prints a heading with the bristle command that does the same as this part.
+/// Prints a heading, and the command of the full `bristle` program that would do the same.
 void announce(const std::string& part, const std::string& command) {
   std::printf("\n== %s\n   bristle %s\n", part.c_str(), command.c_str());
   std::fflush(stdout);

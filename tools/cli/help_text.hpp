@@ -5,7 +5,8 @@
 
 namespace cli {
 
-/// Beginning of the first line below the options of a command; the program's own --help shows that line too.
+/// Beginning of the first line of the examples below a command's options; the program's own --help repeats
+/// that line.
 constexpr const char* example_line = "For example: ";
 
 class HelpText : public CLI::Formatter {

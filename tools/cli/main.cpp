@@ -48,7 +48,7 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-/// Function that runs a command and returns the exit code. It owns the options that the command line fills.
+/// Function that runs a command and returns the exit code. It owns the options that the parser fills.
 using Action = std::function<int()>;
 
 template <class Options>
@@ -72,7 +72,7 @@ std::string version_text() {
   try {
     chosen = bristle::PatchBatch().isa();
   } catch (const bristle::Error& error) {
-    throw cli::UserError(error.what());  // BRISTLE_ISA names an instruction set that this machine lacks
+    throw cli::UserError(error.what());  // the variable BRISTLE_ISA asks for what the machine lacks
   }
   const char* separator = "";
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
@@ -133,7 +133,7 @@ double parse_share(const std::string& text) {
   throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, with its unit: 1%", text));
 }
 
-/// Parses a list such as "1,2".
+/// Parses numbers of threads such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
   const char* at = text.data();
@@ -192,7 +192,8 @@ void add_report_file(CLI::App* command, std::string& file) {
   add_file(command, "--json", file, "Write the report to this JSON file (- for stdout)");
 }
 
-/// Sets the names that completion offers; --help shows `text` instead, as all names would make a long line.
+/// Sets the names that completion offers as values; --help shows `text` instead, as all names would make a
+/// long line.
 CLI::Option* add_names(CLI::Option* option, const cli::NameList& names, const std::string& text) {
   return option->type_name(fmt::format("{}", fmt::join(names, "|")))->option_text(text);
 }
@@ -204,7 +205,7 @@ void add_isa(CLI::App* command, std::string& isa) {
   add_names(command->add_option("--isa", isa, "Instruction set: see bristle --version"), names, "NAME");
 }
 
-/// Adds the options that say how to read the data of a fit.
+/// Adds the options that say how to read the measured data of `bristle fit`.
 void add_reading(CLI::App* app, cli::FitOptions& options) {
   const auto quantity = [app](const char* option, std::span<const cli::Unit> units, double low, double high,
                               const char* text, auto set) {
@@ -257,15 +258,15 @@ cli::NameList command_names(const CLI::App& app) {
   return names;
 }
 
-// Checks the name of a command, in a message that lists all commands; CLI11 would only say that a subcommand
-// is missing.
+// Refuses an unknown command in a message that lists all commands; CLI11 would only say that a subcommand is
+// missing.
 void check_command(const CLI::App& app, const std::string& name) {
   const cli::NameList known = command_names(app);
   if (std::find(known.begin(), known.end(), name) == known.end())
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
-/// Returns the message for an error of CLI11, with the names of the command that was called.
+/// Returns our message for an error that CLI11 found, with the words of the command that was called.
 std::string complaint(const CLI::App& program, const CLI::ParseError& error,
                       const std::vector<std::string>& words) {
   cli::Command called{&program, {}};
@@ -286,7 +287,7 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   return fmt::format("{} (see {} --help)", text, called.call());
 }
 
-/// Adds an option that takes one of some words. (CLI11's own would show the words as pairs in its refusal.)
+/// Adds an option whose value is one of some words. (CLI11 would list them as pairs when it refuses a word.)
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
@@ -343,13 +344,13 @@ Action add_experiments(CLI::App* all) {
   return action_of(kept, cli::experiment_command);
 }
 
-/// Options of `run --realtime`, and whether it was given.
+/// Options of `run --realtime`, and whether --realtime was given.
 struct RealtimeWish {
   bool wanted = false;
   cli::RealtimeOptions options;
 };
 
-/// Adds `--realtime` and the options that need it.
+/// Adds the option `--realtime` and those that need it.
 void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
   CLI::Option* realtime = run_app->add_flag(
       "--realtime", wanted,
@@ -451,7 +452,7 @@ Action add_sweep(CLI::App* sweep) {
   return [kept] { return cli::sweep_command(*kept); };
 }
 
-/// Adds --wide to a command that prints figures, and to its subcommands.
+/// Adds --wide (lines of any length) to a command that prints figures, and to its subcommands.
 void add_wide(CLI::App& command, bool& wide) {
   const std::vector<CLI::App*> below = command.get_subcommands([](const CLI::App*) { return true; });
   if (command.get_name() != "experiment")
@@ -664,16 +665,17 @@ Action add_manual(CLI::App* command) {
   };
 }
 
-/// Command of the program: its line in --help and the function that adds its options.
+/// Command of the program: its name, its line in --help, and the function that adds its options.
 struct CommandEntry {
   const char* name;
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< Whether the command takes --wide.
+  bool prints_figures = true;  ///< whether --wide is among its options
 };
 
-/// Commands in the order of --help. The manual comes last, since it lists the names of the others.
+/// Commands in the order in which --help lists them. The manual comes last, since it needs the names of the
+/// others.
 constexpr CommandEntry entries[] = {
     {"run", "Step a scene and report forces, step times and the state hash",
      "bristle run tools/scenes/block_on_floor.toml", add_run},
@@ -695,9 +697,9 @@ constexpr CommandEntry entries[] = {
 
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
-  app.formatter(std::make_shared<cli::HelpText>());  // subcommands inherit it
+  app.formatter(std::make_shared<cli::HelpText>());  // subcommands inherit the setting
   bool version = false;
-  // Runs the flag at once, so that it needs no subcommand.
+  // Runs this flag's action as soon as it is read, so that the program needs no command.
   app.add_flag_callback(
       "--version",
       [&] {
@@ -706,7 +708,8 @@ int run(int argc, char** argv) {
       },
       "Version, commit, and the instruction sets of this build");
 
-  // Allows one command: the word after `manual` or `completion` is an argument instead of the next command.
+  // Allows only one command, because the word after `manual` or `completion` is an argument and not another
+  // command.
   app.require_subcommand(0, 1);
 
   bool wide = false;

@@ -17,7 +17,7 @@
 namespace cli {
 namespace {
 
-/// Escapes a text for roff: its special characters, and lines that look like a request.
+/// Escapes a text for roff, where some characters and beginnings of lines have a meaning.
 std::string roff(const std::string& text) {
   std::string out;
   bool at_start = true;
@@ -65,7 +65,8 @@ std::string options_text(const Command& command) {
     } else {
       text += option.also.empty() ? "" : fmt::format("\\fB{}\\fR, ", roff(option.also));
       text += fmt::format("\\fB{}\\fR", roff(option.name));
-      // Puts a long list of names into the text, as groff does not break the line of a tag.
+      // Replaces a long list of allowed words by NAME and lists them in the text, as groff does not break an
+      // option's line.
       if (is_long(option))
         text += " \\fINAME\\fR";
       else if (!option.value.empty())
@@ -82,7 +83,7 @@ std::string options_text(const Command& command) {
   return text;
 }
 
-/// Formats the text below the options of --help; tables keep their lines.
+/// Formats the text that --help shows below the options. Lines of tables are not joined.
 std::string footer_text(const CLI::App& app) {
   const std::string& footer = app.get_footer();
   if (footer.empty()) return "";

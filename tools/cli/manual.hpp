@@ -13,15 +13,15 @@ struct ManualPage {
   std::string roff;
 };
 
-/// Makes pages of the program and each of its commands, in section 1. `date` is that of the build, such as
-/// 2026-01-31.
+/// Makes manual pages, section 1, of the program and of each command. `date` is the date of the build, such
+/// as 2026-01-31.
 std::vector<ManualPage> manual_pages(const CLI::App& program, const std::string& version,
                                      const std::string& date);
-/// Returns today's date, or that of SOURCE_DATE_EPOCH, for reproducible builds.
+/// Returns today's date, or that in SOURCE_DATE_EPOCH, which makes builds reproducible.
 std::string manual_date();
 
-/// Writes all pages into a folder as NAME.1 (made if missing); or one page to stdout, that of `command`,
-/// which is empty for the program's own. Throws UserError.
+/// Writes all manual pages into a folder as NAME.1 (made if missing). Without a folder, prints the page of
+/// `command`; an empty name means the program's own. Throws UserError.
 void manual_command(const CLI::App& program, const std::string& command, const std::string& folder);
 
 }  // namespace cli

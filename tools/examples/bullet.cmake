@@ -1,4 +1,4 @@
-# Builds the friction of bristles in Bullet, and the program that compares it with Bullet's own.
+# Builds the adapter that puts bristles' friction into Bullet, and the program that compares it with Bullet's own.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
@@ -8,7 +8,7 @@ if(NOT TARGET PkgConfig::BULLET)
   return()
 endif()
 if(BRISTLE_MINIMAL)
-  return() # the adapter needs two axes and redraw
+  return() # the adapter needs patches with two axes and the rule redraw
 endif()
 # Compiles the adapter from a copy, without this tree among the include folders, which proves that it can be copied out.
 add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)

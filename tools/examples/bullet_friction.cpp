@@ -25,7 +25,7 @@ btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
-/// Returns a key of the pair from Bullet's ids, which stay as long as both bodies are in the world.
+/// Returns a key of the two bodies from Bullet's ids, which stay constant while both are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
   const auto number = [](const btCollisionObject* body) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(body->getBroadphaseHandle()->getUid()));
@@ -35,28 +35,29 @@ std::uint64_t pair_of(const btPersistentManifold& manifold) {
 
 }  // namespace
 
-/// Linear system for the changes of velocity of a group's bodies, six unknowns each.
+/// Linear system whose unknowns are the velocity changes of a group's bodies, six for each.
 struct BristleSolver::System {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  /// Jacobian of a constraint with respect to its two bodies' velocities. A body that does not move has
+  /// Jacobian of a constraint with respect to the velocities of its two bodies. A body that cannot move has
   /// column -1.
   struct Line {
     int column[2];
     Vector6 along[2];
   };
-  /// Row of Bullet, of a normal impulse or a joint. `softness` is slightly above the row's own.
+  /// Bullet's constraint row of a normal impulse or a joint. Solved with `softness`, slightly above the row's
+  /// own compliance.
   struct Row {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;        // N s
-    double wanted, own, softness;  // target speed m/s; the row's softness and the larger one used here, 1/kg
-    bool active;                   // whether the impulse is within its limits
+    double wanted, own, softness;  // target speed, m/s; the row's own and the larger softness used, 1/kg
+    bool active;                   // whether its impulse is within its limits, so solved for
   };
   struct Friction {
     Contact* contact;
     Line lines[2];
-    Vector2d before, elastic;  // slip before, m/s; elastic force, N
-    double share, slope;       // factor from force to impulse, s; slope, N s/m
+    Vector2d before, elastic;  // slip before the solve, m/s; elastic force, N
+    double share, slope;       // factor from force to impulse, s; change of force per slip, N s/m
     bool clipped;
   };
 
@@ -90,14 +91,15 @@ struct BristleSolver::System {
   void refine();
   bool drop();
 
-  std::vector<int> column;  // first column of each solver body
+  std::vector<int> column;  // first matrix column of each solver body
   bristle_example::Skyline matrix, masses;
   Eigen::VectorXd right, change;
   std::vector<Row> rows;
   std::vector<Friction> frictions;
 };
 
-/// Makes room for the matrix and its factor.
+/// Allocates the matrix and its factor, with an entry for each pair of bodies that a constraint or contact
+/// joins.
 void BristleSolver::System::set_shape() {
   for (int i = 0; i < masses.size(); ++i) masses.couple(i, i - i % 6);
   const auto couple = [&](const Line& l) {
@@ -112,7 +114,7 @@ void BristleSolver::System::set_shape() {
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
-  constexpr double locked = 1e-12;  // inverse mass of an axis that may not move
+  constexpr double locked = 1e-12;  // 1/kg, inverse mass of an axis that may not move
   for (int b = 0; b < bodies.size(); ++b) {
     const int at = column[static_cast<std::size_t>(b)];
     if (at < 0) continue;
@@ -130,7 +132,7 @@ void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>&
   }
 }
 
-/// Solves for the change of velocity under the active rows and friction, and for the impulses of these rows.
+/// Solves for the velocity changes under the active rows and friction, and for the impulses of these rows.
 void BristleSolver::System::solve() {
   matrix = masses;
   right.setZero();
@@ -152,7 +154,7 @@ void BristleSolver::System::solve() {
     if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
 }
 
-/// Removes most of the added softness by a step of iterative refinement.
+/// Removes most of the error of the added softness by one step of iterative refinement.
 void BristleSolver::System::refine() {
   const auto missing = [&](const Row& row) {
     return row.active ? row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before) : 0.0;
@@ -165,8 +167,8 @@ void BristleSolver::System::refine() {
   change += right;
 }
 
-/// Fixes rows beyond a limit at it, and removes the stiffness of patches beyond their force limit. Returns
-/// false when there are none.
+/// Fixes impulses beyond a limit at that limit, and removes the stiffness of patches beyond their force
+/// limit. Returns false if there are none.
 bool BristleSolver::System::drop() {
   bool dropped = false;
   for (Row& row : rows) {
@@ -218,14 +220,15 @@ void BristleSolver::reset() {
   forget_contacts();
 }
 
-/// Prepares a step; Bullet calls this once before it solves the islands.
+/// Prepares a step of all bodies; Bullet calls this once, before it solves the islands (groups of touching
+/// bodies).
 void BristleSolver::prepareSolve(int, int) {
   solved_.clear();
   listed_.clear();
   match();
 }
 
-/// Matches contacts of this step to those of the step before; those of sleeping bodies are kept.
+/// Gives contacts the patches of the same contacts in the step before. Keeps those of sleeping bodies.
 void BristleSolver::match() {
   found_.clear();
   points_.clear();
@@ -265,7 +268,8 @@ void BristleSolver::match() {
   std::sort(places_.begin(), places_.end(), std::less<>{});
 }
 
-/// Finds a contact of the step before by its key, or null. Mostly they come in the same order.
+/// Finds a contact of the step before by its key, or null. Tries the next in order first, since the order
+/// mostly stays.
 const BristleSolver::Contact* BristleSolver::find_before(std::uint64_t key) {
   if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
   if (by_key_.empty()) {
@@ -285,7 +289,7 @@ BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) 
   return place == places_.end() || place->first != &point ? nullptr : &known_[place->second];
 }
 
-/// Sets the friction coefficient to 0 while Bullet makes its rows, so that friction does not act twice.
+/// Sets Bullet's friction coefficient to 0 while it makes its rows, so that only the bristles give friction.
 void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
                                     const btContactSolverInfo& info) {
   coefficients_.clear();
@@ -310,7 +314,7 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   }
 }
 
-/// Prepares the contact for the sweeps, starting from the force that its patch has.
+/// Prepares the contact for the iterations, which start from the present force of its patch.
 void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
   const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
@@ -328,8 +332,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   solved_.push_back(&contact);
 }
 
-/// Sets the Jacobian of the slip and the effect of an impulse on it. Both bodies use one point, so that
-/// friction conserves angular momentum too.
+/// Sets the Jacobian of the contact's slip, and the slip that an impulse causes. Both bodies share one
+/// contact point, so that friction conserves angular momentum too.
 void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
   const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
@@ -366,14 +370,15 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
     }
 }
 
-/// Sets the answer to a spring and damper with the patch's present force and stiffness, clipped at its force
-/// limit. A new contact has no load yet, so its patch is evaluated at the highest load and scaled.
+/// Sets the contact's linear force model to a spring and damper with the patch's present force and stiffness,
+/// clipped at its force limit. A new contact has no load yet, so its patch is evaluated at the highest load
+/// and scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   Contact::Answer& answer = contact.answer;
   answer.at_load = contact.normal_load;
   if (!(contact.normal_load > 0.0)) {
     answer.at_load = highest_load_;
-    const Vector2d slip = slip_of(contact);  // the damper's coefficient depends on the slip speed
+    const Vector2d slip = slip_of(contact);  // m/s; the damping coefficient depends on it
     contact.response =
         batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, highest_load_, true, {slip[0], slip[1]}});
   }
@@ -385,7 +390,8 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   answer.clipped = true;
 }
 
-/// Sets the answer to the patch's own force at the present slip, with the secant from zero slip as slope.
+/// Sets the contact's linear force model from the patch's own force at the present slip; its slope is the
+/// secant from zero slip.
 void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
@@ -405,12 +411,13 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   answer.clipped = false;
 }
 
-/// Finds the impulse that agrees with the slip it leaves, other contacts fixed. Bristles lifted by a falling
-/// load lose their force; those added by a rising load are straight. Returns the squared change of slip, as
-/// Bullet's rows do.
+/// Finds the friction impulse that is consistent with the slip it leaves, other contacts fixed. Bristles
+/// lifted by a falling load lose their force; those added by a rising load are straight. Returns the squared
+/// change of slip, as Bullet's rows do.
 double BristleSolver::rub(Contact& contact, double dt_s) {
   const Contact::Answer& answer = contact.answer;
-  // Dt times load, over the load of the answer.
+  // Normal impulse over the load for which the force model holds, s: the time step, scaled by the change of
+  // load.
   const double share = normal_impulse(contact) / answer.at_load;
   const double held = std::min(share, dt_s);
   const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
@@ -470,8 +477,9 @@ void BristleSolver::list_unknowns(double dt_s) {
   system.masses.begin(unknowns);
   const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
 
-  // Adds a little softness, which shares the load out between four corners where three would carry the body.
-  constexpr double softness = 3e-3;  // relative to the mobility of a row's bodies
+  // Adds a slight softness to normal rows, which shares the load among four corners where three would carry
+  // the body.
+  constexpr double softness = 3e-3;  // relative to the inverse mass that a row feels
   system.rows.clear();
   for (btConstraintArray* pool : {&m_tmpSolverContactConstraintPool, &m_tmpSolverNonContactConstraintPool}) {
     for (int i = 0; i < pool->size(); ++i) {
@@ -514,13 +522,15 @@ void BristleSolver::list_unknowns(double dt_s) {
   }
 }
 
-/// Solves normal impulses, joints and friction of a whole group, as a start for the iterations. Iterations
-/// alone leave an error in each step, by which a stack creeps or falls. Loads are those of the last step.
+/// Solves normal impulses, joints and friction of a group in one linear system, as a start for Bullet's
+/// iterations. Iterations alone leave an error in each step, by which a stack creeps or falls. Loads on
+/// patches are those of the last step.
 void BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
-  if (system.masses.entries() > 400 * system.rows.size()) return;  // a direct solve would take longer
+  // With more unknowns a direct solve would take longer than the iterations.
+  if (system.masses.entries() > 400 * system.rows.size()) return;
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
   for (int pass = 0; pass < passes; ++pass) {
@@ -530,7 +540,7 @@ void BristleSolver::solve_at_once(double dt_s) {
   system.refine();
   system.drop();
 
-  // Applies the impulses one by one, so that velocities agree with them whatever error the solution has.
+  // Applies the impulses one by one, so that velocities match them even if the solution has an error.
   for (const System::Row& row : system.rows) {
     btSolverConstraint& to = *row.constraint;
     btSolverBody &a = m_tmpSolverBodyPool[to.m_solverBodyIdA], &b = m_tmpSolverBodyPool[to.m_solverBodyIdB];
@@ -558,19 +568,21 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
       residual = std::max(residual, rub(*solved_[i], dt_s));
-  // Ends the iterations where contacts hardly move and the linear solve has left hardly an error.
-  constexpr double error = 1e-3, bent = 0.01;  // m/s^2; of the force limit, in this step
+  // Ends the iterations if the linear solve left little error and patches change little by the slip of this
+  // step.
+  constexpr double error = 1e-3, bent = 0.01;  // acceleration error, m/s^2; force change over the limit
   const auto begin = solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_);
   if (residual < error * error * dt_s * dt_s && std::all_of(begin, solved_.end(), [&](const Contact* c) {
         return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() < bent * c->answer.limit;
       }))
     return 0;
-  // Lets Bullet stop when nothing changes, but not before the patches have been evaluated.
+  // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops at a small
+  // one.
   const bool asked = iteration > half || begin == solved_.end();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
 
-/// Reads the impulses before Bullet moves the bodies and deletes its rows.
+/// Reads the impulses before Bullet integrates the bodies and deletes its rows.
 btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
   const double dt_s = static_cast<double>(info.m_timeStep);
@@ -578,7 +590,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
     Contact& contact = *solved_[i];
     const double load = normal_impulse(contact) / dt_s;
-    // Keeps a load that changes only in the last digits of the solver, so that a patch at rest stays at rest.
+    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
     const Vector2d d = dt_s * slip_of(contact);
     for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
@@ -587,7 +599,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-/// Steps the patches of all islands at once; those of sleeping bodies are not stepped.
+/// Steps the patches of all awake islands in one call; patches of sleeping bodies keep their state.
 void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
   responses_.resize(solved_.size());
   batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);

@@ -5,7 +5,7 @@
 //   btCollisionDispatcher dispatcher(&configuration);
 //   bullet_example::BristleSolver solver(dispatcher, bristle::Coefficients{}.with_presliding_length(20e-6));
 //   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-//   world.stepSimulation(...)                                       // as ever
+//   world.stepSimulation(...)                                       // as usual
 //
 // A patch belongs to a pair of bodies and to a point of one that moves: each contact takes over the patch of
 // the nearest point of the step before. (Bullet's manifolds persist too, but a point that moves by more than
@@ -46,67 +46,70 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  /// m, largest motion of a contact point over its body in a step; a point that moves farther is a new
-  /// contact.
+  /// m, largest motion of a contact point over its body in one step; a point that moves farther counts as a
+  /// new contact.
   double reach = 0.01;
-  /// Number of passes over the friction of all contacts in each of Bullet's iterations. Stuck feet of one
-  /// body share their load slowly: with 1 a block rocks on its bristles at steps of 1/60 s, with 4 it comes
-  /// to rest.
+  /// Number of friction passes over all contacts in each of Bullet's iterations. The stuck feet of a body
+  /// equalise their loads slowly: with 1 pass a block rocks on its bristles at steps of 1/60 s, with 4 it
+  /// comes to rest.
   int sweeps = 4;
-  std::uint32_t contacts = 256;  ///< most contact points at once; points beyond have no friction
+  std::uint32_t contacts = 256;  ///< most contact points at once; further ones have no friction
 };
 
 class BristleSolver : public btSequentialImpulseConstraintSolver {
  public:
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
-  /// Makes the solver. The kinetic coefficient of `law` is replaced by each contact's; peak over kinetic
-  /// stays. `dispatcher` is the world's. Throws bristle::Error.
+  /// Makes the solver for a world with this dispatcher. Each contact replaces the kinetic coefficient of
+  /// `law` by its own and keeps its ratio of peak to kinetic. Throws bristle::Error.
   BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
                 const FrictionOptions& options = {});
   ~BristleSolver() override;
 
-  /// Contact point with friction.
+  /// Contact point with friction, as the last step left it.
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;
     /// Contact frame; its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, contact point in the world
-    double force[2] = {0, 0};           ///< N along frame.along() and aside(), on body A
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, position of the contact point in the world
+    double force[2] = {0, 0};           ///< N along frame.along() and aside(), acting on body A
     double normal_load = 0.0;           ///< N
-    double scale = 1.0;                 ///< ratio of the contact's coefficient to the material's
-    bristle::Response response;         ///< response of its patch, before `scale`
-    const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< A and B
+    double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
+    bristle::Response response;         ///< response of its patch, not yet multiplied by `scale`
+    const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
    private:
     friend class BristleSolver;
-    // Linear model of the patch's force. At slip s the impulse on A is dt (load / at_load) (steady - slope
-    // s), with the elastic part at most `limit`.
+    // Linear model of the patch's force under the load `at_load`: at slip s (m/s) it is steady - slope s, its
+    // elastic part at most `limit`. Under another load the impulse on A is in proportion: dt (load / at_load)
+    // (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
-      double slope = 0.0, damping = 0.0, limit = 0.0;                                  // N s/m, N s/m, N
-      double at_load = 0.0;                                                            // N
+      // Slope and damping, N s/m; limit, N.
+      double slope = 0.0, damping = 0.0, limit = 0.0;
+      double at_load = 0.0;  // N
       bool clipped = true;
     };
     struct Side {
       int body = -1;
-      btVector3 linear[2], angular[2];  // velocities that a unit impulse along each axis causes
-      btVector3 axis[2], moment[2];     // slip along each axis = axis . v + moment . w
+      btVector3 linear[2], angular[2];  // velocity change per unit impulse along each axis
+      btVector3 axis[2], moment[2];     // slip along an axis = axis . velocity + moment . spin
     };
-    int row = -1;  // index of its normal impulse in Bullet's pool
+    int row = -1;  // index of its normal row in Bullet's list
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
-    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();     // m/s, slip
-    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();   // N s
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();  // m/s, slip at the start
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
     Answer answer;
   };
 
-  /// Returns the contacts of the last step whose island was awake.
+  /// Returns the contacts of the last step, except those of sleeping islands.
   const std::vector<const Contact*>& contacts() const { return listed_; }
   const bristle::KeyedPatches& patches() const { return patches_; }
 
-  /// Makes every contact new. Call it when bodies were put elsewhere; reset() does this too.
+  /// Treats every contact as new, with straight bristles. Call it when bodies were moved by hand; reset()
+  /// does this too.
   void forget_contacts();
   void reset() override;
   void prepareSolve(int bodies, int manifolds) override;
@@ -143,15 +146,16 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
-  std::vector<Contact> known_, before_;  // with contacts of sleeping bodies
+  std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
   std::size_t next_before_ = 0;          // index in before_ of the contact that is likely to come next
-  // Keys with indices in before_, sorted; empty until a contact comes out of order.
+  // Keys and indices of before_, sorted by key; empty until contacts come in another order.
   std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;  // index in known_, sorted by address
-  std::size_t first_of_group_ = 0;  // index of the first contact of the islands being solved
+  // Contact points with their index in known_, sorted by address.
+  std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;
+  std::size_t first_of_group_ = 0;  // first contact, in solved_, of the islands being solved
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;
   std::vector<bristle::Motion> motions_;

@@ -1,4 +1,5 @@
-// Runs Bullet scenes that compare Bullet's friction with bristles, all kinds interleaved in one run.
+// Runs Bullet scenes that compare Bullet's friction with that of bristles; all kinds of friction take turns
+// in one run.
 #pragma once
 
 #include <functional>
@@ -10,22 +11,23 @@
 
 namespace bullet_example {
 
-/// Kind of friction in a scene: Bullet's by default; Bullet's at its best for holding (friction anchors, two
-/// directions, 50 iterations); that of bristles, with Bullet's other settings at their defaults.
+/// Kind of friction in a scene. stock: Bullet's by default. anchored: Bullet's at its best for holding
+/// (friction anchors, two directions, 50 iterations). bristle: patches of bristles, other settings at
+/// Bullet's defaults.
 enum class Friction { stock, anchored, bristle };
 const char* to_string(Friction friction);
 
-/// World of Bullet with its objects. No body may sleep, so that friction alone holds it.
+/// World of Bullet that owns its objects. No body may sleep, so that only friction holds a body at rest.
 class World {
  public:
   World(Friction friction, const btVector3& gravity, const bristle::Coefficients& law,
         const FrictionOptions& options);
 
-  /// Adds a box of these half lengths (m); mass 0 makes it fixed.
+  /// Adds a box with these half edges (m) and mass (kg); mass 0 fixes it in place.
   btRigidBody& add_box(const btVector3& half, const btVector3& place, double mass_kg, double coefficient);
   btRigidBody& add_ball(double radius, const btVector3& place, double mass_kg, double coefficient);
-  /// Adds a square plate on three round feet at the corners of an equilateral triangle, whose loads statics
-  /// alone determines. `place`: of its centre, plate_height above the floor.
+  /// Adds a square plate on three round feet at the corners of an equilateral triangle, whose loads follow
+  /// from statics. `place` (m): centre of the plate, plate_height above the floor.
   btRigidBody& add_plate(const btVector3& place, double mass_kg, double coefficient);
   void step(double dt_s);
   double time() const { return static_cast<double>(steps_) * dt_s_; }
@@ -53,14 +55,14 @@ class World {
   std::vector<Body> bodies_;
   std::unique_ptr<btSequentialImpulseConstraintSolver> solver_;
   const BristleSolver* bristles_ = nullptr;
-  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed first, since it refers to the others
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed first, since it uses the objects above
   double dt_s_ = 0.0;
   long steps_ = 0;
 };
 
 struct Scene {
   std::string name, title;
-  double seconds = 4.0, dt_s = 1.0 / 240.0;  ///< simulated time; time of a step
+  double seconds = 4.0, dt_s = 1.0 / 240.0;  ///< s, simulated time; s, time step
   btVector3 gravity = {0, 0, btScalar(-9.81)};
   bristle::Coefficients law = bristle::Coefficients{}
                                   .with_kinetic(0.5)
@@ -69,22 +71,23 @@ struct Scene {
                                   .with_damping_per_newton(0.5);
   FrictionOptions options;
   std::function<void(World&)> build;
-  std::size_t body = 1;                               ///< index of the observed body
-  std::function<void(World&)> drive = [](World&) {};  ///< called before each step
+  std::size_t body = 1;                               ///< index of the body whose motion is recorded
+  std::function<void(World&)> drive = [](World&) {};  ///< applies forces, before each step
 };
 
 /// Makes a scene with a block of 200 g on a slope, half way to sliding, tapped five times a second for the
 /// first two seconds.
 Scene tapped_block(double dt_s = 1.0 / 240.0);
-/// Makes a scene with a stack of boxes at rest on a tilted plane. The observed one is on top.
+/// Makes a scene with a stack of boxes at rest on a tilted plane, and observes the top one.
 Scene stack(int boxes = 5, double dt_s = 1.0 / 240.0, double seconds = 60.0);
 /// Makes a scene with a flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// As pushed_box(), with a plate on three feet.
+/// Makes a scene as pushed_box() does, with a plate on three feet.
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
-                        pushed_coefficient = 0.4;                                            // kg, m, m, m
-inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;  // N, m, s, s
+                        pushed_coefficient = 0.4;  // kg, m, m, m
+// Force (N), its lever arm about the centre (m), its beginning and end (s).
+inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
 /// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.
 Scene many_boxes();
 std::vector<Scene> all_scenes();
@@ -92,18 +95,19 @@ std::vector<Scene> all_scenes();
 struct Sample {
   double t;
   double place[3];  ///< m
-  double turn;      ///< rad, turn about z
+  double turn;      ///< rad, rotation about z
 };
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< sampled every tenth of a simulated second
-  double creep = 0.0;           ///< m/s, mean speed along x over the last quarter
-  double step_us = 0.0;         ///< us, CPU time of a step, median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points
+  std::vector<Sample> samples;  ///< states of the body, ten per simulated second
+  double creep = 0.0;           ///< m/s, mean speed along x in the last quarter of the run
+  double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
+  double contacts = 0.0;        ///< mean number of contact points per step
 };
 
-/// Runs all kinds from the same start, interleaved by a tenth of a simulated second.
+/// Runs a scene with all kinds of friction from one start, a tenth of a simulated second each in turn, so
+/// that times compare.
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds);
 
 }  // namespace bullet_example

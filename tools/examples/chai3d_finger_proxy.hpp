@@ -42,11 +42,12 @@ struct BrushProxyOptions {
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
   double dt_s = 1e-3;                                            ///< s, period of the servo thread
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
-  /// m, one count of the encoders times the workspace scale; the damper's velocity depends on it, see
-  /// HapticOptions.
+  /// m, motion of the tool per count of the encoders: the count times the workspace scale. The damper's
+  /// velocity depends on it, see HapticOptions.
   double resolution = 0.0;
-  /// Sends the mean of friction over the tick instead of its value at the end: less ripple with few
-  /// representatives, half a tick later (so the device must damp K T, not K T / 2).
+  /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
+  /// representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K
+  /// stiffness, T tick).
   bool mean = false;
 
   BrushProxyOptions& with_patch(const bristle::PatchOptions& value) {
@@ -73,7 +74,7 @@ struct BrushProxyOptions {
 
 class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
  public:
-  /// Makes the proxy, before the servo thread runs. Throws bristle::Error.
+  /// Makes the proxy. Call it before the servo thread runs. Throws bristle::Error.
   explicit BrushFingerProxy(const bristle::Material& material, const BrushProxyOptions& options = {})
       : options_(options),
         point_(bristle::HapticOptions{}
@@ -90,8 +91,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   const bristle::HapticPoint& point() const { return point_; }
   const bristle::Response& response() const { return response_; }
 
-  /// Copies the settings of another proxy: radius, dynamic mode, collision settings, tolerances. They would
-  /// be lost if a point's algorithm were just replaced. install_brush() calls this.
+  /// Copies the settings of the proxy that this one replaces: radius, dynamic mode, collision settings,
+  /// tolerances. install_brush() calls this.
   void take_settings(cAlgorithmFingerProxy& from) {
     setEpsilonBaseValue(from.getEpsilonBaseValue());
     m_collisionSettings = from.m_collisionSettings;
@@ -109,9 +110,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
   struct CountStep {
-    double force_n;  ///< N, step of the friction force at one count
-    double share;    ///< force step over the highest friction force; above 0.2 it is felt as grain
-    /// Damping at the hand that the device itself must have to make the loop passive.
+    double force_n;  ///< N, step of friction when the encoder moves by one count
+    double share;    ///< that step over the highest friction; felt as grain above 0.2
+    /// N s/m, damping that the device itself needs at the hand to make the loop passive.
     double damping_n_s_per_m;
   };
   /// Returns the effect of a count of `count_m` (m, at the hand) in a workspace scaled by `scale`, under a
@@ -127,7 +128,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
  protected:
-  /// Moves the proxy as the surface alone allows; the patch supplies the friction.
+  /// Moves the proxy as without friction, which the patch supplies.
   void testFrictionAndMoveProxy(const chai3d::cVector3d& a_goal, const chai3d::cVector3d&, chai3d::cVector3d&,
                                 chai3d::cGenericObject*) override {
     m_nextBestProxyGlobalPos = a_goal;
@@ -136,8 +137,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
     follow_object();
-    // Takes as load on a face the spring's part along the normal; the rest comes from a proxy that lags. In
-    // an edge or a corner the whole spring force of the frictionless proxy is the load.
+    // Takes as load, on a face, the part of the spring force along the normal (the rest comes from a proxy
+    // that lags behind), and in an edge or corner the whole spring force.
     const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
     bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
@@ -167,8 +168,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     return pose;
   }
 
-  /// Carries the contact's frame with the touched object. Reads only objects of this tick, since others may
-  /// be deleted; a new object at an old address is recognised by its material.
+  /// Moves the contact's frame with the touched object. Reads only objects touched in this tick, since others
+  /// may be deleted. A new object at an old address is told by its material.
   void follow_object() {
     bool held = false;
     for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
@@ -182,7 +183,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
         on_object_ = pose_of(*object_).inverse() * surface_;
       }
     }
-    // Renormalises the rotation, from which products drift away.
+    // Makes the rotation orthonormal again, as rounding errors of the products add up.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
   }
 
@@ -196,10 +197,10 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;   // object touched in this tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_
+  chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
+  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, which tells it from a successor
   Pose surface_ = Pose::Identity(),
-       on_object_ = Pose::Identity();  // pose of the contact: in the world, on object_
+       on_object_ = Pose::Identity();  // pose of the contact in the world, and on object_
 };
 
 /// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the

@@ -45,9 +45,9 @@ struct Outcome {
   double wall = 0.0;        // N, wall force at rest on the floor
   double held_first = 0.0;  // N, friction at the end of a pull of 4 um
   double held_last = 0.0;   // N, friction two seconds later
-  double lean = 0.0;        // friction over wall force in sliding
-  double across = 0.0;      // N, sideways force in sliding
-  double lifted = 0.0;      // N, force in the air
+  double lean = 0.0;        // friction over wall force while sliding
+  double across = 0.0;      // N, force across the direction of sliding
+  double lifted = 0.0;      // N, force on the point above the floor
 };
 
 Outcome run(chai3d::cAlgorithmFingerProxy& proxy, chai3d::cWorld& world) {
@@ -88,7 +88,7 @@ void print(const char* name, const Outcome& o) {
 }
 
 struct Pinch {
-  double wall = 0.0;   // N, wall force of one point
+  double wall = 0.0;   // N, force of one of the two points on the block
   double drop = 0.0;   // m, fall of the block until it is held
   double creep = 0.0;  // m/s, mean speed over the last second of holding
   double lift = 0.0;   // m, rise of the block when the points have gone up by lift_m
@@ -165,11 +165,11 @@ int main() {
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);
   print("CHAI3D's cone", theirs);
-  // Requires, at 2 mm depth (the proxy is a ball of 1 mm), a wall force of about 1 N, and a held force by the
-  // stiffness of 1 / 52 um per newton.
+  // Requires, at a depth of 2 mm (the proxy is a ball of 1 mm), a wall force of about 1 N, and under a pull
+  // of 4 um the friction that a stiffness of 1 / 52 um per newton of load gives.
   const bool right = ours.wall > 0.9 && ours.held_first > 0.0 && ours.held_last == ours.held_first &&
                      std::fabs(ours.lean - kinetic) < 0.02 * kinetic && ours.lifted == 0.0;
-  // Adds a damper that works at any speed: without it the block swings on its bristles.
+  // Adds damping that does not fade with speed, without which the block swings on its bristles.
   const auto skin = bristle::Material::from_coefficients(bristle::Coefficients{}
                                                              .with_kinetic(kinetic)
                                                              .with_peak(0.55)

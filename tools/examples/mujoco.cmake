@@ -5,12 +5,12 @@ if(NOT TARGET mujoco::mujoco)
   bristle_skip("MuJoCo's example" libmujoco-dev)
   return()
 endif()
-# Clears an include folder that Debian's package names without depending on its package; /usr/include is known anyway.
+# Clears an include folder that Debian's MuJoCo package names but does not depend on; /usr/include is known anyway.
 get_target_property(folders mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
 list(FILTER folders EXCLUDE REGEX "libqhull|^/usr/include/?$")
 set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${folders}")
 if(BRISTLE_MINIMAL)
-  return() # the adapter needs two axes and redraw
+  return() # the adapters need patches with two axes and the rule redraw
 endif()
 # Compiles the adapters from a copy, without this tree among the include folders, which proves that they can be copied
 # out.

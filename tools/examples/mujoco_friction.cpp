@@ -20,7 +20,7 @@ std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 
-/// Checks condims; refuses rolling friction, which bristles cannot give.
+/// Returns the condims of all contacts. Refuses rolling friction (condim 6), which bristles cannot give.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
   if (leave_out_rolling) return dims;
   const auto refuse = [&](int object, const char* kind, int id) {
@@ -43,7 +43,8 @@ Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& mov
 bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
   return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
 }
-/// Calls visit(other, mass) for the entries of the inertia matrix in row `dof`, up to the diagonal.
+/// Calls visit(other, mass) for each entry of the inertia matrix in the row of degree of freedom `dof`, up to
+/// the diagonal.
 template <class Visit>
 void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit& visit) {
 #if mjVERSION_HEADER < 3011000
@@ -55,10 +56,10 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 #endif
 }
 
-/// Returns the contact's place (m) in a frame in which it hardly moves, however fast the bodies are: the
-/// centre of the smaller geom, with the geom's axes or, if it is round and may roll, the world's.
+/// Returns the contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
+/// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
 Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // a plane has no radius
+  const auto radius = [&](int geom) {  // m; a plane has none and counts as the larger one
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
@@ -134,7 +135,7 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
   begin_new_contacts(model, data);
   number_dofs(model);
   for (Cell& cell : cells_) cell.slips = false;
-  // Repeats until no further cell slips; a cell that slips in one pass slips in all later ones.
+  // Repeats the solve until no further cell slips. A cell found to slip in one pass slips in all later ones.
   do {
     solve(model, data);
   } while (clip(model.opt.timestep));
@@ -151,8 +152,8 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// Returns the contact's dimension by MuJoCo's rules: that of the pair if the model lists it, else that of
-/// the geom with higher priority, else the larger one.
+/// Returns what a contact resists (its condim) by MuJoCo's rules: as the model's pair says if it is listed,
+/// else as the geom of higher priority, else the larger one of both.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {
@@ -165,7 +166,7 @@ int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) cons
   return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
-/// Matches contacts of this step to those of the step before.
+/// Gives each contact the patch that it had in the step before.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
   cells_before_.swap(cells_);
@@ -179,7 +180,8 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   found_.clear();
   found_points_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
-    if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;  // MuJoCo 3: a contact of soft bodies
+    // Skips contacts of soft bodies, which MuJoCo 3 has.
+    if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;
     found_.push_back(c);
     const Vector3d place = place_of(model, data, *c);
     found_points_.push_back({pair_of(*c), {place[0], place[1], place[2]}});
@@ -246,8 +248,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   set_rows(model, data, old, contact);
 }
 
-/// Turns the contact's frame with its bodies. Negligible turns are summed up until they matter, since most
-/// contacts rest.
+/// Turns the contact's frame with the bodies. Small turns are added up and applied once they matter, since
+/// most contacts rest.
 void BristleFriction::carry_frame(const mjModel& model, const mjData& data, const Vector3d& normal,
                                   Contact& contact) {
   constexpr double negligible = 1e-6;  // rad
@@ -265,8 +267,8 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
   contact.turn[1].setZero();
 }
 
-/// Sets the contact's Jacobian rows, as mj_jac without the zero columns, and its velocity. `old`: the contact
-/// of the step before, or null.
+/// Computes the contact's Jacobian (as mj_jac, without columns of zeros) and its velocity. `old`: this
+/// contact in the step before, or null.
 void BristleFriction::set_rows(const mjModel& model, const mjData& data, const Contact* old,
                                Contact& contact) {
   int last[2];
@@ -315,13 +317,13 @@ BristleFriction::Rows BristleFriction::rows_of(const Contact& contact) {
   return {rows_.data() + 4 * contact.first_dof, 4, static_cast<Eigen::Index>(contact.dofs)};
 }
 
-/// Numbers the columns of the degrees of freedom that contacts touch. Kinematic trees in contact are numbered
-/// close together, so that matrix lines are short.
+/// Numbers the matrix columns of the degrees of freedom that contacts act on. Kinematic trees that touch get
+/// near numbers, which keeps the lines of the matrix short.
 void BristleFriction::number_dofs(const mjModel& model) {
   if (!column_.empty() && dofs_ == dofs_before_ &&
       std::equal(contacts_.begin(), contacts_.end(), before_.begin(), before_.end(),
                  [](const Contact& a, const Contact& b) { return a.dofs == b.dofs; }))
-    return;  // as a step ago
+    return;  // keeps the numbers if the contacts touch as in the last step
   touching_.clear();
   for (const Contact& contact : contacts_) {
     if (contact.dofs == 0) continue;
@@ -364,8 +366,8 @@ void BristleFriction::number_dofs(const mjModel& model) {
   }
 }
 
-/// Gives every new contact the normal load of a step without friction. If its bodies already slide, its
-/// bristles start in the state of steady sliding along the slip.
+/// Gives every new contact the normal load that a step without friction finds. If its bodies already slide,
+/// its bristles start with the bends of steady sliding along the slip.
 void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   const auto is_new = [](const Contact& contact) { return contact.is_new && contact.patch; };
   if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
@@ -377,12 +379,12 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     contact.normal_load = data.efc_force[contact.row];
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
-    // Slides far enough for the bristles to forget how the slide began.
+    // Slides far enough for the bends to become those of steady sliding.
     const bool slides = speed * model.opt.timestep > presliding_length_;
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
     for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
-      motions_[cell].has_velocity = 1;  // zero velocity, so that dampers add nothing
+      motions_[cell].has_velocity = 1;  // zero velocity, so that dampers give no force
   }
   constexpr double no_time = 1e-300;  // s
   batch_.step(no_time, motions_, responses_);
@@ -429,7 +431,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
       gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
       pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
     }
-    if (contact.dofs == 6)  // one free body: sizes that the compiler knows take half the time
+    if (contact.dofs == 6)  // one free body: the fixed size halves the time
       add_contact<6>(contact, gain, pull);
     else
       add_contact<Eigen::Dynamic>(contact, gain, pull);
@@ -464,8 +466,8 @@ void BristleFriction::add_contact(const Contact& contact, const Eigen::Matrix4d&
   }
 }
 
-/// Sums the cells' gain G and elastic force E about the contact point. A slipping cell pulls with its force
-/// limit and has no stiffness.
+/// Sums the cells' gain G (force per velocity) and elastic force E about the contact point. A slipping cell
+/// has its force limit as force and no stiffness.
 void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain,
                                 Vector3d& pull) const {
   for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
@@ -487,7 +489,7 @@ void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matr
   gain(2, 1) = gain(1, 2);
 }
 
-/// Marks the cells beyond their force limit as slipping. Returns false when there is none.
+/// Marks cells whose predicted force exceeds their limit as slipping. Returns false if there are none.
 bool BristleFriction::clip(double dt_s) {
   bool clipped = false;
   for (const Contact& contact : contacts_) {
@@ -506,7 +508,8 @@ bool BristleFriction::clip(double dt_s) {
   return clipped;
 }
 
-/// Finds the patches' forces for the predicted slip, and their generalised force on each degree of freedom.
+/// Computes the patches' forces for the predicted slip, and the generalised friction force on each degree of
+/// freedom.
 void BristleFriction::find_forces(double dt_s) {
   friction_.setZero();
   for (Contact& contact : contacts_) {
@@ -520,7 +523,7 @@ void BristleFriction::find_forces(double dt_s) {
       const Response& now = cells_[contact.first_cell].response;
       const Vector2d d = moved.head<2>();
       Vector2d force = Vector2d(now.elastic[0], now.elastic[1]) - (now.stiffness + now.damping / dt_s) * d;
-      constexpr double linear = 1e-6;  // share of the limit; smaller changes need no trial
+      constexpr double linear = 1e-6;  // share of the force limit; below, the linear force is exact enough
       if (!(now.stiffness * d.norm() < linear * now.force_limit)) {
         const Response trial = batch_.find_force(dt_s, point_motion(contact, d));
         force = Vector2d(trial.end[0], trial.end[1]);
@@ -534,7 +537,7 @@ void BristleFriction::find_forces(double dt_s) {
   }
 }
 
-/// Steps all patches in one call, by the real slip of the contacts, under the normal loads of this step.
+/// Steps all patches in one call, by the actual slip of the contacts, under the normal loads of this step.
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
@@ -542,7 +545,7 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   responses_.resize(cells_.size());
   for (Contact& contact : contacts_) {
     const double load = data.efc_force[contact.row];
-    // Keeps a load that changes only in the last digits of the solver, so that a patch at rest stays at rest.
+    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
     const Rows rows = rows_of(contact);
     Vector3d moved = Vector3d::Zero();
@@ -560,7 +563,7 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   moved_ = true;
 }
 
-/// Writes the motions of a contact's cells.
+/// Sets the motion of each cell of a contact for the next step of the patches.
 void BristleFriction::set_motions(Contact& contact, const Vector3d& moved) {
   if (!contact.is_disc) {
     motions_[contact.first_cell] = point_motion(contact, moved.head<2>());

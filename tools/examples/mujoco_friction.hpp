@@ -41,12 +41,12 @@
 
 namespace mujoco_example {
 
-/// Motions that each contact of a model resists: the condim of its geoms and pairs.
+/// The condim of each geom and listed pair of a model, which says what motions their contacts resist.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
-/// Makes every contact of the model frictionless (condim 1), keeping the coefficients. Returns the former
-/// condims.
+/// Makes every contact of the model frictionless (condim 1) and keeps its friction coefficients. Returns the
+/// condims that it had.
 ContactDims remove_friction(mjModel& model);
 
 struct FrictionOptions {
@@ -57,61 +57,62 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  /// Rings of cells of a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
+  /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
-  bool leave_out_rolling = false;  ///< treats condim 6 as condim 4
-  /// m, largest motion of a contact point in a step, seen from the smaller geom; a point that moves farther
-  /// is a new contact.
+  bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
+  /// m, largest motion of a contact point in one step, seen from the smaller geom; a point that moves farther
+  /// counts as a new contact.
   double reach = 0.01;
-  std::uint32_t contacts = 256;  ///< most contacts at once; contacts beyond have no friction
+  std::uint32_t contacts = 256;  ///< most contacts at once; further ones have no friction
 };
 
 class BristleFriction {
  public:
-  /// Makes the friction of a model. The kinetic coefficient of `law` is replaced by each contact's; peak over
-  /// kinetic stays. Throws bristle::Error, for condim 6 among others.
+  /// Makes the friction of a model. Each contact replaces the kinetic coefficient of `law` by its own and
+  /// keeps its ratio of peak to kinetic. Throws bristle::Error, for condim 6 among others.
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
-  /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
-  /// they are.
+  /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
+  /// stay there.
   void step(const mjModel& model, mjData& data);
-  /// Returns the generalised friction force of this step. With end_step() it makes up step(), for a program
-  /// with a step of its own: call it after mj_fwdAcceleration and add the force to the others before
-  /// mj_fwdConstraint. Repeated calls within a step have no effect.
+  /// Returns the generalised friction force of this step. Together with end_step() it replaces step() in a
+  /// program with a step of its own: call it after mj_fwdAcceleration and add the result to the forces before
+  /// mj_fwdConstraint. Further calls in the same step have no effect.
   const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
-  /// Steps the patches by the slip of the contacts. Call it after the velocities have been advanced.
+  /// Steps the patches by the slip of the contacts. Call it once MuJoCo has advanced the velocities.
   void end_step(const mjModel& model, const mjData& data);
-  /// Makes every contact new. Call it after mj_resetData, or when bodies were put elsewhere.
+  /// Treats every contact as new, with straight bristles. Call it after mj_resetData, or when bodies were
+  /// moved by hand.
   void forget_contacts();
 
-  /// Contact of the last step.
+  /// Contact point, as the last step left it.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;       ///< id in the batch; for a disc, in the extended patches
+    bristle::PatchId patch;       ///< id in the batch, or of a disc in the extended patches
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
-                               Eigen::Vector3d::Zero()};  ///< rad, turn not yet in `frame`
-    Eigen::Vector3d point = {0, 0, 0};                    ///< m, contact point in the world
+                               Eigen::Vector3d::Zero()};  ///< rad, turn of each body that `frame` lacks
+    Eigen::Vector3d point = {0, 0, 0};                    ///< m, position of the contact point in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;        ///< whether the step before did not have this contact
-    bool is_disc = false;      ///< whether it has condim 4
-    double radius = 0.0;       ///< m, radius of a disc
+    bool is_new = true;        ///< whether it was absent in the step before
+    bool is_disc = false;      ///< whether it resists spin (condim 4)
+    double radius = 0.0;       ///< m, radius, if it is a disc
     double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
-    /// Ratio of the contact's coefficient to the material's.
+    /// Friction coefficient of the contact over that of the material.
     double scale = 1.0;
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted: m/s along normal and axes, rad/s
-    int bodies[2] = {0, 0};                              ///< bodies of geom1 and geom2
-    /// Index of its normal force among MuJoCo's constraints.
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted slip: m/s along normal and axes, rad/s
+    int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
+    /// Index of its normal force among MuJoCo's constraint forces.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
-    bristle::ExtendedMotion moved;  ///< motion of a disc in this step
+    bristle::ExtendedMotion moved;  ///< displacement and turn of a disc in this step
 
    private:
     friend class BristleFriction;
-    std::size_t first_dof = 0, dofs = 0;              // first index and number in dofs_ and rows_
-    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // `velocity` at the beginning of the step
+    std::size_t first_dof = 0, dofs = 0;              // first index and number of its entries in dofs_, rows_
+    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip at the start of the step, as `velocity`
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
@@ -120,15 +121,15 @@ class BristleFriction {
   }  ///< null if no contact may spin
 
  private:
-  /// Cell of a patch; a point has one, a disc several.
+  /// Cell of a contact's patch: a point contact has one, a disc several.
   struct Cell {
-    bristle::Response response;    ///< response at the bodies' present place
-    Eigen::Vector2d at = {0, 0};   ///< m, offset from the contact point
-    Eigen::Vector2d way = {0, 0};  ///< direction of its force, once it slips in the prediction
+    bristle::Response response;    ///< response of its bristles, before the step's slip
+    Eigen::Vector2d at = {0, 0};   ///< m, offset of the cell from the contact point
+    Eigen::Vector2d way = {0, 0};  ///< direction of its friction, if it slips in the prediction
     bool slips = false;
   };
-  /// Jacobian rows of a contact (velocity along normal and axes, spin), with a column for each degree of
-  /// freedom.
+  /// Jacobian of a contact: its velocity along the normal and both axes and its spin, per unit velocity of
+  /// each degree of freedom.
   using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
 
   void match(const mjModel& model, const mjData& data);
@@ -155,30 +156,30 @@ class BristleFriction {
   ContactDims dims_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches points_;
-  bristle::ExtendedPatches patches_;  // patches of the discs
+  bristle::ExtendedPatches patches_;  // owns the patches of discs
   std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
-  std::size_t next_before_ = 0;  // index in before_ of the contact that probably comes next
-  // Indices in before_ sorted by key, made on demand.
+  std::size_t next_before_ = 0;  // index in before_ of the contact that is likely to come next
+  // Keys and indices of before_, sorted by key; filled when contacts come in another order.
   std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<bristle::Motion> motions_;  // motions of all cells
+  std::vector<bristle::Motion> motions_;  // motions of all cells, as the batch gets them
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
-  std::vector<double> rows_;             // Jacobian rows of each contact, four values for each of its dofs_
-  std::vector<int> tree_start_;          // first degree of freedom of each root body
-  std::vector<int> trees_, column_;  // trees in contact, neighbours close together; column of each dof, or -1
+  std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
+  std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
+  std::vector<int> trees_, column_;      // trees in contact; matrix column of each degree of freedom, or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;
-  Eigen::VectorXd change_;  // change of velocity, by column
+  Eigen::VectorXd change_;  // change of velocity, per matrix column
   Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
-  bool moved_ = true;  // whether the bodies moved since contacts were matched
+  bool moved_ = true;  // whether bodies moved since contacts were matched
 };
 
 }  // namespace mujoco_example

@@ -50,15 +50,15 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   const bristle::JointOutput out{torque_, {}, by_angle_, by_speed_};
   angle_ = angle;
   speed_ = speed;
-  if (!begun_) batch_.step(in, out);  // sets the angle at which the bristles are straight
+  if (!begun_) batch_.step(in, out);  // makes the bristles straight at the first angle
   begun_ = true;
   for (int round = 0; round < 8; ++round) {
     angle_ = angle + dt * speed_;
     batch_.find_torque(in, out);
     const VectorXd left = speed_ - speed - dt * (acceleration + inverse_inertia_ * torque_);
     if (left.cwiseAbs().maxCoeff() < 1e-15) break;
-    // Uses only rising friction in the slope; falling friction is taken as it was, so that Newton's matrix
-    // stays regular.
+    // Takes into Newton's matrix only friction that rises with speed, since falling friction could make the
+    // matrix singular.
     const VectorXd slope = dt * by_angle_ + by_speed_.cwiseMin(0.0);
     const Eigen::MatrixXd matrix =
         Eigen::MatrixXd::Identity(n, n) - dt * inverse_inertia_ * slope.asDiagonal().toDenseMatrix();

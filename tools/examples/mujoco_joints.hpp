@@ -24,29 +24,30 @@ namespace mujoco_example {
 
 class BristleJoints {
  public:
-  /// Makes the friction of `joints` (ids of hinges or slides); joint i has material i modulo their number.
-  /// Throws bristle::Error.
+  /// Makes the friction of the hinges or slides with these ids. Materials are given to them in turn. Throws
+  /// bristle::Error.
   BristleJoints(const mjModel& model, const std::vector<int>& joints,
                 bristle::Span<const bristle::JointMaterial> materials,
                 const bristle::JointOptions& options = {});
 
-  /// Runs one step of the model's timestep, in place of mj_step. Forces in qfrc_applied act and are left as
-  /// they are.
+  /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
+  /// stay there.
   void step(const mjModel& model, mjData& data);
-  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were put
-  /// elsewhere.
+  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were moved
+  /// by hand.
   void forget() {
     batch_.reset();
     begun_ = false;
   }
 
-  const Eigen::VectorXd& torque() const { return torque_; }  ///< N m in the last step, by joint
+  /// Returns the friction torque of each joint in the last step, N m.
+  const Eigen::VectorXd& torque() const { return torque_; }
 
  private:
   std::vector<int> dofs_, places_;
   bristle::JointFriction batch_;
   Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
-  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T
+  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T: change of joint speeds per impulse
   std::vector<double> unit_, column_;
   bool begun_ = false;
 };

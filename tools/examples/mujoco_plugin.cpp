@@ -24,7 +24,7 @@ using mujoco_example::BristleFriction;
 constexpr const char* attributes[] = {"presliding_length", "peak_over_kinetic", "damping_per_newton",
                                       "max_normal_load", "condim"};
 
-/// Returns the number in the configuration of an instance, `otherwise` if there is none.
+/// Returns a number from the plugin configuration in the model, or `otherwise` if it is missing.
 double number(const mjModel& model, int instance, const char* attribute, double otherwise) {
   const char* const text = mj_getPluginConfig(&model, instance, attribute);
   if (text == nullptr || *text == 0) return otherwise;
@@ -63,8 +63,8 @@ BristleFriction& friction_of(const mjData& data, int instance) {
   return *reinterpret_cast<BristleFriction*>(data.plugin_data[instance]);
 }
 
-/// Adds friction to the passive forces. MuJoCo computes these before the bias and the actuators' forces,
-/// which the prediction needs, so they are computed here first.
+/// Adds friction to MuJoCo's passive forces. MuJoCo finds these before the bias and actuator forces, which
+/// the friction forecast needs, so those are computed here first.
 void add_friction(const mjModel* model, mjData* data, int instance, int /*capability*/) {
   mj_referenceConstraint(model, data);
   mj_rne(model, data, 0, data->qfrc_bias);

@@ -1,4 +1,5 @@
-// Runs MuJoCo scenes that compare MuJoCo's friction with bristles, all kinds interleaved in one run.
+// Runs MuJoCo scenes that compare MuJoCo's friction with that of bristles; all kinds of friction take turns
+// in one run.
 #pragma once
 
 #include <functional>
@@ -10,18 +11,18 @@
 
 namespace mujoco_example {
 
-/// Kind of friction in a scene: MuJoCo's by the scene's options, the same with ten noslip iterations, or
-/// bristles.
+/// Kind of friction in a scene. stock: MuJoCo's, by the scene's options. noslip: with ten noslip iterations
+/// besides. bristle: patches of bristles.
 enum class Friction { stock, noslip, bristle };
 const char* to_string(Friction friction);
 
 struct Scene {
   std::string name, title;
-  std::string xml;                         ///< MJCF; the observed body is called "body"
+  std::string xml;                         ///< model in MJCF; its body "body" is observed
   double seconds = 4.0;                    ///< s, simulated time
-  double direction[3] = {0.0, 0.0, -1.0};  ///< direction in which the body is expected to creep
-  double point[3] = {0.0, 0.0, 0.0};       ///< m, observed point, in the body's axes
-  /// Called before each step.
+  double direction[3] = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
+  double point[3] = {0.0, 0.0, 0.0};       ///< m, observed point of the body, in the body's axes
+  /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
 };
 
@@ -39,9 +40,10 @@ Scene pushed_box();
 Scene spun_box(double speed);
 /// Makes a scene with ten blocks side by side on a slope: forty contact points.
 Scene ten_blocks();
-/// Makes a scene with a tower of ten plates of 200 g, each smaller than the one below by 3 mm (flush ones get
-/// other contact points as soon as they shift): forty contact points in one island. From tower_push_begin_s
-/// on push_n acts on the fifth, rising for ramp_s, and is released at once tower_push_s later.
+/// Makes a scene with a tower of ten plates of 200 g, which has forty contact points in one island. Each
+/// plate is smaller than the one below by 3 mm, since flush plates get other contact points as soon as they
+/// shift. From tower_push_begin_s on a force pushes the fifth plate; it rises to push_n in ramp_s, and ends
+/// suddenly tower_push_s after its beginning.
 Scene tower(double push_n = 0.0, double ramp_s = 0.0);
 inline constexpr double tower_push_begin_s = 1.0, tower_push_s = 0.2;
 /// Makes a scene with a box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of
@@ -57,20 +59,20 @@ inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, 
 std::vector<Scene> all_scenes();
 
 struct Sample {
-  double t, travel, turn;  ///< s; m in the scene's direction (or across, below); rad about z
+  double t, travel, turn;  ///< s; m in the scene's direction (or across); rad about z
   double place[3];         ///< m
 };
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< sampled every tenth of a simulated second, or more often
-  double creep = 0.0;           ///< m/s, mean speed over the last quarter
-  double step_us = 0.0;         ///< us, CPU time of a step, median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points
+  std::vector<Sample> samples;  ///< observed at least ten times per simulated second
+  double creep = 0.0;           ///< m/s, mean speed in the last quarter of the run
+  double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
+  double contacts = 0.0;        ///< mean number of contact points per step
 };
 
-/// Runs all kinds from the same start, interleaved by blocks of steps. Throws std::runtime_error on a bad
-/// scene.
+/// Runs a scene with all kinds of friction from one start, a block of steps each in turn, so that times
+/// compare. Throws std::runtime_error on a bad scene.
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds, double sample_s = 0.01);
 
 using Model = std::unique_ptr<mjModel, void (*)(mjModel*)>;

@@ -25,12 +25,12 @@ const bristle::Material fingertip = bristle::Material::from_coefficients(bristle
                                                                              .with_stribeck_velocity(0.05));
 
 struct Sample {
-  double x, z;      // m, true position
+  double x, z;      // m, true position of the stylus
   double force[3];  // N
   double wall;      // N
 };
 
-/// Data of the servo thread, made before it starts.
+/// State of the servo callback, allocated before the servo thread starts.
 struct Servo {
   bristle::PatchBatch batch;
   bristle::Motion motion;
@@ -63,8 +63,9 @@ device::CallbackCode servo_callback(void* user) {
 }
 // end callback
 
-/// Sets the hand's target: down in 0.3 s, still until 0.5 s, pulled by 1 mm until 1 s, 60 mm in the next
-/// second, back in the next, with a press that is too hard for the device in between, and up at the end.
+/// Sets where the hand aims at time t: down within 0.3 s, at rest until 0.5 s, pulled 1 mm aside until 1 s,
+/// 60 mm in the next second, back in the next (with a press too hard for the device in between), and up at
+/// the end.
 void hand(double t, double (&where)[3]) {
   const auto ramp = [t](double from, double to) {
     return std::fmin(1.0, std::fmax(0.0, (t - from) / (to - from)));
@@ -92,13 +93,13 @@ int main() {
   servo.motion.id = servo.batch.add(
       fingertip,
       bristle::PatchOptions{}.with_max_normal_load(limit).with_population(bristle::Population::infinite));
-  servo.batch.warm_up();  // every allocation is spent here
+  servo.batch.warm_up();  // makes every allocation before the servo thread starts
 
   device::set_hand(&hand);
   device::schedule_asynchronous(&servo_callback, &servo);  // hdScheduleAsynchronous
   device::start_scheduler();                               // hdStartScheduler
   while (device::is_scheduled())  // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the program's graphics would be here
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // where a program would draw graphics
   device::stop_scheduler();                                      // hdStopScheduler
 
   std::printf("  t/s    x/mm     z/mm    Fx/N    Fz/N\n");

@@ -12,7 +12,7 @@ constexpr double mass = 0.05;             // kg
 constexpr double own_damping = 1.5;       // N s/m, damping of the mechanism
 constexpr double hand_stiffness = 400.0;  // N/m
 constexpr double hand_damping = 4.0;      // N s/m
-constexpr int pieces = 20;                // sub-steps of a tick, for the mechanics
+constexpr int pieces = 20;                // number of integration steps per tick
 
 struct Simulation {
   double position[3] = {0.0, 0.0, 0.02}, velocity[3] = {}, force[3] = {}, reading[3] = {};
@@ -24,7 +24,7 @@ struct Simulation {
   std::thread servo;
   bristle::DeadlineMonitor times{tick};
 
-  /// Moves the mechanics for a tick under the force that was set.
+  /// Integrates the motion of stylus and hand over a tick, under the force set by the callback.
   void move() {
     const double h = tick / pieces;
     for (int i = 0; i < pieces; ++i) {
@@ -50,7 +50,7 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // Continues from the present time after a delay, without a burst of ticks to catch up.
+      // Continues from the present time after a delay, as a burst of ticks to catch up would be unreal.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);
     }
@@ -70,7 +70,7 @@ void begin_frame() {
   for (int a = 0; a < 3; ++a) s.reading[a] = encoder_count * std::round(s.position[a] / encoder_count);
 }
 
-void end_frame() {}  // a real one sends the force to the motors here
+void end_frame() {}  // a real device sends the force to its motors here
 
 void get_doublev(Parameter what, double* values) {
   if (what == current_position)

@@ -28,11 +28,11 @@ void start_scheduler();                                     // hdStartScheduler:
 bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): the callback is still wanted
 void stop_scheduler();  // hdStopScheduler: waits until it has ended
 
-// Exact values, which a real device does not report.
+// Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target
-// m; call it in the callback, or once stopped
+// Returns the position without encoder error, m. Call it in the callback, or once the scheduler has stopped.
 double true_position(int axis);
-// Times of the callback; call it once stopped.
+// Returns the run times of the callback. Call it once the scheduler has stopped.
 const bristle::DeadlineMonitor& servo_times();
 
 constexpr double encoder_count = 23e-6;  // m

@@ -29,7 +29,7 @@ struct Box {
   Vector3d half;      // m, half edges
   Vector3d position;  // m
   Vector3d velocity{0, 0, 0}, spin{0, 0, 0};
-  Vector3d push{0, 0, 0};  // N, at the centre
+  Vector3d push{0, 0, 0};  // N, applied at the centre of the box
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
 
   Matrix3d inertia() const {
@@ -43,29 +43,29 @@ struct Box {
     spin += inverse_inertia * arm.cross(impulse);
   }
   Vector3d velocity_at(const Vector3d& arm) const { return velocity + spin.cross(arm); }
-  /// Velocity along `a` that a unit impulse along `b` gives, 1/kg.
+  /// Velocity along `a`, at the point `arm` (m from the centre), per unit impulse along `b` there, 1/kg.
   double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
     return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
   }
-  Matrix3d inverse_inertia = Matrix3d::Zero();  // of this step, world axes
+  Matrix3d inverse_inertia = Matrix3d::Zero();  // 1/(kg m^2), world axes, in this step
 };
 
-/// A corner that touches the plane.
+/// Corner of a box that touches the plane.
 struct Contact {
-  std::uint64_t key = 0;  // the same from step to step: box and corner
+  std::uint64_t key = 0;  // number of box and corner, constant over steps
   std::size_t box = 0;
-  Vector3d arm{0, 0, 0};        // m, from the box's centre
-  double gap = 0.0;             // m, below 0 inside the plane
-  double normal_impulse = 0.0;  // N s; both impulses begin with those of the step before
-  Vector2d impulse{0, 0};       // N s, along frame.along() and aside()
+  Vector3d arm{0, 0, 0};        // m, corner from the box's centre
+  double gap = 0.0;             // m, height over the plane; negative inside it
+  double normal_impulse = 0.0;  // N s; as `impulse` it starts at its last value
+  Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;
-  Matrix2d mobility = Matrix2d::Zero();  // 1/kg, in the plane
+  Matrix2d mobility = Matrix2d::Zero();  // velocity per unit impulse in the plane, 1/kg
 
-  // For friction by bristles: the patch, and its linear model for PGS. Under the load `at_load` a slip s
-  // gives the force steady - slope * s; while `clipped` is set, the elastic part of this force is at most
-  // `limit`.
+  // bristles: the patch of the corner, and a linear model of its force for PGS. Under the load `at_load` (N)
+  // a slip s (m/s) gives the force steady - slope s, whose elastic part is at most `limit` while `clipped` is
+  // set.
   bristle::PatchId patch;
-  double load = 0.0;  // N, of the step before
+  double load = 0.0;  // N, normal load in the step before
   Vector2d elastic{0, 0}, steady{0, 0};
   double slope = 0.0, damping = 0.0, limit = 0.0, at_load = 0.0;
   bool clipped = true;
@@ -79,7 +79,8 @@ class World {
       : boxes{box},
         gravity_(g * std::sin(slope_rad), 0.0, -g * std::cos(slope_rad)),
         kind_(kind),
-        // bristles: one batch, and a pool that gives each key its patch. All memory is taken here.
+        // bristles: one batch, and a pool that gives each key (box and corner) its patch. All memory is
+        // allocated here.
         patches_(batch_, bristle::Material::from_coefficients(law),
                  bristle::PatchOptions{}
                      .with_max_normal_load(highest_load)
@@ -94,10 +95,11 @@ class World {
       box.velocity += h * (gravity_ + box.push / box.mass);
     }
     find_contacts(h);
-    for (const Contact& c : contacts) push(c, c.normal_impulse, c.impulse);  // warm start
+    // Starts with the impulses of the step before (warm start).
+    for (const Contact& c : contacts) push(c, c.normal_impulse, c.impulse);
     for (int i = 0; i < iterations; ++i) {
       for (Contact& c : contacts) solve_normal(c, h);
-      // bristles: the later half of the iterations asks the patches themselves.
+      // bristles: the later half of the iterations gets forces from the patches themselves.
       if (kind_ == Friction::bristles && i >= iterations / 2 && i % 2 == 0)
         for (Contact& c : contacts) ask(c, h);
       for (int sweep = 0; sweep < sweeps; ++sweep)
@@ -112,7 +114,7 @@ class World {
     if (kind_ == Friction::bristles) step_patches(h);
   }
 
-  /// J: kinetic, above the plane's origin, and stored in bent bristles.
+  /// Energy, J: kinetic, of height above the plane's origin, and of bent bristles.
   double energy() const {
     double sum = 0.0;
     for (const Box& b : boxes)
@@ -124,13 +126,14 @@ class World {
 
   std::vector<Box> boxes;
   std::vector<Contact> contacts;
-  double lost = 0.0;  // J, to friction of bristles
+  double lost = 0.0;  // J, energy lost to friction of bristles
 
  private:
   static constexpr int iterations = 20, sweeps = 2;
-  static constexpr double highest_load = 50.0;  // N, of a contact
+  static constexpr double highest_load = 50.0;  // N, highest load of one corner
 
-  /// Lists the corners near the plane. Each takes over what the same corner had.
+  /// Lists the corners near the plane. Each keeps the impulses and patch of the same corner in the step
+  /// before.
   void find_contacts(double h) {
     std::vector<Contact> before;
     before.swap(contacts);
@@ -149,7 +152,8 @@ class World {
         c.box = b;
         c.arm = arm;
         c.gap = gap;
-        c.frame.carry(up, h * box.spin, Vector3d::Zero());  // axes turn with the mean of box and plane
+        // Turns the axes with the mean rotation of box and plane.
+        c.frame.carry(up, h * box.spin, Vector3d::Zero());
         const Vector3d axes[2] = {c.frame.along(), c.frame.aside()};
         for (int i = 0; i < 2; ++i)
           for (int k = 0; k < 2; ++k) c.mobility(i, k) = box.mobility(arm, axes[i], axes[k]);
@@ -168,9 +172,10 @@ class World {
     return {c.frame.along().dot(v), c.frame.aside().dot(v)};
   }
 
-  /// The corner may close its gap in this step; what is too deep comes out over some steps.
+  /// Finds the normal impulse that lets the corner just close its gap in this step, and pushes a corner that
+  /// is too deep out over several steps.
   void solve_normal(Contact& c, double h) {
-    constexpr double allowed = 1e-4, share = 0.1;  // m; of the excess, a step
+    constexpr double allowed = 1e-4, share = 0.1;  // m of depth; share of the excess removed per step
     const double wanted = c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
     const Box& box = boxes[c.box];
     const double missing = (wanted - up.dot(box.velocity_at(c.arm))) / box.mobility(c.arm, up, up);
@@ -179,34 +184,37 @@ class World {
     c.normal_impulse = impulse;
   }
 
-  /// Coulomb: the impulse that ends the slip, at most mu times the normal one.
+  /// Coulomb friction: the impulse that ends the slip, but at most mu times the normal impulse.
   void clamp(Contact& c) {
-    Vector2d impulse = c.impulse - slip(c) / c.mobility.trace();  // in the direction of the slip
+    Vector2d impulse = c.impulse - slip(c) / c.mobility.trace();  // along the slip
     const double size = impulse.norm(), highest = mu * c.normal_impulse;
     if (size > highest) impulse *= highest / size;
     push(c, 0.0, impulse - c.impulse);
     c.impulse = impulse;
   }
 
-  /// bristles: finds the patch, and what it would do without slip. No state changes.
+  /// bristles: makes the linear model of the patch's force from its force without slip. The patch does not
+  /// change.
   void begin(Contact& c, double h) {
     c.patch = patches_.find_or_add(c.key);
-    c.at_load = c.load > 0.0 ? c.load : highest_load;  // a new contact: in proportion
+    // Evaluates a new contact at the highest load; its force is scaled later.
+    c.at_load = c.load > 0.0 ? c.load : highest_load;
     const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
     c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
     c.damping = now.damping;
-    c.slope = h * now.stiffness + now.damping;  // implicit: at the end of the step
+    c.slope = h * now.stiffness + now.damping;  // so that the force is that at the end of the step
     c.limit = now.force_limit;
     c.clipped = true;
   }
 
-  /// bristles: the answer of the patch to the slip of now, under the load of now. No state changes.
+  /// bristles: corrects the linear model by the patch's force at the present slip and load. The patch does
+  /// not change.
   void ask(Contact& c, double h) {
     if (c.normal_impulse == 0.0) return;
     const Vector2d s = slip(c), d = h * s;
     const double load = c.normal_impulse / h;
     const bristle::Response trial = batch_.find_force(h, {c.patch, {d[0], d[1]}, load});
-    // Stiffness as a secant: in sliding, where it is 0, the tangent would brake.
+    // Takes the secant as stiffness: the tangent, which is 0 in sliding, would brake the iterations.
     const Vector2d bent = load / c.at_load * c.elastic - Vector2d(trial.elastic[0], trial.elastic[1]);
     const double secant = d.norm() > 0.0 ? bent.dot(d) / d.squaredNorm() : trial.stiffness;
     c.elastic *= load / c.at_load;
@@ -216,9 +224,9 @@ class World {
     c.clipped = false;
   }
 
-  /// bristles: the impulse at which the slip that it leaves and the patch's answer to that slip agree.
+  /// bristles: finds the friction impulse that is consistent with the slip it leaves.
   void rub(Contact& c, double h) {
-    const double time = c.normal_impulse / c.at_load;  // h, scaled as the load has changed
+    const double time = c.normal_impulse / c.at_load;  // s: time step h, scaled by the change of load
     const Vector2d free = slip(c) - c.mobility * c.impulse;
     const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
       return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));
@@ -232,12 +240,13 @@ class World {
     c.impulse = impulse;
   }
 
-  /// bristles: all patches step once, by the slip that happened under the load that acted.
+  /// bristles: steps all patches once, by the actual slip under the final loads.
   void step_patches(double h) {
     std::vector<bristle::Motion> motions;
     for (Contact& c : contacts) {
       const double load = c.normal_impulse / h;
-      if (std::abs(load - c.load) > 1e-6 * load) c.load = load;  // the solver's last digits flicker
+      // Ignores load changes in the solver's last digits, so that patches at rest stay exactly at rest.
+      if (std::abs(load - c.load) > 1e-6 * load) c.load = load;
       const Vector2d d = h * slip(c);
       motions.push_back({c.patch, {d[0], d[1]}, c.load});
     }
@@ -255,8 +264,8 @@ class World {
 constexpr double h = 1.0 / 240.0;  // s
 const Box block{0.2, {0.05, 0.05, 0.02}, {0.0, 0.0, 0.02}};
 
-/// A block on a slope of 15 degrees, tapped five times a second for two seconds, then left alone for two.
-/// What it moves in the last second, m.
+/// Returns how far a block on a slope of 15 degrees moves (m) in its last second. It is tapped five times a
+/// second for two seconds, then left alone for two.
 double creep_after_taps(Friction kind) {
   World world(kind, 15.0 * M_PI / 180.0, block);
   double before = 0.0;
@@ -270,8 +279,8 @@ double creep_after_taps(Friction kind) {
   return creep;
 }
 
-/// A block thrown at 2 m/s; true if it slides as far as it should, v^2 / (2 mu g), and its energy is
-/// accounted for. Semi-implicit steps lose h v / 2 of the way.
+/// Returns whether a block thrown at 2 m/s slides v^2 / (2 mu g) far, as it should, and friction accounts for
+/// its energy. Semi-implicit steps of time h shorten the path by h v / 2.
 bool throw_block(Friction kind) {
   World world(kind, 0.0, block);
   for (int k = 0; k < 240; ++k) world.step(h);

@@ -60,22 +60,23 @@ int main() {
     right = right && std::abs(value - expected) <= share * std::abs(expected);
   };
   constexpr double pi = 3.141592653589793, slip = SoftFinger::friction * 2.0;
-  // Torque of a Hertz pad that spins on the spot: 3 pi / 16 mu N a.
+  // Torque of a Hertz pad of radius a that spins on the spot under load N: 3 pi / 16 mu N a.
   const double spinning = 3.0 * pi / 16.0 * slip * SoftFinger::radius;
 
   run("pressed with 2 N", 100, 0.0, 0.0, 2.0);
-  // Torque of a Hertz pad that sticks: 2/5 K a^2 per radian.
+  // Torque per radian of a Hertz pad that sticks: 2/5 K a^2, K stiffness, a radius.
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  // Slides and spins with v = omega a.
+  // Slides at v = omega a: speed of the centre equal to that of the rim by spin.
   const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);
   const auto slides = run("slides, spins no more", 900, 6e-3, 0.0, 2.0);
   expect(slides[0], -slip, 0.01);
   right = right && std::abs(slides[5]) < 0.02 * spinning;
-  // At a quarter of the load the radius is 4^(-1/3) = 0.63 of the full one, so the torque is 0.16 of it.
+  // At a quarter of the load the pad's radius is 4^(-1/3) = 0.63 of the full one, so its torque is 0.25 *
+  // 0.63 = 0.16 of the full one.
   run("0.5 N, slides back", 500, -6e-3, 0.0, 0.5);
   expect(run("0.5 N, spins", 900, 0.0, -1.0, 0.5)[5], spinning * std::pow(0.25, 4.0 / 3.0), 0.02);
   const auto before = last;

@@ -1,4 +1,5 @@
-// Parses CSV files with a header: columns by name, units in brackets, numbers by line. Shared by the readers.
+// Parses CSV files with a header: columns by name, units in brackets, errors with line numbers. For all
+// readers of CSV.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,8 @@ namespace cli {
 
 struct Unit {
   std::string_view name;
-  /// Units per SI unit; dividing by a power of ten rounds once, multiplying by its inverse twice.
+  /// Number of this unit in one SI unit. Dividing by a power of ten rounds once; multiplying by its inverse,
+  /// twice.
   double per_si;
 };
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}, {"min", 1.0 / 60.0}};
@@ -28,36 +30,38 @@ inline constexpr Unit torque_units[] = {
 inline constexpr Unit compliance_units[] = {{"m/N", 1.0}, {"mm/N", 1e3}, {"um/N", 1e6}, {"nm/N", 1e9}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
-/// Largest magnitudes that a column may hold, SI units: the limits of scenes, and times of any clock.
+/// Largest magnitudes of values in a column, SI units: the limits of scenes, and times of any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
 
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
-  /// Largest magnitude, SI units; the first unit has the SI name.
+  /// Largest magnitude of a value, SI units.
   double most = std::numeric_limits<double>::max();
-  /// Other names of the column, in lower case.
+  /// Other names under which files may have this column, in lower case.
   std::span<const std::string_view> aliases = {};
 };
 
 struct CsvHeader {
-  std::vector<bool> present;               ///< whether the file has the column, by kind
-  std::vector<double> per_si;              ///< the column's units per SI unit, by kind
-  std::vector<std::string> other_columns;  ///< names of columns that are none of these kinds
-  /// Header for the splitter: our names without units, others as "-".
+  std::vector<bool> present;               ///< by kind of column: whether the file has it
+  std::vector<double> per_si;              ///< by kind of column: number of its units in one SI unit
+  std::vector<std::string> other_columns;  ///< names of the file's columns of unknown kind
+  /// Header line for the splitter: our names of the columns without units, "-" for others.
   std::string canonical;
 };
 
-/// Returns `text` without byte order mark and leading comments; sets `header_line` to the number of its first
-/// line. Throws UserError if there is no text; `expected` is an example of a header.
+/// Returns `text` without byte order mark and leading comment lines, and sets `header_line` to the number of
+/// the line it then begins with. Throws UserError, which shows `expected` as an example of a header, if there
+/// is no text.
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line);
 
 /// Finds a unit by name, in any of its spellings ("µm", "Nm", "sec"); null if it is none of these.
 const Unit* find_unit(std::span<const Unit> units, std::string_view name);
-/// Lists the units' names, as "N, mN, uN".
+/// Returns the names of the units as a list such as "N, mN, uN".
 std::string unit_names(std::span<const Unit> units);
-/// Parses "2N", "0.5 mm/s" or "3" (in the first unit); returns SI units. Throws UserError naming `what`.
+/// Parses a quantity such as "2N", "0.5 mm/s" or "3" (in the first of `units`); returns its value in SI
+/// units. Throws UserError, which calls the quantity `what`.
 double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what);
 
 /// Parses a header such as "x [mm],load". Throws UserError on an unknown unit and on a column that comes
@@ -66,15 +70,16 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where, std::
 
 std::string_view trim(std::string_view text);
 
-/// Check every row: times increase, loads are not negative. Throw UserError.
+/// Check a row: the time must be later than in the row before, the load not negative. Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 
-/// Parses a cell that is one finite number. Throws UserError naming `where`, column and reason.
+/// Parses a cell that must be one finite number. Throws UserError with `where` (file and line), column and
+/// reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
-/// Reads a cell in SI units, within the limits of its kind.
+/// Parses a cell and returns its value in SI units. Refuses a value beyond the limit of its kind of column.
 double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
-/// Checks that a position integrated from velocities is within limits.
+/// Refuses a position, integrated from velocities, that is too large for a position column.
 void require_near(double position_m, const std::string& where);
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// Reads the rows of a CSV file under a header that was read: libfccp splits them, and its errors become
-// UserErrors with the line.
+// Reads the rows below a CSV header that was already read. libfccp splits them; its errors become UserErrors
+// with the line.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +20,13 @@
 
 namespace cli {
 
-/// Calls `take(cells, where)` for every row of `text`, which begins with the header in line `header_line`.
-/// Cells are in the order of `kinds`, null if the file has no such column; `where()` names file and line.
+/// Calls `take(cells, where)` for each row of `text`, which begins with the header, in line `header_line` of
+/// its file. Cells are in the order of `kinds`, null for columns that the file lacks; `where()` names file
+/// and line.
 template <std::size_t count, class Take>
 void for_csv_rows(std::string_view text, const std::string& name, std::size_t header_line,
                   const CsvHeader& header, const ColumnKind (&kinds)[count], Take&& take) {
-  // Adds a line end to the last line if missing: the splitter reads the byte behind it.
+  // Ends the last line if the file does not, because the splitter reads one byte further.
   std::string canonical = header.canonical;
   canonical += text.substr(std::min(text.find('\n'), text.size()));
   if (!canonical.ends_with('\n')) canonical += '\n';

@@ -15,13 +15,13 @@ namespace cli {
 
 class ForceFile {
  public:
-  /// Opens a force file. `with_mean` and `with_energy` add the columns that only some patches compute; the
-  /// others get empty cells.
+  /// Opens a force file for writing. `with_mean` and `with_energy` add the columns of mean force and energy;
+  /// patches that do not compute them get empty cells.
   ForceFile(const std::string& path, bool with_mean, bool with_energy);
 
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
-  /// Completes the file. Throws UserError when the disk is full.
+  /// Writes the rest of the file. Throws UserError when the disk is full.
   void finish();
 
  private:
@@ -32,7 +32,7 @@ class ForceFile {
   fmt::memory_buffer buffer_;
 };
 
-/// Returns "ok", or the names of the flags joined by '+'.
+/// Returns "ok", or the names of a status's flags joined by '+'.
 std::string status_text(bristle::Status status);
 
 }  // namespace cli

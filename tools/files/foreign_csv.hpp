@@ -13,40 +13,41 @@
 
 namespace cli {
 
-/// The user's choice for a column, by kind.
+/// User's choice of header and unit for one kind of column.
 struct ColumnWish {
-  /// The column's header in the file, or its number from 1; empty: our name, or an alias.
+  /// Header of the column in the file, or its number from 1. Empty: found by our name or an alias.
   std::string name;
-  const Unit* unit = nullptr;  ///< replaces the header's unit; null: the header's, else SI
+  const Unit* unit = nullptr;  ///< null: the unit in the file's header, else SI
 };
 
-/// Pairs of the command line: our name of a column, and the user's name or unit for it.
+/// Pairs from the command line: our name of a column, and the header or unit that the user gave for it.
 using ColumnWords = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns the choices of `columns` (--columns) and `units` (--units), by kind. Throws UserError on unknown
-/// names and units.
+/// Returns the user's choices by kind of column, from the options --columns and --units. Throws UserError on
+/// unknown names and units.
 std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const ColumnWords& columns,
                                       const ColumnWords& units);
 
 struct PlainCsv {
-  std::string text;                  ///< begins with the header; has as many lines as the file from there on
-  std::size_t header_line = 1;       ///< line in the file; 0: no header
-  std::string header;                ///< header as the file has it
-  std::vector<std::string> headers;  ///< header cell in the file, by kind; empty: no such column
-  std::vector<std::string> units;    ///< unit, by kind; empty: none stated
-  std::vector<std::string> notes;    ///< deviations from our format other than names and units
-  bool ours = true;                  ///< whether names and format are ours, so that it may be a motion file
+  std::string text;                  ///< converted file from its header on, with equal line numbers
+  std::size_t header_line = 1;       ///< number of the header's line in the file; 0: no header
+  std::string header;                ///< the header line, as the file has it
+  std::vector<std::string> headers;  ///< by kind: header cell in the file; empty: no such column
+  std::vector<std::string> units;    ///< by kind: name of its unit; empty: none stated
+  std::vector<std::string> notes;    ///< other deviations from our format, for the user
+  bool ours = true;                  ///< whether the file may be a motion file as it is
 };
 
-/// Converts `text`, which begins with line `first_line` of the file. `enough` decides from the kinds that a
-/// line names whether it can be the header; if no line can, the first line is taken, for the caller to
-/// complain about. Throws UserError if the file lacks a chosen column, and on numbers where names should be.
+/// Converts `text`, whose first line is line `first_line` of its file. `enough` decides, from the kinds of
+/// column that a line names, whether that line can be the header. If none can, takes the first line as
+/// header, for the caller to refuse. Throws UserError if the file lacks a column that the user chose, and on
+/// numbers in place of names.
 PlainCsv plain_csv(std::string_view text, const std::string& name, std::size_t first_line,
                    std::span<const ColumnKind> kinds, const std::vector<ColumnWish>& wishes,
                    const std::function<bool(const std::vector<bool>&)>& enough);
 
-/// Returns a sentence such as "t in ms, x = 'Position' in mm, force; SI where no unit is stated", and the
-/// notes.
+/// Returns a sentence that says how columns were understood, such as "t in ms, x = 'Position' in mm, force;
+/// SI where no unit is stated", and the notes.
 std::string mapping_text(const PlainCsv& csv, std::span<const ColumnKind> kinds);
 
 }  // namespace cli

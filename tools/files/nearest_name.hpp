@@ -1,4 +1,4 @@
-// Finds the name that a person probably meant. Uses the standard library only.
+// Finds the name that a person probably meant, for error messages. Uses the standard library only.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@ namespace cli {
 
 using NameList = std::vector<std::string>;
 
-/// Returns the name that begins with `name`, or else is nearest to it by edits; "" if none is near.
+/// Returns the one of `names` that begins with `name`, or else is nearest to it by edits; "" if none is near.
 inline std::string nearest_name(std::string_view name, const NameList& names) {
   std::string best;
   std::size_t least = std::min(std::max<std::size_t>(2, name.size() / 2) + 1, name.size());
   for (const std::string& other : names) {
-    // Computes Levenshtein's distance row by row.
+    // Computes Levenshtein's edit distance row by row.
     std::vector<std::size_t> row(other.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
     for (std::size_t i = 0; i < name.size(); ++i) {
@@ -43,7 +43,7 @@ inline std::string meant(std::string_view name, const NameList& names) {
   return nearest.empty() ? nearest : " (did you mean '" + nearest + "'?)";
 }
 
-/// Returns the end of a refusal: " (did you mean 'x'?); allowed: x, y".
+/// Returns the end of an error message: " (did you mean 'x'?); allowed: x, y".
 inline std::string allowed_text(std::string_view name, const NameList& names) {
   std::string text = meant(name, names) + "; allowed:";
   for (const std::string& known : names) text += (&known == names.data() ? " " : ", ") + known;

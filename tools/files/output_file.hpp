@@ -1,4 +1,4 @@
-// Writes all files that a command leaves.
+// Writes all files that a command leaves behind.
 #pragma once
 
 #include <cstdio>
@@ -26,23 +26,23 @@ class OutputFile {
   ~OutputFile();
 
   explicit operator bool() const noexcept { return file_ != nullptr; }
-  /// Appends text. Throws UserError, for instance on a full disk.
+  /// Appends text to the file. Throws UserError, for instance on a full disk.
   void append(const std::string& text);
-  /// Lets readers of place() see what was appended. Throws UserError.
+  /// Flushes, so that readers of the path place() see what was appended. Throws UserError.
   void flush();
-  /// Flushes and gives the file its name. Throws UserError.
+  /// Completes the file and gives it its final name. Throws UserError.
   void finish();
   void write(const std::string& text) {
     append(text);
     finish();
   }
-  /// Returns the path under which another program, or a library that needs a path, writes before finish().
+  /// Returns the path of the unfinished file, for another program or a library that writes to a path.
   const std::string& place() const noexcept { return beside_.empty() ? path_ : beside_; }
 
  private:
   void swap(OutputFile& other) noexcept;
   void open_beside();
-  [[noreturn]] void fail() const;  ///< throws UserError by errno
+  [[noreturn]] void fail() const;  ///< throws UserError for the present errno
 
   std::string path_, beside_;
   std::FILE* file_ = nullptr;
@@ -52,14 +52,15 @@ struct FileOption {
   std::string option, path;
 };
 
-/// Whether a picture of this name is drawn as vectors.
+/// Returns whether a picture with this file name is drawn as vectors.
 bool is_vector_picture(const std::string& path);
 /// Refuses a picture name for gnuplot unless it ends in .png or .svg and is no device. An empty name means no
 /// picture.
 void check_picture_name(const char* option, const std::string& path);
 
 /// Refuses, before any work, an output that is also an input or another output, under any name. Ignores empty
-/// paths. Returns whether an output goes to stdout, which excludes the table for people. Throws UserError.
+/// paths. Returns whether an output goes to stdout, where the table for people would mix with it. Throws
+/// UserError.
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs);
 
 }  // namespace cli

@@ -20,9 +20,9 @@ namespace {
   throw UserError(path + ": cannot be read: " + std::strerror(error));
 }
 
-/// Waits until a FIFO has something to read, or its writer has gone.
+/// Waits until the FIFO has data, or its writer has closed it.
 void wait_for_writer(int file, const std::string& path) {
-  constexpr int patience_ms = 1000;  // wait before the message that we wait
+  constexpr int patience_ms = 1000;  // wait before a message says so
   struct pollfd wanted = {file, POLLIN, 0};
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {
@@ -36,7 +36,7 @@ void wait_for_writer(int file, const std::string& path) {
 using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 FilePointer open_for_reading(const std::string& path) {
-  // Opens without blocking: opening a FIFO without a writer would hang silently.
+  // Opens without blocking, because opening a FIFO without a writer would hang without a message.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) fail_read(path, errno);
   FilePointer stream(::fdopen(file, "rb"), &std::fclose);

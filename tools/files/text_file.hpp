@@ -6,9 +6,9 @@
 
 namespace cli {
 
-/// Bytes of the largest data file: tens of millions of rows.
+/// Bytes of the largest data file that is read, which may have tens of millions of rows.
 constexpr std::size_t most_data_bytes = std::size_t{1} << 30;
-/// Bytes of the longest line; a file with a longer one is not text.
+/// Bytes of the longest line that a text file may have; beyond, the file counts as not text.
 constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 
 /// Reads a text file. Throws UserError when `path` cannot be read to its end, and as soon as it proves not to
@@ -18,12 +18,12 @@ constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 
-/// Opens those of stdin, stdout and stderr that the caller left closed: otherwise the next opened file would
-/// get their number, and output would go into it. A closed stdout still refuses output. Call it first in
-/// main().
+/// Opens stdin, stdout and stderr if the caller left them closed: otherwise the next opened file would get
+/// such a number, and printed text would go into that file. A closed stdout still refuses output. Call it
+/// first in main().
 void hold_standard_streams() noexcept;
 
-/// Prints to stderr, for people; ignores failure, which could not be reported anyway.
+/// Prints to stderr, for people. Ignores failure, which could not be reported anyway.
 void print_note(const std::string& text) noexcept;
 
 /// Prints the whole text to stdout and flushes. Throws UserError, for instance on a full disk.

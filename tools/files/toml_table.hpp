@@ -13,7 +13,7 @@
 
 namespace cli {
 
-/// Range that a number may have. `above` excludes the lower bound itself.
+/// Range allowed for a number. `above` excludes the lower bound itself.
 struct Range {
   double min = -1e9;
   double max = 1e9;
@@ -23,13 +23,13 @@ struct Range {
 
 class TomlTable {
  public:
-  /// Wraps a table; `what` is its name in messages, such as "[scene]" or "[[patch]]".
+  /// Wraps a TOML table; error messages call it `what`, such as "[scene]" or "[[patch]]".
   TomlTable(const std::string& file, const toml::table& table, std::string what);
 
-  /// Reads the key `name`, which messages then carry. Usually the first key read.
+  /// Reads the key `name`, by which later messages call the table. Usually read before other keys.
   std::string name();
 
-  /// Throws if the table holds a key that is not among these.
+  /// Throws UserError if the table holds a key that is not among these names.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
@@ -41,19 +41,19 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
-  /// Reads a text that must be one of the names; returns its index.
+  /// Reads a text that must be one of these names; returns the name's index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;
-  /// Reads an array of strings; empty without the key.
+  /// Reads an array of texts; empty if the table lacks the key.
   std::vector<std::string> texts(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, const Range& range) const;
-  /// Reads a number (the second one is then 0) or an array of two.
+  /// Reads an array of two numbers, or one number, after which the second is 0.
   void pair(std::string_view key, const Range& range, double (&to)[2]) const;
   TomlTable table(std::string_view key) const;
-  /// Reads an array of tables; empty without the key.
+  /// Reads an array of tables; empty if the table lacks the key.
   std::vector<TomlTable> tables(std::string_view key) const;
 
-  /// Returns "file:line: what" of the table or of one of its keys.
+  /// Returns the place of the table, or of a key in it, for messages: "file:line: what".
   std::string where() const;
   std::string where(std::string_view key) const;
   [[noreturn]] void fail(std::string_view key, const std::string& why) const;

@@ -11,10 +11,10 @@
 namespace cli {
 namespace {
 
-constexpr int most_dots = 16;  // dots of a key such as "a.b.c"; ours have at most two
+constexpr int most_dots = 16;  // most dots in a key such as "a.b.c"; our keys have at most two
 
-/// Returns the end of a string that begins at `from`: after its closing quotes, or the end of the line or
-/// text.
+/// Returns the end of the quoted text that begins at `from`: behind its closing quotes, or the end of the
+/// line or file.
 std::size_t end_of_string(std::string_view text, std::size_t from) {
   const char quote = text[from];
   const std::string three(3, quote);
@@ -25,7 +25,8 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
       at += 2;
     } else if (lines && text.substr(at, 3) == three) {
       at += 3;
-      while (at < text.size() && text[at] == quote) ++at;  // two more quotes may belong to the string
+      // Skips two more quotes that may belong to the string.
+      while (at < text.size() && text[at] == quote) ++at;
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
       return at + 1;
@@ -36,8 +37,8 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
   return text.size();
 }
 
-/// Refuses keys with many dots. toml++ bounds the nesting of values, but not of keys: each dot is a table
-/// within a table, and their destructors recurse on the stack.
+/// Refuses keys with many dots. toml++ limits the nesting of values, but not of keys: each dot is a table
+/// within a table, and destructors of deep nesting overflow the stack.
 void refuse_deep_keys(std::string_view text, const std::string& path) {
   int dots = 0, line = 1;
   std::size_t at = 0;

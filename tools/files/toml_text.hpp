@@ -1,4 +1,4 @@
-// Parses TOML with bounds, whatever the file holds.
+// Parses TOML within fixed limits, whatever the file holds.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Block on a rough floor, pulled by a hand through a spring, moving along one line.
+// Block on a rough floor, pulled by a hand through a spring, along one line.
 #pragma once
 
 #include <bristle/bristle.hpp>
@@ -11,19 +11,19 @@ namespace page {
 
 struct BlockSettings {
   bristle::Coefficients coefficients;
-  bool infinite = false;           ///< uses cohorts instead of bristles
-  std::uint32_t bristles = 1000;   ///< number of representatives, all in contact
+  bool infinite = false;           ///< whether the contact is the infinite brush
+  std::uint32_t bristles = 1000;   ///< number of representative bristles, all in contact
   double normal_load = 1.0;        ///< N
   double mass = 0.1;               ///< kg
-  double spring_stiffness = 60.0;  ///< N/m, spring between hand and block
+  double spring_stiffness = 60.0;  ///< N/m, of the spring between hand and block
 };
 
-/// Record of one past millisecond.
+/// State of the block at the end of a past step (a millisecond).
 struct Sample {
   double time = 0.0;      ///< s
   double position = 0.0;  ///< m, position of the block
-  double friction = 0.0;  ///< N, friction on the block at the end of the step
-  double pull = 0.0;      ///< N, spring force on the block
+  double friction = 0.0;  ///< N, friction on the block
+  double pull = 0.0;      ///< N, force of the spring on the block
 };
 
 class Block {
@@ -35,11 +35,12 @@ class Block {
   /// Changes the settings. Throws bristle::Error and keeps the old ones if the new ones are no valid
   /// material. Bristles keep their bends if only the material or the spring changed.
   void set(const BlockSettings& settings);
-  /// Returns the block to the middle at rest, with straight bristles and no samples.
+  /// Puts the block back to the middle at rest, with straight bristles, and removes the samples.
   void reset();
 
-  /// Lets the hand take the block where it is. `move_hand` sets the hand's target relative to that place; the
-  /// hand gets there smoothly within some 40 ms, even if the target jumps as a pointer does.
+  /// Starts a pull from the place where the block is. move_hand() then sets the hand's target relative to
+  /// that place, which the hand reaches smoothly within some 40 ms, even if the target jumps as a pointer
+  /// does.
   void grab();
   void move_hand(double position_m);
   void release() { held_ = false; }
@@ -55,9 +56,9 @@ class Block {
   double kinetic_friction() const { return kinetic_; }  ///< N
   double peak_friction() const { return peak_; }        ///< N
   std::uint64_t steps() const { return steps_; }
-  /// Returns the ring of the last samples; the newest is at (steps() - 1) % remembered.
+  /// Returns the last samples as a ring buffer; the newest is at index (steps() - 1) % remembered.
   const std::vector<Sample>& samples() const { return samples_; }
-  /// Reads bends of some bristles in contact, m. Returns how many were written.
+  /// Writes the bends of some bristles in contact to `bends`, m. Returns how many it wrote.
   std::size_t read_bends(bristle::Span<double> bends) const;
 
  private:

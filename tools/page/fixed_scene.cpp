@@ -27,7 +27,8 @@ void add_patches(PatchBatch& batch, std::vector<Motion>& motions) {
   motions.push_back({batch.add(aged, cohorts)});
 }
 
-/// Sets displacements in quarters of 0.1 um: there and back along x, sideways along y, now and then far.
+/// Sets the displacements of a step, in quarters of 0.1 um: to and fro along x, sideways along y, and
+/// sometimes far.
 void set_motion(int tick, std::size_t patch, Motion& motion) {
   const int phase = tick % 64;
   const int along = phase < 32 ? phase : 48 - phase;

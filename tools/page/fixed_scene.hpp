@@ -1,12 +1,12 @@
-// Scene whose state hash the page shows beside that of the native build.
+// Computes a state hash that the page shows beside that of the native build.
 #pragma once
 
 #include <string>
 
 namespace page {
 
-/// Returns, as sixteen hexadecimal digits, the state hash after patches of every kind were moved, lifted and
-/// reversed.
+/// Moves, lifts and reverses patches of every kind, and returns their state hash as sixteen hexadecimal
+/// digits.
 std::string fixed_scene_hash();
 
 }  // namespace page

@@ -1,4 +1,4 @@
-// Exports the block to the page, in plain functions and arrays of numbers.
+// Exports the page's block to JavaScript, as plain functions and arrays of numbers.
 #include <emscripten.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ page::Block& block() {
   return it;
 }
 
-// Indices of the numbers of state().
+// Indices of the numbers that state() returns.
 enum StateField {
   position,
   velocity,
@@ -42,8 +42,8 @@ EMSCRIPTEN_KEEPALIVE const char* fixed_scene_hash() {
   return text.c_str();
 }
 
-/// Applies settings. Returns an empty text, or the library's objection, after which the settings are as
-/// before.
+/// Applies the page's settings. Returns an empty text, or the library's error message, after which the
+/// settings are unchanged.
 EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, double normal_load,
                                            double spring_stiffness, double kinetic_coefficient,
                                            double peak_coefficient, double presliding_length,
@@ -63,7 +63,7 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
       .with_shared_renewal(shared_renewal)
       .with_growth_per_decade(growth_per_decade)
       .with_damping_per_newton(damping_per_newton)
-      .with_stribeck_velocity(0.02);  // m/s, speed up to which the damper acts
+      .with_stribeck_velocity(0.02);  // m/s, speed up to which the material's damper acts
   try {
     block().set(settings);
   } catch (const bristle::Error& error) {
@@ -98,11 +98,12 @@ EMSCRIPTEN_KEEPALIVE const double* state() {
   return values;
 }
 
-/// Returns the ring of samples, four numbers each: time, position, friction, pull.
+/// Returns the ring buffer of samples, four numbers each: time (s), position (m), friction (N), spring force
+/// (N).
 EMSCRIPTEN_KEEPALIVE const double* samples() { return &block().samples().front().time; }
 EMSCRIPTEN_KEEPALIVE int samples_remembered() { return static_cast<int>(page::Block::remembered); }
 
-/// Returns the bends, m, of `count` bristles; those that the patch does not have are 0.
+/// Returns the bends of `count` bristles, m; bristles that the patch lacks have 0.
 EMSCRIPTEN_KEEPALIVE const double* bends(int count) {
   static double values[512];
   const auto wanted = static_cast<std::size_t>(std::clamp(count, 0, 512));

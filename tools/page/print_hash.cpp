@@ -1,4 +1,4 @@
-// Prints the state hash of the page's fixed scene, as this build and machine compute it.
+// Prints the state hash of the page's fixed scene, for comparison with the one that the browser computes.
 #include <cstdio>
 
 #include "fixed_scene.hpp"

@@ -4,9 +4,9 @@ if (!exists("csv")) { print "accuracy.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "accuracy.png"
 if (!exists("title")) title = csv
 
-# Columns by number: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11
-# error, 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference, 24 population. Selects
-# rows by awk, which every system has.
+# Numbers of the columns: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11
+# error, 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference, 24 population. Rows are
+# selected by awk, which every system has.
 pick(condition) = sprintf("awk -F, 'NR > 1 && (%s) { print $19, 100 * $11, 100 * $12 }' '%s'", condition, csv)
 there(condition) = int(system(pick(condition)." | wc -l")) > 0
 cell(what, row) = real(system(sprintf("awk -F, 'NR == %d { print %s }' '%s'", row, what, csv)))
@@ -23,7 +23,8 @@ y2 = 200
 
 array condition[7]
 array name[7]
-array colour[7] = ["#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#000000", "#E69F00"]  # Okabe and Ito
+# Colours of Okabe and Ito.
+array colour[7] = ["#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#000000", "#E69F00"]
 array mark[7] = [7, 6, 8, 4, 2, 5, 9]
 plain = "!$10 && !$7 && $3 == \"exact\" && $5 == \"stratified\" && $24 != \"infinite\""
 condition[1] = plain." && $8 && $4 == \"single\""
@@ -63,7 +64,7 @@ set label 2 sprintf("deadline %g us", deadline) at 0.93 * deadline, 0.65 * y2 ri
 set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#999999" dashtype 3
 set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left textcolor rgb "#777777"
 
-# Plots only series that were measured: an empty one would give a warning.
+# Plots only series that were measured, since gnuplot warns of an empty one.
 command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'
 do for [i=1:7] {
   if (there(condition[i])) {

@@ -11,8 +11,8 @@ array colour[5] = ["#009E73", "#56B4E9", "#0072B2", "#D55E00", "#CC79A7"]  # Oka
                                                                            # colour-blind
 kernel_of(i) = "2 axes, ".kernel[i]
 
-# Splits at quotes, because a quoted cell holds commas. Rows: bristles, p99 in us; leaves out the search's closely
-# spaced ones.
+# Splits lines at quotes, because a quoted cell holds commas. Prints bristles and p99 (us) of each row, without the
+# closely spaced rows at the end of the search.
 series(i, threads) = sprintf("awk -F'\"' 'NR > 1 { n = split($3, c, \",\"); if ($1 == \"%s,\" && $2 == \"%s\" && c[2] == \"one patch\" && c[3] == %d && c[4] > 1.3 * last) { print c[4], c[6]; last = c[4] } }' '%s'", motion[i], kernel_of(i), threads, csv)
 deadline = real(system(sprintf("awk -F, 'NR == 2 { print $NF }' '%s'", csv)))
 most_threads = int(system(sprintf("awk -F'\"' 'NR > 1 { split($3, c, \",\"); if (c[3] > m) m = c[3] } END { print m }' '%s'", csv)))
@@ -37,7 +37,7 @@ set label 2 "the paper: 900 in 1 ms (1 GHz, 2004)" at 1150, 640 textcolor rgb "#
 $paper << END
 900 1000
 END
-# Plots only series that were measured: an empty one would give a warning.
+# Plots only series that were measured, since gnuplot warns of an empty one.
 command = 'plot $paper using 1:2 with points pointtype 5 pointsize 2 linecolor rgb "#000000" title ""'
 style(i) = sprintf('using 1:2 with linespoints pointsize 0.9 linecolor rgb "%s"', colour[i])
 do for [i=1:5] {
@@ -47,7 +47,7 @@ do for [i=1:5] {
 }
 do for [i=1:5] {
   if (most_threads > 1 && there(i, most_threads)) {
-    # Draws dashed curves in the same colours, without entries in the key.
+    # Draws dashed curves in the same colours, without lines in the key.
     command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 3 notitle', i, most_threads, style(i))
     set label 3 sprintf("dashed: %d threads", most_threads) at graph 0.98, 0.04 right textcolor rgb "#555555"
   }

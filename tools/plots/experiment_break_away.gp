@@ -21,7 +21,7 @@ set ylabel "break-away friction, axis from 0.9  [N]"
 set yrange [0.9:*]
 unset key
 plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)
-# Draws an empty plot that holds the key.
+# Draws an empty plot, whose place the key takes.
 unset logscale
 unset title
 unset xlabel

@@ -22,8 +22,8 @@ set linetype 13 linecolor rgb "#CC6677" dashtype 1 linewidth 2.6 pointtype 14
 set linetype 14 linecolor rgb "#661100" dashtype 2 linewidth 2.6 pointtype 15
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
-# Draws one of each kind if there are more than seven models, because twelve curves hide each other. --models names
-# others.
+# Draws one friction model of each kind if there are more than seven, because twelve curves hide each other. The option
+# --models names others.
 all_present = present
 if (words(all_present) > 7) {
   kinds = "coulomb lugre maxwell_slip rate_state brush_redraw brush_rubbed brush_aged brush_slide brush_slide_drop"
@@ -32,13 +32,13 @@ if (words(all_present) > 7) {
   present = kept
 }
 is_there(m) = strstrt(" ".all_present, " ".m." ") > 0
-# Draws those models that a script wants and the file holds; if it holds none of them, its first one.
+# Draws those models that the script wants and the file holds; if it holds none of them, the file's first model.
 if (!exists("wanted")) wanted = present
 few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)
 set datafile separator comma
-# svg=1: vectors; else PNG.
+# With svg=1 draws vectors, else PNG.
 if (!exists("svg")) svg = 0
 term = svg ? 'svg dynamic background "white"' : 'pngcairo'
 set terminal @term size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
@@ -46,7 +46,7 @@ set output png
 set border 3 linecolor "#555555"
 set tics nomirror
 set grid linecolor "#DDDDDD"
-# Draws one key, below all panels: `set key @below` comes before the last plot.
+# Draws the key once, below all panels, by `set key @below` before the last plot.
 keyed = few
 below = "at screen 0.5,0.0 center bottom vertical maxrows (words(keyed) + 3) / 4 samplen 2.5 spacing 1.1 noenhanced"
 four = "layout 2,2 margins screen 0.085,0.97,0.16,0.91 spacing screen 0.1,0.12"

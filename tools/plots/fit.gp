@@ -4,7 +4,7 @@ if (!exists("csv")) { print "fit.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "fit.png"
 if (!exists("title")) title = csv
 
-# svg=1: vectors; else PNG.
+# With svg=1 draws vectors, else PNG.
 if (!exists("svg")) svg = 0
 term = svg ? 'svg dynamic background "white"' : 'pngcairo'
 set terminal @term size 1500,1300 font "DejaVu Sans,17" linewidth 1.6
@@ -20,7 +20,7 @@ set rmargin 3
 stats csv using "x" nooutput
 scale = STATS_max - STATS_min < 1e-3 ? 1e6 : 1e3
 unit = scale == 1e6 ? "um" : "mm"
-# Uses thin points if there are many.
+# Uses thin points if there are many data.
 dots = STATS_records > 3000 ? 0.25 : 0.5
 
 set multiplot title title font ",22" noenhanced

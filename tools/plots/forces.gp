@@ -11,10 +11,10 @@ if (!exists("patches")) patches = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++
 n = words(patches)
 if (n == 0) { print "forces.gp: no rows in ".csv; exit status 2 }
 name(i) = word(patches, i)
-# Selects rows of one patch by awk, which every system has; names hold no commas.
+# Selects the rows of one patch by awk, which every system has. Patch names hold no commas.
 rows(i) = sprintf("< awk -F, 'NR == 1 || $2 == \"%s\"' '%s'", name(i), csv)
 first_rows(i) = sprintf("< awk -F, 'NR == 1 { for (c = 1; c <= NF; ++c) if ($c == \"x\") x = c; print } NR > 1 && $2 == \"%s\" { if ($x > %g || -$x > %g) exit; print }' '%s'", name(i), 1e-6 * zoom, 1e-6 * zoom, csv)
-# Names of the patches with a force along y.
+# Lists the patches that have a force along y.
 with_y = system(sprintf("awk -F, 'NR > 1 && $4 != 0 && !seen[$2]++ { print $2 }' '%s'", csv))
 has_y(i) = sum [k=1:words(with_y)] (word(with_y, k) eq name(i))
 any_y = words(with_y) > 0

@@ -6,7 +6,8 @@ if (!exists("png")) png = "realtime.png"
 if (!exists("title")) title = "Steps against the clock"
 if (!exists("deadline_us")) deadline_us = 0
 
-# Merges buckets to eight bars per octave, since the file's are finer than an eye can tell. Rows: low, high (us), ticks.
+# Merges the file's buckets, which are finer than the eye can tell, to eight bars per octave. Prints low (us), high (us)
+# and ticks of each bar.
 bars(loop, histogram) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\" { t = ($3 + $4) / 2; if (t < 0.001) t = 0.001; b = int(8 * log(t) / log(2) + 1000); n[b] += $5 } END { for (b in n) print exp((b - 1000) * log(2) / 8), exp((b - 999) * log(2) / 8), n[b] }' '%s'", loop, histogram, csv)
 ticks(loop) = int(system(sprintf("awk -F, '$1 == \"%s\" && $2 == \"step\" { n += $5 } END { print n + 0 }' '%s'", loop, csv)))
 if (ticks("bristle") == 0) { print "realtime.gp: no ticks of bristle in ".csv; exit status 2 }
@@ -28,7 +29,7 @@ if (deadline_us > 0) {
   set arrow 1 from deadline_us, graph 0 to deadline_us, graph 1 nohead linecolor rgb "#000000" dashtype 2
   set label 1 sprintf(" deadline %g us", deadline_us) at deadline_us, graph 0.97 left
 }
-# Draws the bare loop's outline over the bars of bristle, if it ran.
+# Draws the histogram of the bare sleep loop as an outline over the bars of bristle, if that loop ran.
 bare = ticks("bare sleep") > 0
 
 set multiplot layout 2,1 title title font ",22" noenhanced

@@ -9,12 +9,12 @@ array name[9] = ["explicit Euler", "semi-implicit, end force", "semi-implicit, m
   "zero-order hold, true velocity", "zero-order hold, backward difference", \
   "device, damping b, encoder", "device, damping b, mean force", \
   "coupling, clipped predictor", "coupling, midpoint solve"]
-# Colours distinguishable for the colour-blind, and by lightness in print.
+# Colours that the colour-blind can tell apart, and that differ in lightness in print.
 settles = "#A6D8F5"; grows = "#F0E442"; rings = "#D55E00"; runs = "#333333"
 
 cells(s, verdict, unbounded) = sprintf("< awk -F, '$1 == \"cell\" && $2 == %d && $6 == %d && $7 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, verdict, unbounded, csv)
 limit(s) = sprintf("< awk -F, '$1 == \"limit\" && $2 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, csv)
-# Sizes a cell by the spacing of the grid.
+# Sets the size of a cell to the spacing of the grid.
 columns = int(system(sprintf("awk -F, '$1 == \"cell\" && $2 == 0 { k[$3] } END { n = 0; for (i in k) n++; print n }' '%s'", csv)))
 size = 1.75 * 25.0 / columns
 

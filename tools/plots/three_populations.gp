@@ -15,7 +15,7 @@ set key center right samplen 2.5 noenhanced
 set title "Pulled 100 um, back, and again: one law, three populations"
 set xlabel "displacement  [um]"
 set ylabel "friction over normal load"
-# Plots friction by the body, so that the first pull is above zero.
+# Plots the friction that the body exerts, so that the first pull is above zero.
 plot rows("bristles_300") using (1e6 * column("x")):(-column("fx") / column("load")) with lines linecolor rgb "#D55E00" title "300 bristles", \
      rows("bristles_3000") using (1e6 * column("x")):(-column("fx") / column("load")) with lines linecolor rgb "#56B4E9" title "3,000 bristles", \
      rows("infinite") using (1e6 * column("x")):(-column("fx") / column("load")) with lines linecolor rgb "#000000" linewidth 1.6 title "infinite brush"

@@ -17,7 +17,8 @@ using bristle::Response;
 
 namespace {
 
-/// Returns the bytes of a numpy array as T, in place. Throws bristle::Error that says what to do.
+/// Returns a numpy array's elements as objects of T, without a copy. Throws bristle::Error, which says how to
+/// make such an array, if dtype or layout differ.
 template <class T>
 bristle::Span<T> elements(const py::object& object, const py::dtype& dtype, const char* name, bool written) {
   const std::string hint = std::string(name) + ": make it with bristle." + name + "(...)";

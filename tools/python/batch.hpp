@@ -1,4 +1,4 @@
-// Python's form of PatchBatch.
+// PatchBatch as Python sees it.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace bristle_python {
 
-/// Arguments of a batch other than its patches.
+/// Arguments of a batch's constructor other than patches.
 struct ThreadsAndKernels {
   int threads = 1;
   std::optional<std::string> isa;
@@ -23,14 +23,15 @@ struct ThreadsAndKernels {
   }
 };
 
-/// Batch that one Python thread at a time steps or reads, as step releases the interpreter's lock.
+/// Batch that only one Python thread at a time may step or read, because a step releases the interpreter's
+/// lock.
 class Batch {
  public:
   explicit Batch(ThreadsAndKernels made_with)
       : made_with_(std::move(made_with)), batch(made_with_.options()) {}
   const ThreadsAndKernels& made_with() const noexcept { return made_with_; }
 
-  /// Guard for the time of a call of the stepping thread.
+  /// Marks the batch as in use while this object lives.
   struct Turn : OneThread {
     explicit Turn(Batch& owner)
         : OneThread(owner.stepping_,
@@ -50,13 +51,13 @@ class Batch {
 template <>
 inline constexpr bool is_module_class<Batch> = true;
 
-// Functions for state and pickles (batch_state.cpp).
+// Functions that save and copy the state of a batch (batch_state.cpp).
 
 py::bytes save_state(Batch& self);
 void restore_state(Batch& self, const py::bytes& state);
-/// Returns data from which unpickled() makes a batch of equal patches, ids and state.
+/// Returns data from which unpickled() makes a batch with equal patches, ids and state.
 py::object pickled(Batch& self);
-/// Makes a batch from the data of pickled(). Throws bristle::Error for data of another form.
+/// Makes a batch from the data that pickled() returned. Throws bristle::Error for data of another form.
 std::unique_ptr<Batch> unpickled(const py::object& state);
 
 }  // namespace bristle_python

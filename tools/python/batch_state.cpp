@@ -37,17 +37,18 @@ bool alike(const PatchOptions& a, const PatchOptions& b) {
          a.lay == b.lay;
 }
 
-/// Set of distinct kinds of patches, which differ in more than slot, seed and key; a batch has few.
+/// Set of the distinct recipes of a batch's patches. Equal recipes may differ in slot, seed and key; a batch
+/// has few distinct ones.
 class Kinds {
  public:
   std::uint64_t find(const PatchRecipe& patch) {
-    // Searches from the last kind: patches that were added together are alike.
+    // Searches backwards, since patches added together are mostly alike.
     for (std::size_t k = kinds_.size(); k-- > 0;) {
       const PatchRecipe& kind = kinds_[k];
       if (kind.material == patch.material && kind.full_weight == patch.full_weight &&
           alike(kind.options, patch.options))
         return k;
-      if (kinds_.size() - k == 64) break;  // a duplicate kind is cheaper than a long search
+      if (kinds_.size() - k == 64) break;  // storing a kind twice costs less than a long search
     }
     kinds_.push_back(patch);
     return kinds_.size() - 1;

@@ -13,7 +13,7 @@
 namespace bristle_python {
 namespace {
 
-/// Returns a setting as the command line writes it: lists with commas.
+/// Returns a parameter's value as text, in the form of the command line: a list with commas.
 std::string setting_text(const py::handle& value) {
   if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
   if (!py::isinstance<py::iterable>(value)) return py::cast<std::string>(py::str(value));
@@ -22,7 +22,7 @@ std::string setting_text(const py::handle& value) {
   return text;
 }
 
-/// Returns the rows of each curve as an array (rows, columns), by panel and model.
+/// Returns the rows of each curve as an array of shape (rows, columns), by panel and friction model.
 py::dict series_of(const cli::ExperimentResult& result) {
   std::map<std::pair<std::string, std::string>, std::vector<const cli::SeriesRow*>> curves;
   for (const cli::SeriesRow& row : result.series) curves[{row.panel, row.model}].push_back(&row);

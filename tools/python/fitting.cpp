@@ -28,7 +28,7 @@ using bristle::SnapLaw;
 using cli::FitEstimate;
 using cli::ForceSign;
 
-/// Record of a fit and its result.
+/// Measured record, options of its fit, and the result.
 struct Fit {
   cli::FitOptions options;
   cli::FitData data;
@@ -45,7 +45,7 @@ namespace {
 struct FitNames {
   std::string sign, law, rule, damper_decay;
 };
-/// Residual and renewal, where the user fixes them.
+/// Residual bend and shared renewal; set where the user fixes them.
 struct Held {
   std::optional<double> residual, renewal;
 };
@@ -85,7 +85,8 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Facts that the data lack, and fixed terms between contact and sensors.
+/// Facts that the data lack (such as the speed), and fixed terms of the measurement between contact and
+/// sensors.
 struct Between {
   std::optional<double> speed, radius, disc, compliance, delay;
   double mass = 0.0, clip_load = 0.0;
@@ -119,7 +120,7 @@ void set_between(cli::FitOptions& options, const Between& b) {
 
 using Words = std::map<std::string, std::string>;
 
-/// Converts the user's columns, each a name or a number.
+/// Converts the user's choices of columns, each a name or a number.
 Words words_of(const std::map<std::string, std::variant<std::size_t, std::string>>& given) {
   Words words;
   for (const auto& [ours, theirs] : given)
@@ -128,7 +129,7 @@ Words words_of(const std::map<std::string, std::variant<std::size_t, std::string
   return words;
 }
 
-/// Fits without the interpreter's lock: a long record takes seconds.
+/// Fits without holding the interpreter's lock, since a long record takes seconds.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
   cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
   cli::FitResult result = cli::fit_material(data, options);
@@ -203,7 +204,7 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    // False for parameters that the record cannot have, such as those of a second axis.
+    // False for parameters that this record cannot have, such as those of a second axis.
     const bool meant = estimate.fitted || !estimate.why.empty();
     if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
   }

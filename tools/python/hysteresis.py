@@ -18,7 +18,7 @@ LOAD = 2.0  # N
 DT = 1e-3  # s
 MEAN_LENGTH = 20e-6  # m, mean snap length of the bristles
 AMPLITUDES = np.array([12e-6, 18e-6, 30e-6, 60e-6])  # m
-TICKS = 800  # steps of a swing to and fro
+TICKS = 800  # number of steps in a swing to and fro
 
 
 def loops(surface):
@@ -32,7 +32,7 @@ def loops(surface):
     friction = np.zeros_like(x)
     for k in range(1, x.shape[1]):
         motions.displacement[:, 0] = x[:, k] - x[:, k - 1]
-        batch.step(DT, motions, responses)  # all patches at once, into the same array
+        batch.step(DT, motions, responses)  # steps all patches at once and reuses one array
         friction[:, k] = -responses.end[:, 0]
     return x, friction
 
@@ -43,7 +43,7 @@ def main():
     figure, panel = plt.subplots(figsize=(8.0, 5.2))
     for x, friction, amplitude in zip(*loops(surface), AMPLITUDES):
         panel.plot(1e6 * x, friction, linewidth=1.4, label=f"±{1e6 * amplitude:.0f} µm")
-    # Theoretical curve of a first loading from straight bristles.
+    # Theoretical curve of the first loading of straight bristles.
     far = np.linspace(0.0, AMPLITUDES[-1], 200)
     stiffness = surface.bristles_in_contact(LOAD) * surface.bristle_stiffness
     deflection = MEAN_LENGTH * bristle.virgin_deflection(surface.snap_length, surface.snap_rule, far / MEAN_LENGTH)

@@ -22,11 +22,11 @@ using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
 
-/// Number of joints from which a step releases the interpreter's lock: the step then takes longer than
-/// acquiring the lock again.
+/// Number of joints from which a step releases the interpreter's lock. With fewer, acquiring the lock again
+/// takes longer than the step.
 constexpr std::size_t lets_go_from = 64;
 
-/// Returns the caller's array, to be written in place; an empty span for None.
+/// Returns the memory of the caller's array, to be written in place; an empty span for None.
 template <class T>
 bristle::Span<T> room_of(const py::object& array, std::size_t size, const char* name) {
   if (array.is_none()) return {};

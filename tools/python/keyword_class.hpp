@@ -10,7 +10,7 @@
 
 namespace bristle_python {
 
-/// Values of an enumeration, and their Python names.
+/// Python names and values of an enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
 
@@ -21,7 +21,8 @@ std::string name_of(const Names<E>& names, E value) {
   }
   return "?";
 }
-/// Finds a value by its Python name. Throws bristle::Error that lists the names.
+/// Returns the value of an enumeration with this Python name. Throws bristle::Error that lists the allowed
+/// names.
 template <class E>
 E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
   std::string known;
@@ -42,7 +43,7 @@ class KeywordClass {
 
   template <class Member>
   KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    // Returns the field by value: a reference would change with the field after it was read.
+    // Returns the field by value. A reference would change later, together with the field.
     type.def_property(
         name, [=](const T& self) { return self.*member; },
         [=](T& self, const Member& value) { self.*member = value; }, doc);
@@ -57,8 +58,8 @@ class KeywordClass {
     fields_.emplace_back(name);
     return *this;
   }
-  /// Adds constructor, comparison and repr. Call it last. Python: T(a=1, b=2); other fields keep their
-  /// defaults, which help() shows.
+  /// Adds constructor, comparison and repr. Call it after all fields. Python: T(a=1, b=2); fields left out
+  /// keep their defaults, which help() shows.
   void done() {
     const py::object by_default = py::cast(T{});
     std::string signature = name_ + "(*";
@@ -85,7 +86,7 @@ class KeywordClass {
       return value;
     };
     type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
-    // Pickles the fields by name, so that a later version may have more.
+    // Pickles the fields with their names, so that a later version may have more fields.
     type.def(py::pickle(
         [fields = fields_](const py::object& self) -> py::object {
           py::dict state;
@@ -95,7 +96,7 @@ class KeywordClass {
         [make, name = name_](const py::object& state) {
           return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
         }));
-    // What differs from the defaults, as Python code.
+    // Shows, as Python code, the fields that differ from their defaults.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       const py::object usual = py::cast(T{});
       std::string text;
@@ -113,7 +114,7 @@ class KeywordClass {
       }
       return true;
     });
-    type.attr("__hash__") = py::none();  // mutable objects are not hashable
+    type.attr("__hash__") = py::none();  // Python hashes only immutable objects
   }
 
   py::class_<T> type;

@@ -1,4 +1,4 @@
-// Python names of the laws and rules of a material.
+// Python names of the laws of snap lengths and of the snap rules.
 #pragma once
 
 #include "tools/python/keyword_class.hpp"

@@ -33,7 +33,7 @@ std::string text_of(const SnapLength& law) {
   return text + ")";
 }
 
-/// Returns a law's name and parameters, as the static methods take them.
+/// Returns the name and parameters of a law of snap lengths, as the static methods of SnapLength take them.
 py::object parameters_of(const SnapLength& law) {
   const bristle::Span<const double> values = law.table_values();
   py::list table;

@@ -1,8 +1,8 @@
-// Defines the module that `import bristle` loads.
+// Defines the extension module, which `import bristle` loads.
 #include "tools/python/module.hpp"
 
-// Defines the extension module. The package `bristle` (package/__init__.py) presents its names as its own,
-// since pickles and messages name them.
+// Defines the extension module. Its classes say that they belong to the package `bristle`
+// (package/__init__.py), since pickles and messages name that.
 PYBIND11_MODULE(_bristle, module) {
   using namespace bristle_python;
   const py::object own_name = module.attr("__name__");

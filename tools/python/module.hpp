@@ -15,8 +15,8 @@ namespace bristle_python {
 
 namespace py = pybind11;
 
-/// Whether T is a class of the module whose objects `T.__new__(T)` can leave without a C++ object. Set it
-/// before the py::class_ of T.
+/// Whether Python's `T.__new__(T)` can make an object of T without a C++ object in it, which calls must
+/// refuse. Set it before the py::class_ of T.
 template <class T>
 inline constexpr bool is_module_class = false;
 template <>
@@ -42,7 +42,7 @@ inline constexpr bool is_module_class<bristle::SnapLength> = true;
 template <>
 inline constexpr bool is_module_class<bristle::StepReport> = true;
 
-/// Calls `read`, which takes the state of a pickle apart. Throws bristle::Error that names `name` where the
+/// Calls `read` to unpack the state of a pickle. Throws bristle::Error, which names the class `name`, if the
 /// state has other types or fewer entries than `read` expects.
 template <class Read>
 auto read_pickle(const char* name, const Read& read) {
@@ -57,19 +57,20 @@ auto read_pickle(const char* name, const Read& read) {
   }
 }
 
-/// Return numpy dtypes over bristle::Motion and bristle::Response, of the same bytes, so that nothing is
-/// copied.
+/// Return numpy dtypes with the memory layout of bristle::Motion and bristle::Response, so that a step reads
+/// and writes arrays without a copy.
 const py::dtype& motion_dtype();
 const py::dtype& response_dtype();
 
-/// Return arrays of `size` elements: recarrays, with columns by name and by attribute, both without a copy.
+/// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::object new_motions(py::ssize_t size);
 py::object new_responses(py::ssize_t size);
-/// Sets outputs that the patch was not asked for to NaN, as in a new array.
+/// Sets outputs that the patch does not compute to NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
-/// Guard, for the time of a call, of an object that one Python thread at a time may use (a step releases the
-/// interpreter's lock). Throws bristle::Error with `refusal` if another thread is using it.
+/// Marks an object as in use while this guard lives, because only one Python thread at a time may use it (a
+/// step releases the interpreter's lock). Throws bristle::Error with the text `refusal` if another thread is
+/// using it.
 class OneThread {
  public:
   OneThread(std::atomic<bool>& busy, const char* refusal) : busy_(busy) {
@@ -91,8 +92,8 @@ void define_beds(py::module_& module);
 void define_extended(py::module_& module);
 void define_joints(py::module_& module);
 void define_monitor(py::module_& module);
-/// Adds scenes, fitting and experiments if the build has their libraries; else names that raise an explaining
-/// error.
+/// Adds scenes, fitting and experiments to the module if the build has their libraries; else names that raise
+/// an error with the reason.
 void define_tools(py::module_& module);
 
 }  // namespace bristle_python

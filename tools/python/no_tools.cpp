@@ -4,7 +4,7 @@
 namespace bristle_python {
 
 void define_tools(py::module_& module) {
-  // Python calls __getattr__ for a name that the module does not have.
+  // Python calls __getattr__ for names that the module lacks.
   module.def("__getattr__", [](const std::string& name) -> py::object {
     for (const char* absent : {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit",
                                "experiment", "sweep", "SweepTable"}) {

@@ -1,5 +1,5 @@
-// Shared code of BedBatch, ExtendedPatches and JointFriction in Python: one thread at a time, columns of
-// responses, the state as bytes.
+// Shares code of BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a time, columns
+// of responses, the state as bytes.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace bristle_python {
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
 
-/// Batch of the library that one Python thread at a time uses: a step releases the interpreter's lock.
+/// Object of the library that only one Python thread at a time may use, because a step releases the
+/// interpreter's lock.
 template <class Batch>
 class Owned {
  public:
@@ -35,7 +36,7 @@ class Owned {
 template <class Batch>
 inline constexpr bool is_module_class<Owned<Batch>> = true;
 
-/// Columns of responses by name, with a row per response.
+/// Makes arrays by column name from responses, with a row per response.
 template <class Response>
 class Columns {
  public:
@@ -73,8 +74,8 @@ class Columns {
   const std::vector<Response>& responses_;
 };
 
-/// Adds state_hash, save_state, restore_state and the length. `id` converts an int to the
-/// library's id of a batch member; `argument` names this int in Python's signatures.
+/// Adds the methods state_hash, save_state, restore_state and len() to a Python class. `id` converts an int
+/// to the library's id of a member of the batch; `argument` names that int in Python's signatures.
 template <class Batch, class Id, class Count>
 void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id& id, const Count& count) {
   using Self = Owned<Batch>;

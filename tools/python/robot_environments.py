@@ -27,14 +27,14 @@ class PushedBlocks:
         self.load = mass * GRAVITY / len(self.places)  # N, load on each contact
         self.inertia = np.diag([mass, mass, mass * side**2 / 6.0])  # kg, kg, kg m^2
         material = material or bristle.Material.from_coefficients(kinetic=0.4, peak=0.46, presliding_length=20e-6)
-        # Takes infinitely many bristles in each contact: no noise, and cheapest where many slide.
+        # Uses the infinite brush in each contact: it has no noise, and is cheapest where many contacts slide.
         options = bristle.PatchOptions(max_normal_load=2.0 * self.load, population="infinite", resolution=4)
         self.batch = bristle.PatchBatch(threads=threads)
         count = environments * len(self.places)
         self.motions = bristle.motions(self.batch.add_many(count, material, options), self.load)
         self.responses = bristle.responses(count)
         self.batch.warm_up()
-        # Views of the batch's arrays by environment; a step reads and writes them in place.
+        # Views of the arrays of the batch, by environment and contact; a step reads and writes them in place.
         by_environment = (environments, len(self.places))
         self.ids = self.motions.id.reshape(by_environment)
         self.displacement = self.motions.displacement.reshape(*by_environment, 2)
@@ -51,7 +51,7 @@ class PushedBlocks:
         """Resets environments: fresh contacts, at rest at the origin."""
         self.pose[which] = self.velocity[which] = 0.0
         self.batch.reset(self.ids[which])
-        # Sets each contact's present force and stiffness, from which the next step starts.
+        # Reads each contact's present force and stiffness, which the prediction of the next step uses.
         self.displacement[which] = 0.0
         trial = self.batch.find_force(self.dt, self.motions[self._rows(which)])
         self.responses[self._rows(which)] = trial
@@ -124,7 +124,7 @@ def main(environments=1000, steps=200):
     strongest = 1.5 * 0.4 * blocks.mass * GRAVITY  # N, largest push, so that some pushes move the block and some do not
     begun, stepping = time.perf_counter(), 0.0
     for step in range(steps):
-        if step % 50 == 0:  # draws new pushes, as a policy at 20 Hz
+        if step % 50 == 0:  # draws new pushes at 20 Hz, as a policy would
             push = np.append(random.uniform(-1.0, 1.0, (environments, 2)) * strongest,
                              random.uniform(-0.02, 0.02, (environments, 1)), 1)
         start = time.perf_counter()

@@ -35,7 +35,7 @@ inline constexpr bool is_module_class<SceneRun> = true;
 
 namespace {
 
-/// Arrays of a patch, with a row per step, and their next place to write.
+/// Motions and responses of a patch as arrays with a row per step, and pointers to the row to write next.
 struct Recorded {
   py::object motions, responses;
   bristle::Motion* motion_rows;
@@ -58,7 +58,7 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
   return arrays;
 }
 
-/// Runs a scene without the interpreter's lock; step `step` writes row `step` of `arrays`.
+/// Runs a scene without holding the interpreter's lock. Step number `step` writes the row `step` of `arrays`.
 cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;

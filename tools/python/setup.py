@@ -17,13 +17,13 @@ from setuptools.command.build_ext import build_ext
 from setuptools.command.sdist import sdist
 
 HERE = pathlib.Path(__file__).resolve().parent
-# Folder of a source distribution that holds the sources from which the module is built.
+# Folder with the library's sources in a source distribution; a checkout has none.
 CARRIED = HERE / "sources"
 ROOT = CARRIED if CARRIED.exists() else HERE.parent.parent
 SOURCES = ("CMakeLists.txt", "LICENSE", "bench", "core", "kernels", "tools")
-# Folders that the module does not need, or that git does not keep.
+# Folders that a source distribution leaves out: the module does not need them, or git does not keep them.
 LEFT_OUT = re.compile(r"__pycache__|build|virtual_room|pictures|guides|conan|vcpkg|.*\.egg-info|bristle-[0-9.]+")
-# Libraries of the runtime, which every machine with this Python has.
+# Shared libraries that every machine with this Python has, so that the wheel need not contain them.
 RUNTIME = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|stdc\+\+|gcc_s))\.so")
 
 
@@ -72,13 +72,14 @@ def licence_of(library):
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
-        # Builds as deep below the sources as the presets do, so that a compiler cache (ccache) made there serves here.
+        # Builds in a folder as deep as those of the presets, so that a compiler cache (ccache) filled there serves
+        # here.
         build = ROOT / "build" / pathlib.Path(self.build_temp).name.replace("temp.", "python-")
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
                    "-DBRISTLE_BUILD_BENCH=OFF", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
                    f"-DPython_EXECUTABLE={sys.executable}",
                    "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DCMAKE_INSTALL_RPATH=$ORIGIN/libraries",
-                   # Uses old-style RPATH, which is also searched for libraries that our libraries load.
+                   # Uses RPATH instead of RUNPATH, since it is also searched for libraries that our libraries load.
                    "-DCMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", *pybind11()[1]]
         if shutil.which("ninja"):
             options.append("-GNinja")
@@ -115,7 +116,7 @@ def carried_files():
 
 class SourceDistribution(sdist):
     def make_release_tree(self, base_dir, files):
-        carried = list(carried_files())  # listed before base_dir exists, which may lie among them
+        carried = list(carried_files())  # lists the files before base_dir exists, which may lie among them
         super().make_release_tree(base_dir, [file for file in files if not file.startswith("..")])
         for file in carried:
             target = pathlib.Path(base_dir, CARRIED.name, file)
@@ -127,7 +128,7 @@ class SourceDistribution(sdist):
 SCRATCH = ROOT / "build/python-package"
 SCRATCH.mkdir(parents=True, exist_ok=True)
 
-# Limits numpy: pybind11 before 2.12 does not know the arrays of numpy 2.
+# Limits numpy to versions before 2, whose arrays pybind11 before 2.12 does not know.
 NUMPY = "numpy>=1.20" if pybind11()[0] >= (2, 12) else "numpy>=1.20,<2"
 
 setup(

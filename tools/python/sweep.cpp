@@ -1,4 +1,4 @@
-// Binds the parts of bristle.sweep (package/_sweep.py): a study, and rows with their journal and tables.
+// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their journal and tables.
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -64,7 +64,7 @@ void run_on_threads(Rows& rows, const Study& study, int threads, const std::stri
   const std::vector<std::uint64_t> indices = rows.missing();
   const py::gil_scoped_release release;
   const auto check = [] {
-    // One check per thread; only Python's main thread receives Ctrl-C.
+    // One check per thread, of which only Python's main thread receives Ctrl-C.
     thread_local InterruptCheck interrupted;
     interrupted();
   };

@@ -1,4 +1,4 @@
-// Declarations shared by scenes, fitting and experiments in the Python module.
+// Declares what scenes, fitting and experiments share in the Python module.
 #pragma once
 
 #include <string>
@@ -7,18 +7,18 @@
 
 namespace bristle_python {
 
-/// Check that lets Ctrl-C end long work done without the interpreter's lock.
+/// Lets Ctrl-C end long work that runs without the interpreter's lock.
 class InterruptCheck {
  public:
-  /// Throws KeyboardInterrupt as Python's error if Ctrl-C was pressed. Cheap: takes the lock ten times a
-  /// second.
+  /// Throws Python's KeyboardInterrupt if Ctrl-C was pressed. Cheap, since it takes the interpreter's lock
+  /// only ten times a second.
   void operator()();
 
  private:
-  double next_ = 0.0;  ///< s of the monotonic clock, time of the next check
+  double next_ = 0.0;  ///< s, by the monotonic clock: time of the next check
 };
 
-/// Returns the JSON report of a command as dicts and lists.
+/// Returns a command's JSON report as Python dicts and lists.
 py::object report_of(const std::string& json);
 
 void define_scenes(py::module_& module);

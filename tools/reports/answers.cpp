@@ -13,7 +13,7 @@
 namespace cli {
 namespace {
 
-/// Returns a number; null, which stands for a number that is not finite, becomes NaN.
+/// Returns the number under `key`; NaN for null, as JSON stores numbers that are not finite.
 double number_at(const Json& json, const char* key) {
   const Json& value = json.at(key);
   return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
@@ -76,8 +76,8 @@ std::string what_to_leave_out(const Json& accuracy) {
   for (const Json& row : accuracy.at("features")) {
     const std::string state = text_of(row, "state");
     left_out += state == "left out already" ? 1 : 0;
-    // Reports a saving only if its quartiles tell it from zero; the advice has already weighed saving against
-    // error.
+    // Reports a saving only if its quartiles exclude zero. The advice has already weighed the saving against
+    // the error.
     if (state != "used" || !row.contains("saves") || !text_of(row, "advice").starts_with("leave") ||
         row.at("quartiles").at(0).is_null() || row.at("quartiles").at(0).get<double>() <= 0.01)
       continue;

@@ -1,5 +1,5 @@
-// Writes reports in words, with their figures: the first lines on a terminal. Each function takes a JSON
-// report and throws nlohmann::json::exception if it lacks something.
+// Writes reports in words, with their figures, for the first lines on a terminal. Each function takes a JSON
+// report, and throws nlohmann::json::exception if the report lacks something.
 #pragma once
 
 #include <string>
@@ -8,16 +8,17 @@
 
 namespace cli {
 
-// Answers from a bristle-accuracy-1 report.
+// Functions for reports of `bristle accuracy` (schema bristle-accuracy-1).
 std::string how_wrong_is_fast(const Json& accuracy);
 std::string what_to_choose(const Json& accuracy);
 std::string what_to_leave_out(const Json& accuracy);
-/// Returns the three answers, a line each.
+/// Returns three answers, a line each: the error of a fast setting, which setting to choose, what to leave
+/// out.
 std::string accuracy_answer(const Json& accuracy);
-/// Returns a setting in words: "13,000 bristles a patch, steps of 1.00 ms, ..."
+/// Returns a setting in words: "13,000 bristles a patch, steps of 1.00 ms, ...".
 std::string setting_in_words(const Json& setting);
 
-// Answers from a bristle-stability-1 report.
+// Functions for reports of `bristle stability` (schema bristle-stability-1).
 std::string is_mine_stable(const Json& stability);
 std::string stability_answer(const Json& stability);
 

@@ -1,4 +1,4 @@
-// Conditions of a measurement, without which a speed means nothing.
+// Conditions of a measurement (machine, commit, compiler), without which a speed means nothing.
 #pragma once
 
 #include <string>
@@ -10,16 +10,16 @@ namespace cli {
 struct Conditions {
   std::string version;  ///< version of the library
   std::string commit;
-  std::string flags;  ///< compiler and its flags
+  std::string flags;  ///< compiler, and the flags of the build
   std::string cpu;
   int cores = 1;
-  std::string time;  ///< present time, UTC, as 2026-01-31T12:00:00Z
+  std::string time;  ///< time of the measurement, UTC, as 2026-01-31T12:00:00Z
 };
 
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// Returns the conditions in two lines, with the kernels' instruction set.
+/// Returns the conditions as two lines of text, with the instruction set of the kernels.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

@@ -7,16 +7,16 @@
 
 namespace cli {
 
-/// Formats a time: "12.3 us", "1.00 ms".
+/// Formats a time given in seconds: "12.3 us", "1.00 ms".
 std::string time_text(double seconds);
-/// Formats a count: "1,234,567".
+/// Formats a count with commas: "1,234,567".
 std::string count_text(unsigned long long count);
 
-/// Formats a JSON number with three digits; powers of ten only below 0.001 and from 10^7 on. Null, JSON's
-/// form of a number that is not finite, gives "-".
+/// Formats a JSON number with three digits, by powers of ten only below 0.001 and from 10^7 on. Null, which
+/// is JSON's form of a number that is not finite, gives "-".
 std::string number_text(const nlohmann::ordered_json& value, double scale = 1.0);
 std::string percent_text(const nlohmann::ordered_json& share);
-/// Formats a pair: "0.98 to 1.02".
+/// Formats a pair of numbers as a range: "0.98 to 1.02".
 std::string range_text(const nlohmann::ordered_json& pair, double scale = 1.0);
 
 }  // namespace cli

@@ -1,4 +1,5 @@
-// Line of progress on a terminal's stderr, from the first second on; nothing elsewhere, and nothing if quiet.
+// Shows a line of progress on stderr from the first second on, if stderr is a terminal and `quiet` is not
+// set.
 #pragma once
 
 #include <chrono>
@@ -22,16 +23,16 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Updates the share, in [0, 1]; cheap enough for every hundredth step.
+  /// Updates the share of work done, in [0, 1]. Cheap enough to call every hundredth step.
   void update(double share, const char* what = "") {
     if (terminal_ && Clock::now() >= next_) show(share, what);
   }
-  /// Shows the line at once. Call it before work that may take seconds.
+  /// Shows the line of progress at once. Call it before work that may take seconds.
   void show(double share, const char* what = "") {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);
     shown_ = true;
-    char text[80];  // cut: a line that wraps would stay on the terminal
+    char text[80];  // cut, because a line that wraps could not be erased
     std::snprintf(text, sizeof text, "%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
     std::fprintf(stderr, "\r\033[K%s", text);
     std::fflush(stderr);
@@ -45,7 +46,7 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
-/// Returns a function that updates a line of progress, which disappears with the function's last copy.
+/// Returns a function that shows progress. The line disappears when the function's last copy is destroyed.
 inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
   return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };
 }

@@ -1,11 +1,11 @@
-// Computes quantiles of a handful of measured times.
+// Computes quantiles of a few measured times.
 #pragma once
 
 #include <vector>
 
 namespace cli {
 
-/// Returns a quantile, linear between order statistics; 0 for no values.
+/// Returns the quantile `share` of the values, interpolated between sorted values; 0 for no values.
 double quantile(std::vector<double> values, double share);
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// Table of figures, as text for a terminal or CSV for programs. Its columns may be declared once over the
-// rows of a JSON report.
+// Table of figures, as text for a terminal or as CSV. Its columns may be declared once over the rows of a
+// JSON report.
 #pragma once
 
 #include <cstddef>
@@ -17,31 +17,31 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< style on a terminal
+  CellStyle style = CellStyle::plain;  ///< colour or weight on a terminal
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
 
-/// Table with texts aligned left and numbers right.
+/// Table whose columns of text are aligned left and whose numbers are aligned right.
 class Table {
  public:
-  /// Sets the headers. One that begins with '<' is aligned left.
+  /// Sets the headers of the columns. A column whose header begins with '<' is aligned left.
   explicit Table(std::vector<std::string> headers);
 
   void add(std::vector<Cell> row);
-  /// Adds a row above all others.
+  /// Adds a row above all rows so far.
   void add_first(std::vector<Cell> row);
-  /// Adds a line of text across all columns.
+  /// Adds a line of text that spans all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Returns the table within the columns of text_layout(): headers and texts are broken over lines; columns
-  /// without room follow below, with the first column repeated.
+  /// Returns the table as text, as wide as text_layout() says. Breaks headers and texts over lines; columns
+  /// without room follow below, where the first column is repeated.
   std::string text() const;
-  /// Returns the width of the longest line when nothing is broken.
+  /// Returns the width, in characters, of the table's longest line if no text is broken.
   std::size_t natural_width() const;
-  /// Returns CSV by RFC 4180, except that lines end in \n; without notes.
+  /// Returns the table without notes as CSV (RFC 4180, but lines end in \n).
   std::string csv() const;
 
  private:
@@ -61,16 +61,16 @@ class Table {
   std::vector<Row> rows_;
 };
 
-/// Column over rows of some kind: rows of a JSON report, or a struct.
+/// Column of a table, computed from rows of type Row: rows of a JSON report, or a struct.
 template <class Row>
 struct Column {
-  enum Where { everywhere, wide_only };  ///< wide_only: shown with --wide
+  enum Where { everywhere, wide_only };  ///< wide_only: only with the option --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;
 };
 
-/// Makes a table. `group` leading cells stay empty if they all repeat those of the row before;
+/// Makes a table from rows. The first `group` cells of a row stay empty if all equal those of the row before.
 /// `after_row(table, row)` may add notes.
 template <class Row, class Rows>
 Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, std::size_t group = 0,

@@ -25,7 +25,8 @@
 namespace cli {
 namespace {
 
-/// Row of a bed's path: its displacement by time t, since the beginning. The path is linear between rows.
+/// Row of the path of a bed (an elastic body): its displacement since the beginning, at time t. Linear
+/// between rows.
 struct BedRow {
   double t = 0.0;                 ///< s
   double x = 0.0, y = 0.0;        ///< m
@@ -43,7 +44,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< all of the scene but its beds; it has no patches
+  Scene scene;  ///< scene without its beds, so without patches
   std::vector<SceneBed> beds;
 };
 
@@ -121,7 +122,7 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys that a row omits keep their values
+    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys absent from a row keep their values
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
@@ -155,7 +156,7 @@ BedRow row_at(const std::vector<BedRow>& rows, double t) {
 struct BedResult {
   ForceStatistics force[2], torque, load;
   double work = 0.0, dissipated = 0.0, stored = 0.0, most_slipping = 0.0;
-  std::uint64_t refused = 0;  ///< number of steps with Status::bad_input
+  std::uint64_t refused = 0;  ///< number of steps refused with Status::bad_input
 };
 
 using Json = nlohmann::ordered_json;
@@ -163,9 +164,10 @@ Json json_of(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-/// Parses a scene of beds; returns nothing for other scenes. Throws UserError with file, line and key.
+/// Parses a scene that has beds; returns nothing for other scenes. Throws UserError with file, line and key.
 std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
-  if (text.find("bed") == std::string::npos) return std::nullopt;  // avoids parsing most scenes twice
+  // A quick search, which avoids parsing most scenes twice.
+  if (text.find("bed") == std::string::npos) return std::nullopt;
   const toml::table root = parse_toml(text, path);
   if (!root.contains("bed")) return std::nullopt;
   const TomlTable table(path, root, "");
@@ -197,7 +199,7 @@ std::optional<BedScene> parse_bed_scene(const std::string& text, const std::stri
   return result;
 }
 
-/// Returns the motion from one row of a path to another.
+/// Returns the motion that carries a bed from one row of its path to another.
 bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
   bristle::BedMotion m;
   m.id = id;

@@ -8,8 +8,8 @@
 
 namespace cli {
 
-/// Runs a scene with this text if it has a [[bed]], and reports; returns false for another scene. Throws
-/// UserError.
+/// Runs a scene with this text and writes the reports, if the scene has a [[bed]]; returns false otherwise.
+/// Throws UserError.
 bool run_bed_scene(const RunOptions& options, const std::string& text);
 
 }  // namespace cli

@@ -30,7 +30,7 @@ std::uint64_t parse_count(const char* cell, std::string_view column, double most
 
 Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStepper& stepper)
     : stepper_(stepper), record_path_(options.record) {
-  // Refuses both options before the record is opened, which may be the very file to be replayed.
+  // Refuses record and replay together, before the record is opened, since it may be the file to replay.
   if (!options.replay.empty() && !options.record.empty())
     throw UserError(
         "--record-decisions and --replay-decisions: a replay makes no decisions; give one of them");
@@ -46,7 +46,7 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
       shedder_.emplace(bristle::LoadShedderOptions{}
                            .with_budget(result_.budget_s)
                            .with_record(2 * stepper.copies().size() + 16));
-      // Adds patches in the shedder's order of priority, so that each is appended and none has to be moved.
+      // Adds patches in ascending priority, so that the shedder appends each and moves none.
       std::vector<std::size_t> order(stepper.copies().size());
       std::iota(order.begin(), order.end(), std::size_t{0});
       const auto patch_of = [&](std::size_t c) -> const ScenePatch& {
@@ -141,7 +141,7 @@ void Overload::after_step(double time_s) {
 
 OverloadResult Overload::finish() {
   if (record_) record_.finish();
-  // Applies decisions made after the last step, which are part of the state.
+  // Applies the changes recorded after the last step, since they are part of the final state.
   if (result_.replayed) before_step();
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);

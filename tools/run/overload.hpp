@@ -1,4 +1,5 @@
-// Keeps a run within a time budget per step, or replays the decisions of such a run.
+// Keeps the steps of a run within a time budget by leaving out bristles, or repeats the recorded changes of
+// such a run.
 #pragma once
 
 #include <cstdint>
@@ -15,34 +16,35 @@
 namespace cli {
 
 struct OverloadOptions {
-  std::optional<double> budget_us;  ///< us, time budget in place of the scene's
-  std::string record, replay;       ///< files of decisions; empty: none
+  std::optional<double> budget_us;  ///< us per step; none: budget of the scene
+  std::string record, replay;       ///< files of the changes in bristles; empty: none
 };
 
 struct OverloadResult {
-  double budget_s = 0.0;  ///< s, time budget; 0: the clock decided nothing
+  double budget_s = 0.0;  ///< s per step; 0: none, so no bristle was left out for time
   bool replayed = false;
-  std::uint64_t decisions = 0;  ///< number of changes of detail
+  std::uint64_t decisions = 0;  ///< number of changes in how many bristles a patch uses
   std::uint64_t late_steps = 0;
-  std::uint64_t most_bristles = 0, bristles = 0;  ///< bristles left out: most, and at the end
-  double least_share = 1.0;                       ///< least share of its bristles that a patch had
-  double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush had
-  std::uint32_t patches = 0;                      ///< patches with bristles left out at the end
-  double rate_s = 0.0;                            ///< s per bristle, as measured during the run
+  std::uint64_t most_bristles = 0, bristles = 0;  ///< number left out: highest of the run, and final
+  double least_share = 1.0;                       ///< least share of its bristles that a patch kept
+  double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush kept
+  std::uint32_t patches = 0;                      ///< patches that lack bristles at the end
+  double rate_s = 0.0;                            ///< s per bristle and step, measured during the run
 };
 
-/// Controller of the load, called between the steps of a run. Without a budget and a replay it does nothing.
+/// Leaves out and restores bristles between the steps of a run, to keep within the budget, or as a recorded
+/// run did. With neither a budget nor a record it does nothing.
 class Overload {
  public:
-  /// Starts the control of `stepper`, which must outlive this. Throws UserError.
+  /// Starts to control the patches of `stepper`, which must outlive this object. Throws UserError.
   Overload(const Scene& scene, const OverloadOptions& options, SceneStepper& stepper);
 
   bool is_on() const noexcept { return shedder_.has_value() || result_.replayed; }
   void before_step();
-  /// Takes the time of a step: CPU time if one thread steps, else wall time.
+  /// Takes the time that a step took: CPU time if one thread steps, else wall time.
   void after_step(double time_s);
-  /// Writes the decisions since the last call to the record. Call it once a step, outside the timing. Throws
-  /// UserError.
+  /// Appends the changes since the last call to the record. Call it once a step, outside the timed part.
+  /// Throws UserError.
   void write_decisions();
   OverloadResult finish();
 
@@ -57,7 +59,7 @@ class Overload {
   std::uint64_t step_ = 0;
   std::string record_path_;
   OutputFile record_;
-  std::map<std::uint64_t, std::size_t> copy_of_;  ///< index of a copy by its patch id
+  std::map<std::uint64_t, std::size_t> copy_of_;  ///< index of a patch's copy, by the patch's id
   OverloadResult result_;
 };
 

@@ -1,4 +1,4 @@
-// Requests real-time properties for a thread from the system.
+// Asks the system for a thread's real-time priority, core and locked memory.
 #pragma once
 
 #include <optional>
@@ -9,17 +9,17 @@ namespace cli {
 
 struct RealtimeThreadOptions {
   std::optional<int> fifo_priority;  ///< SCHED_FIFO priority, 1 to 99
-  std::optional<int> core;           ///< core to be bound to
-  bool lock_memory = false;          ///< keeps the process's present pages in memory (mlockall)
+  std::optional<int> core;           ///< number of the core to which the thread is bound
+  bool lock_memory = false;          ///< whether pages in use stay in memory (mlockall)
 };
 
-/// Makes the calling thread a real-time thread while this object lives, as far as the system permits.
-/// Refusals are reported and skipped. Timers become exact (without the usual 50 us of slack), which needs no
-/// permission. Threads made later do not inherit the priority.
+/// Makes the calling thread a real-time thread while this object lives, as far as the system permits. Reports
+/// what the system refuses, and does without. Its timers become exact (without the usual 50 us of slack),
+/// which needs no permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
-  /// Requests the options. `has_workers` says that other threads work for this one, which its priority must
-  /// not starve.
+  /// Asks the system for the options. `has_workers` says that other threads work for this one, which must not
+  /// take their cores.
   RealtimeThread(const RealtimeThreadOptions& options, bool has_workers);
   ~RealtimeThread();
   RealtimeThread(const RealtimeThread&) = delete;
@@ -28,7 +28,7 @@ class RealtimeThread {
   bool has_fifo() const noexcept { return has_fifo_; }
   bool is_bound() const noexcept { return before_.has_value(); }
   bool has_locked_memory() const noexcept { return has_locked_memory_; }
-  /// Returns a line for each refusal: what was refused, why, and what to do.
+  /// Returns a line for each request that the system refused: what, why, and what to do.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
 
  private:
@@ -37,7 +37,7 @@ class RealtimeThread {
   void lock_memory();
 
   bool has_fifo_ = false, has_locked_memory_ = false;
-  std::optional<std::vector<int>> before_;  // cores that the thread might use before
+  std::optional<std::vector<int>> before_;  // cores on which the thread might run before
   int slack_ns_;
   std::vector<std::string> refused_;
 };

@@ -31,7 +31,7 @@ class SceneRun {
   RunResult run();
 
  private:
-  double time_of(std::uint64_t k) const noexcept {  // s, start of step k of this run
+  double time_of(std::uint64_t k) const noexcept {  // s, time at the start of step k of this run
     return static_cast<double>(result_.steps_before + k) * scene_.dt;
   }
   void run_back_to_back();
@@ -53,8 +53,8 @@ class SceneRun {
   SceneStepper stepper_;
   Overload overload_;
   std::vector<Way> ways_;
-  /// Place where a body last stuck, which trails a sliding body by at most ten snap lengths, and the longest
-  /// mean snap length of its patches.
+  /// Place where a body last stuck. It trails a sliding body by at most ten snap lengths (the longest mean of
+  /// its patches, kept here).
   struct Hold {
     double place[2], length;
     Sticking sticking;
@@ -103,7 +103,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
 void SceneRun::step_within_budget(double t) {
   using bristle::DeadlineMonitor;
   if (!overload_.is_on()) return stepper_.step(t);
-  // Times by CPU clock on a single thread; with workers by wall clock, as the thread also waits for them.
+  // Takes CPU time on a single thread. With workers takes wall time, as the thread also waits for them.
   const auto now = stepper_.batch().threads() == 1 ? &DeadlineMonitor::cpu_now : &DeadlineMonitor::wall_now;
   const double start = now();
   overload_.before_step();
@@ -120,9 +120,9 @@ void SceneRun::step(double t) {
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
 
-// Adds to the coefficients, from the elastic force only: dampers and lubricant are not friction of the
-// bristles. A step counts as sliding once the patch has moved ten mean snap lengths since it last reversed or
-// lost contact.
+// Adds a step to the friction coefficients. Counts only the elastic force, since dampers and lubricant are
+// not friction of the bristles. A step counts as sliding once the patch has moved ten mean snap lengths since
+// it last reversed or lost contact.
 void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                                 const bristle::Response& response) {
   Way& way = ways_[c];
@@ -145,8 +145,8 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
-    result.sliding_force += force;  // whole force instead of its component along the step, whose direction is
-                                    // noise for an encoder
+    // Sums the whole force, since its component along the step is noisy with an encoder.
+    result.sliding_force += force;
     result.sliding_load += motion.normal_load;
     ++result.sliding_steps;
   }
@@ -257,7 +257,7 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // single steps may take a second or more
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // a step may take a second or more
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
@@ -268,8 +268,8 @@ void SceneRun::run_back_to_back() {
   }
 }
 
-// Runs ticks on the clock. A tick's motion is prepared before the sleep, so that timing starts when the tick
-// is due.
+// Runs ticks of the paced loop. A tick's motion is prepared before the sleep, so that timing starts when the
+// tick is due.
 std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                           const QueueClock& queue, Progress& progress) {
   using bristle::DeadlineMonitor;
@@ -281,8 +281,8 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   clock.start();
   double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
   for (; k < first + ticks; ++k) {
-    // Detects a tick delayed by this tool's own work after a step that was in time, which is the fault of
-    // neither step nor machine.
+    // Detects a tick that was late because of this tool's own work, although the step before was in time.
+    // Neither the step nor the machine is charged.
     const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
     const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
     std::uint64_t left_out = clock.wait();
@@ -290,7 +290,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // leaves the part that the machine caused
+      left_out -= by_tool;  // keeps those that the machine caused
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);
@@ -316,8 +316,8 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
-  // Alternates the loops every second, so that both meet the same conditions. A short run takes turns of at
-  // least two ticks, which enclose one period.
+  // Gives the two loops turns of a second each, so that both meet the same conditions. In a short run a turn
+  // has at least two ticks, since it takes two to enclose a period.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;
@@ -325,7 +325,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
-    // Gives the bare loop at least two ticks if ours has two: they enclose one period.
+    // Gives the bare loop at least two ticks, too, where ours has two.
     const auto share =
         static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
     const std::uint64_t bare = std::max(share, std::min<std::uint64_t>(ticks, 2));
@@ -344,7 +344,7 @@ RunResult SceneRun::run() {
   } else {
     run_back_to_back();
   }
-  // Without the bare loop, which took as long again.
+  // Leaves out the time of the bare loop.
   result_.seconds =
       result_.realtime ? result_.realtime->ours.seconds : bristle::DeadlineMonitor::wall_now() - start;
   finish();
@@ -405,7 +405,7 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  // Allows the state to be saved to the file that it was restored from.
+  // Allows the run to save its state to the file from which it was restored.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
   inputs.push_back({"--replay-decisions", options.overload.replay});
@@ -422,7 +422,7 @@ void run_command(const RunOptions& options) {
   if (!on_stdout) print_report(run_table(scene, options, result));
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
-  // Throws last, so that a failure to save does not cost the reports.
+  // Throws after the reports are written, so that a failure to save the state does not cost them.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 

@@ -21,23 +21,23 @@ class SceneStepper;
 
 struct RunOptions {
   std::string scene;
-  std::string trace;       ///< motion file for the patches; empty: the scene's own motions
-  double clip_load = 0.0;  ///< N, loads of the motion file that count as 0: read_motion_file
+  std::string trace;       ///< motion file that moves the patches; empty: motions of the scene
+  double clip_load = 0.0;  ///< N; loads from -clip_load to 0 count as 0
   std::string out;         ///< force file to write; empty: none
   std::string json;        ///< report to write; empty: none, "-": stdout
   std::optional<int> threads;
   std::string isa;  ///< instruction set; empty: the library's choice
   std::optional<std::uint64_t> steps;
-  std::optional<std::uint32_t> bristles;    ///< bristles of each patch, instead of the scene's
-  std::optional<RealtimeOptions> realtime;  ///< steps by the real-time clock; none: without pacing
-  std::string restore_state;                ///< state file to start from; empty: the scene's beginning
-  std::string save_state;                   ///< state file to write at the end; empty: none
+  std::optional<std::uint32_t> bristles;    ///< number of bristles of each patch; none: numbers of the scene
+  std::optional<RealtimeOptions> realtime;  ///< real-time pacing; none: steps without pauses
+  std::string restore_state;                ///< file of the state to start from; empty: none
+  std::string save_state;                   ///< file to save the final state to; empty: none
   OverloadOptions overload;
   SceneLimits limits;
-  bool quiet = false;  ///< shows no progress on a terminal
+  bool quiet = false;  ///< whether no progress is shown on a terminal
 };
 
-/// Sum, sum of squares and extremes of a force component, N.
+/// Sum, sum of squares, lowest and highest of a force component, N.
 struct ForceStatistics {
   double sum = 0.0, square_sum = 0.0;
   double min = 0.0, max = 0.0;
@@ -54,29 +54,30 @@ struct ForceStatistics {
   double rms() const noexcept;
 };
 
-/// Result of one [[patch]] over its copies and all steps.
+/// Results of one [[patch]], over all its copies and all steps.
 struct PatchResult {
-  bristle::PatchInfo info;  ///< info of the first copy at the end
+  bristle::PatchInfo info;  ///< facts of the first copy, at the end of the run
   std::uint64_t memory_bytes = 0;
-  ForceStatistics force[2];       ///< end force on the body
-  ForceStatistics mean_force[2];  ///< mean force on the body, if computed
+  ForceStatistics force[2];       ///< force at the end of each step, on the body
+  ForceStatistics mean_force[2];  ///< mean force in each step, on the body, if computed
   ForceStatistics load;
-  double sliding_force = 0.0;  ///< N, sum of the elastic force over sliding steps
-  double sliding_load = 0.0;   ///< N, sum of the load over sliding steps
+  double sliding_force = 0.0;  ///< N, sum of elastic forces in sliding steps
+  double sliding_load = 0.0;   ///< N, sum of normal loads in sliding steps
   std::uint64_t sliding_steps = 0;
-  /// Highest elastic force over load, at loads of at least a tenth of max_normal_load.
+  /// Highest ratio of elastic force to load, of steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
   std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
   std::uint64_t snaps = 0;
   double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // J
 };
 
-/// Times of a body's break-away and sticking. It slides while it is farther than ten mean snap lengths (the
-/// longest of its patches') from where it last stuck, and faster than one of them a second.
+/// When a body breaks away and how long it sticks. A body slides while it is farther than ten mean snap
+/// lengths (the longest of its patches') from where it last stuck, and faster than one such length per
+/// second.
 struct Sticking {
   bool broke_away = false;
-  double time = 0.0, applied = 0.0;  ///< s, N; when it began to break away
-  double stuck = 0.0;                ///< s, total time of sticking
+  double time = 0.0, applied = 0.0;  ///< s, first break-away; N, force applied then
+  double stuck = 0.0;                ///< s, total time in which the body stuck
 };
 
 struct BodyResult {
@@ -87,40 +88,40 @@ struct BodyResult {
 
 struct RunResult {
   std::uint64_t steps = 0;
-  std::uint64_t steps_before = 0;  ///< steps before the restored state
-  double seconds = 0.0;            ///< wall time of the loop, without the bare loop that alternated with it
+  std::uint64_t steps_before = 0;  ///< steps done before the state that was restored
+  double seconds = 0.0;            ///< s, wall time of the steps, without the bare sleep loop
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;
-  std::uint64_t bristles = 0;          ///< representatives of all patches; an infinite patch has none
-  std::uint64_t infinite_patches = 0;  ///< patches with Population::infinite
+  std::uint64_t bristles = 0;          ///< number of representatives in all patches
+  std::uint64_t infinite_patches = 0;  ///< number of patches with the infinite brush
   std::uint64_t memory_bytes = 0;
   std::uint64_t state_hash = 0;
-  std::size_t patches_written = 0;  ///< patches in the force file
+  std::size_t patches_written = 0;  ///< number of patches in the force file
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
-  std::optional<OverloadResult> overload;  ///< present with a budget, or a replay of one
-  /// Reason why the state could not be saved, such as a full disk; empty if it was.
+  std::optional<OverloadResult> overload;  ///< set if the run had a time budget or repeated the record of one
+  /// Reason why the state could not be saved, such as a full disk; empty if it was saved or not asked for.
   std::string save_failure;
 };
 
-/// Sets the time step to one over the rate; a longer deadline is reduced to it.
+/// Sets the scene's time step to one over the rate (Hz), and reduces a longer deadline to the time step.
 void set_rate(Scene& scene, double rate_hz);
 
-/// Observer called after every step, outside the timing: it sees the motions and responses.
+/// Function called after every step, outside the timed part, with the motions and responses of all patches.
 using StepObserver = std::function<void(const SceneStepper&)>;
 
-/// Runs a scene. Throws UserError, and what the observer throws.
+/// Runs a scene. Throws UserError, and what `observer` throws.
 RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer = {});
 
-/// Lists features that the kernel of a patch leaves out, such as "second axis".
+/// Lists the features that a patch does without, such as "second axis", and so its kernel leaves out.
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material);
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& result);
 std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& result);
 
-/// Runs the subcommand: reads, runs, reports.
+/// Runs the subcommand: reads the scene, runs it, writes the reports.
 void run_command(const RunOptions& options);
 
 }  // namespace cli

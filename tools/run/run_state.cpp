@@ -21,10 +21,10 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t numbers_of_run = 4;  // count of the numbers for steps, dt, copies, bodies
+constexpr std::size_t numbers_of_run = 4;  // four numbers: steps, dt, copies, bodies
 constexpr std::size_t numbers_per_way = 4;
 
-/// Converts numbers to little-endian 64-bit floats, the only data saved beside the patches.
+/// Converts numbers to little-endian 64-bit floats, as which all but the patches' states is saved.
 std::vector<std::byte> to_bytes(const std::vector<double>& numbers) {
   std::vector<std::byte> bytes;
   for (const double number : numbers) {
@@ -54,7 +54,7 @@ void check_place_of_state(const std::string& path) {
     throw UserError(path + ": is not a file: a state file cannot take its place");
   if (why == 0 || why == ENOENT) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    // Tests that the path is a folder: "/." fails on anything else.
+    // Tests whether the path is a folder, since "PATH/." fails on anything else.
     why = access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0 ? 0 : errno;
   }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
@@ -79,7 +79,7 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
   const std::size_t wanted = numbers_of_run + numbers_per_way * ways.size() + places;
   const auto refuse = [&path](const std::string& why) { throw UserError(fmt::format("{}: {}", path, why)); };
   try {
-    // Refuses a file larger than this run's state could be, before it is read.
+    // Refuses a file larger than the state of this run could be, before reading it.
     constexpr std::size_t head = 64;
     const bristle::StateFile file =
         bristle::read_state_file(path, stepper.batch().state_size() + 8 * wanted + head);

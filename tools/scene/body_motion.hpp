@@ -12,31 +12,33 @@
 
 namespace cli {
 
-/// Effort of solving the equation of motion, over all steps of one body.
+/// Effort of solving a body's equation of motion, over all its steps.
 struct SolveStatistics {
-  std::uint64_t iterations = 0;  ///< evaluations of the friction force
+  std::uint64_t iterations = 0;  ///< number of evaluations of the friction force
   int worst_iterations = 0;
-  double worst_residual = 0.0;  ///< largest residual over the largest force in the equation
+  double worst_residual = 0.0;  ///< largest error over the largest force of the equation
 };
 
-/// Motion of a body. Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement
-/// d, where F_mean is the mean friction on the body over the step (bristle::solve_displacements). This is the
-/// midpoint rule, which neither adds nor removes energy besides what the bristles do.
+/// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +
+/// F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d in a step of time T, where v0 and v1 are the
+/// velocities before and after it, and F_mean is the mean friction over the step
+/// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
 class BodyMotion {
  public:
   /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motion array.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
-  /// Returns the load of each patch, N.
+  /// Returns the normal load on each patch, N.
   double load_per_patch(double t) const noexcept;
 
-  /// Sets displacement and load of the body's patches in `motions`. Call it before PatchBatch::step.
+  /// Solves the step: sets displacement and load of the body's patches in `motions`. Call it before
+  /// PatchBatch::step.
   void solve(bristle::PatchBatch& batch, double t, double dt,
              bristle::Span<bristle::Motion> motions) noexcept;
-  /// Updates the velocity from the friction that acted. Call it after PatchBatch::step.
+  /// Updates the body's velocity from the friction that acted. Call it after PatchBatch::step.
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
-  /// Sets place and velocity.
+  /// Sets place (m) and velocity (m/s) of the body.
   void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
     for (int axis = 0; axis < 2; ++axis) {
       position_[axis] = position[axis];
@@ -50,7 +52,8 @@ class BodyMotion {
   double highest_speed() const noexcept { return highest_speed_; }
 
  private:
-  /// Solver of a body on a rail or in the plane; only one of the two is used.
+  /// Equation solver for a body on a rail (one degree of freedom) or in the plane (two); a body uses one of
+  /// them.
   template <int Dof>
   struct Coupled {
     bristle::MovingBody<Dof> body;

@@ -95,7 +95,7 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   return m;
 }
 
-/// Reads the name of a typical material; other keys change its coefficients.
+/// Reads the key `typical`, which names a typical material whose coefficients other keys then change.
 bristle::Coefficients read_typical(const TomlTable& table) {
   if (!table.has("typical")) return {};
   const std::string name = table.text("typical");
@@ -114,7 +114,8 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.rule = static_cast<bristle::SnapRule>(
       table.choice("rule", {"redraw", "keep", "slide"}, static_cast<std::size_t>(c.rule)));
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
-  // Needs no `peak` if drop (slide rule) or spread (other rules) is given: the peak then follows from it.
+  // Needs no key `peak` if `drop` (slide rule) or `spread` (other rules) is given, from which the peak
+  // follows.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
   const bool has_peak = !follows || table.has("peak");
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
@@ -204,10 +205,10 @@ SceneMaterial read_material(TomlTable table) {
 
 // ------------------------------------------------------------------------------------------- patches
 
-/// Index of the tables of one kind by name; a scene may have hundreds of thousands.
+/// Index of all tables of one kind, by their names. A scene may have hundreds of thousands of tables.
 class Names {
  public:
-  /// Adds the name of the table read next.
+  /// Adds a table's name; its index is the number of names so far.
   void add(const std::string& name, const TomlTable& table) {
     if (!index_.emplace(name, index_.size()).second)
       table.fail("name", fmt::format("'{}' appears twice", name));
@@ -225,7 +226,8 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// Reads population, resolution, cohorts and fluctuation; refuses keys that the population does not use.
+/// Reads population, resolution, cohorts and fluctuation. Refuses those keys that the chosen population does
+/// not use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   o.population = static_cast<bristle::Population>(
       table.choice("population", {"automatic", "representatives", "infinite"}, 0));
@@ -246,7 +248,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
   }
-  // 0 means automatic, as a missing key does.
+  // 0 means automatic, as a missing key does
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
     table.fail(
@@ -258,7 +260,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
 
-/// Reads `lay`; refuses options that exclude it.
+/// Reads the key `lay`. Refuses options that do not go together with it.
 void read_lay(const TomlTable& patch, const bristle::Material& material, bristle::PatchOptions& o) {
   if (!patch.has("lay")) return;
   bristle::Lay& lay = o.lay;
@@ -277,7 +279,8 @@ void read_lay(const TomlTable& patch, const bristle::Material& material, bristle
   }
 }
 
-/// Checks the material against the patch's bristles. The message names both, since either may be changed.
+/// Checks that a patch's number of bristles suffices for its material. The message names both, since either
+/// may be changed.
 void check_material(const ScenePatch& patch, const SceneMaterial& material) {
   if (patch.options.population == bristle::Population::infinite) return;
   try {
@@ -345,7 +348,7 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys that a row omits keep their values
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys absent from a row keep their values
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     row.x = table.number("x", position, row.x);
@@ -369,7 +372,7 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files by path and clip_load
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files read, by path and clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty()) {
@@ -378,13 +381,13 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
-    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the replaced motion
+    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the motion that the file replaces
   motion.keyframes.clear();
   if (trace->has_load) motion.load_steps.clear();
   motion.trace = trace;
 }
 
-/// Reads a motion. `traces` are the motion files read so far.
+/// Reads a [[motion]]. `traces` holds the motion files read so far, so that each is read once.
 PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
@@ -475,7 +478,7 @@ std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
   return sines;
 }
 
-/// Reads a body. `body_on` holds for each patch, by index, the name of the body that it carries.
+/// Reads a [[body]]. `body_on` holds the name of the body that is on a patch, by the patch's index.
 SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
                     std::map<std::size_t, std::string>& body_on) {
   SceneBody body;
@@ -506,7 +509,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
       table.fail("patches", "have different axes; those under one body must have the same");
     }
     body.axes = patch.options.axes;
-    // The solver needs the mean force.
+    // Patches under a body must compute the mean force, from which the body's motion is solved.
     patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
     body.patches.push_back(index);
   }
@@ -534,14 +537,15 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
-/// Returns a patch's largest number of bristles; a cohort of an infinite patch counts as one.
+/// Returns the largest number of bristles that a patch may have; for an infinite patch, of cohorts (groups of
+/// bristles).
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
   if (options.population == bristle::Population::infinite) return options.cohorts ? options.cohorts : 256;
   return options.bristles ? options.bristles : 4096;
 }
 
 void check_size(const Scene& scene) {
-  if (scene.limits.bytes) return;  // leaves the check to check_memory, which counts bytes
+  if (scene.limits.bytes) return;  // check_memory counts bytes instead
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
     bristles += most_bristles_of(patch.options) * patch.count;
@@ -633,7 +637,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Most materials in a scene without a memory limit; each takes milliseconds.
+  // Largest number of materials in a scene without a memory limit, since each takes milliseconds to prepare.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
   std::vector<TomlTable> material_tables = table.tables("material");

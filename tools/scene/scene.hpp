@@ -1,4 +1,4 @@
-// Scene: materials, contact patches, and their motions. Read from TOML; keys: tools/scenes/README.md.
+// Scene, read from TOML: materials, contact patches, bodies and motions. Keys: tools/scenes/README.md.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace cli {
 struct SceneMaterial {
   std::string name;
   bristle::Material material;
-  std::optional<bristle::Coefficients> coefficients;  ///< set if the scene gives coefficients
+  std::optional<bristle::Coefficients> coefficients;  ///< set if the scene gives friction coefficients
   std::string where;                                  ///< "file:line: [[material]] 'name'", for messages
 };
 
@@ -29,9 +29,9 @@ struct ScenePatch {
   std::size_t material = 0;  ///< index into Scene::materials
   bristle::PatchOptions options;
   std::uint32_t count = 1;            ///< number of copies; copy i has seed + i and the name "name.i"
-  int priority = 0;                   ///< under a time budget, the lowest priority loses bristles first
-  std::uint32_t least_bristles = 64;  ///< bristles that remain under a budget
-  std::uint32_t stride = 1;  ///< steps only every `stride`-th copy: the k-th of `count` is then copy k stride
+  int priority = 0;                   ///< under a time budget, patches of lowest priority lose bristles first
+  std::uint32_t least_bristles = 64;  ///< number that a patch keeps under a time budget
+  std::uint32_t stride = 1;  ///< if above 1, copy k here is copy k * stride of the scene (others left out)
   std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
 
@@ -51,30 +51,30 @@ struct ForceSine {
   double from = 0.0, until = 0.0;    ///< s
 };
 
-/// Rigid body that slides on patches without turning, pushed by a prescribed force.
+/// Rigid body that slides on patches without turning, under a force that the scene gives over time.
 struct SceneBody {
   std::string name;
   double mass = 1.0;                 ///< kg
   double gravity = 9.80665;          ///< m/s^2
   std::vector<LoadStep> extra_load;  ///< N, load besides the weight
   double velocity[2] = {0.0, 0.0};   ///< m/s, initial velocity
-  std::vector<ForceRow> force;       ///< linear between rows; two rows at one time make a jump
+  std::vector<ForceRow> force;       ///< N over time; linear between rows, two rows at one time make a jump
   std::vector<ForceSine> force_sines;
-  std::vector<std::size_t> patches;  ///< indices into Scene::patches
+  std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
   int axes = 2;
 
-  /// Finds the applied force at time t, N.
+  /// Computes the force (N) that pushes the body at time t.
   void applied_force(double t, double (&force_n)[2]) const noexcept;
 };
 
-/// Limits on what a scene may take of the machine.
+/// Limits on the memory and size of a scene.
 struct SceneLimits {
-  /// Bytes of memory. If set, the scene may have as many bristles, patches and materials as fit; else at most
-  /// 2^28 bristles in 10^6 patches of 1000 materials, within the free memory.
+  /// Bytes of memory that the scene may take, with any number of bristles, patches and materials. If unset:
+  /// at most 2^28 bristles in 10^6 patches of 1000 materials, within the free memory.
   std::optional<std::uint64_t> bytes;
 };
 
-/// Function called now and then with the share that is done.
+/// Function called now and then with the share of the work done, 0 to 1.
 using ShareDone = std::function<void(double)>;
 
 struct Scene {
@@ -82,19 +82,19 @@ struct Scene {
   std::string name;
   std::string description;
   double dt = 1e-3;                ///< s
-  std::optional<double> duration;  ///< s, duration; by default that of the longest trace
+  std::optional<double> duration;  ///< s, simulated time; none: length of the longest motion file
   double deadline = 1e-3;          ///< s
-  std::optional<double> budget;    ///< s per step; to stay within it, bristles are left out
+  std::optional<double> budget;    ///< s per step; bristles are left out to stay within it
   int threads = 1;
-  std::uint32_t out_patches = 8;  ///< number of patches in the force file
+  std::uint32_t out_patches = 8;  ///< number of patches whose forces are written
   SceneLimits limits;
-  std::vector<std::string> traces;  ///< motion files that the scene names
+  std::vector<std::string> traces;  ///< paths of the motion files that the scene names
   std::vector<SceneMaterial> materials;
   std::vector<ScenePatch> patches;
   std::vector<SceneBody> bodies;
 
-  std::size_t patch_count() const noexcept;  ///< returns the number of patches, copies included
-  double trace_length() const noexcept;      ///< s, length of the longest trace; 0 without one
+  std::size_t patch_count() const noexcept;  ///< returns the number of patches, all copies included
+  double trace_length() const noexcept;      ///< s, length of the longest motion file; 0 without one
 };
 
 /// Reads a scene. Throws UserError with file, line and key.
@@ -102,14 +102,14 @@ Scene read_scene(const std::string& path, const SceneLimits& limits = {}, const 
 Scene parse_scene(const std::string& text, const std::string& path, const SceneLimits& limits = {},
                   const ShareDone& progress = {});
 
-/// Replaces every trace of the scene (or every prescribed motion if it has none) by a motion file, which then
-/// gives the duration. Throws UserError. `clip_load_n`: as read_motion_file.
+/// Replaces the motion files of a scene (or all prescribed motions, if it has none) by another motion file,
+/// which then gives the duration. `clip_load_n`: as in read_motion_file(). Throws UserError.
 void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n = 0.0);
 
-/// Lists the files that were read, which no command that steps the scene may overwrite.
+/// Lists the files that the scene was read from. A command that steps the scene must not overwrite them.
 std::vector<FileOption> inputs_of(const Scene& scene);
 
-/// Gives every patch this many representative bristles. Throws UserError when there are too many in all.
+/// Gives every patch this number of representative bristles. Throws UserError if they are too many in all.
 void set_bristles(Scene& scene, std::uint32_t bristles);
 
 }  // namespace cli

@@ -21,11 +21,11 @@
 namespace cli {
 namespace {
 
-constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy's slot, motion, response and statistics
-// Bytes that every machine has, below which nothing is checked.
+constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy beside its patch's bristles
+// Bytes that every machine has; a smaller scene is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 
-/// Returns an upper bound on the bytes of a patch with these bristles or cohorts.
+/// Returns an upper bound on the bytes of a patch with these options.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
@@ -33,7 +33,8 @@ std::uint64_t at_most(const bristle::PatchOptions& o) {
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
-/// Estimator that asks the library: measures a patch of few bristles and extrapolates to many.
+/// Estimates memory by asking the library for the bytes of patches with few bristles, and extrapolates to
+/// many.
 class Probe {
  public:
   explicit Probe(const Scene& scene) : scene_(scene) {}
@@ -52,7 +53,7 @@ class Probe {
   }
 
  private:
-  static constexpr std::uint32_t few = 256;  // bristles in one block
+  static constexpr std::uint32_t few = 256;  // number of bristles in a block of memory
   static constexpr std::uint64_t block = 72;
   struct Bytes {
     std::uint64_t patch = 0, per_bristle = 0;
@@ -64,7 +65,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_bristle};
     } catch (const bristle::Error&) {
-      return {};  // the run reports the error, with its place
+      return {};  // no estimate: the run itself reports the error, with its place
     }
   }
 
@@ -75,8 +76,8 @@ class Probe {
       known_;
 };
 
-/// Returns the free memory of the machine, or less where a limit of this process leaves less; the largest
-/// number where neither is known.
+/// Returns the bytes of free memory, or what a limit of this process leaves if that is less; the largest
+/// number if neither is known.
 std::uint64_t free_memory() {
   std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
   std::ifstream machine("/proc/meminfo");

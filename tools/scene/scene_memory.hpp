@@ -7,12 +7,11 @@
 
 namespace cli {
 
-/// Returns the bytes of all patches and of what a run keeps for each, within some per cent, rounded up to
-/// whole patches.
+/// Returns the bytes that all patches and the results of a run need, within some per cent.
 std::uint64_t estimate_memory(const Scene& scene);
 
-/// Checks memory. Throws UserError if a scene needs more than Scene::limits allow or, without a limit, than
-/// is free.
+/// Checks that a scene fits into memory. Throws UserError if it needs more than Scene::limits allow or,
+/// without a limit, more than is free.
 void check_memory(const Scene& scene);
 
 }  // namespace cli

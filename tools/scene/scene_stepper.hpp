@@ -1,4 +1,4 @@
-// Steps a scene: makes its patches and bodies, moves them, and keeps the results of the last step.
+// Makes a scene's patches and bodies, moves them step by step, and keeps the results of the last step.
 #pragma once
 
 #include <cstddef>
@@ -13,36 +13,36 @@
 
 namespace cli {
 
-/// Copy of a [[patch]]: one contact patch of the batch.
+/// Copy of a [[patch]] of the scene, which is one patch of the batch.
 struct SceneCopy {
   std::size_t patch = 0;  ///< index into Scene::patches
   std::string name;
   double delay = 0.0;  ///< s
-  /// Cosine and sine of the angle by which the copy's directions are turned.
+  /// Cosine and sine of the angle by which this copy's motion is rotated.
   double cosine = 1.0, sine = 0.0;
-  double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis
-  Position last;                ///< last position, by the unturned motion
+  double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis in the scene
+  Position last;                ///< last position of the motion, before its rotation
 };
 
-/// Returns the number of steps in the scene's duration. Throws UserError when they are too many.
+/// Returns the number of steps in the scene's duration. Throws UserError if they are too many.
 std::uint64_t step_count(const Scene& scene);
 
-/// Stepper of a scene. A patch with one axis that moves along another line than the x axis gets its axis
-/// turned onto that line (scene files cannot ask for that).
+/// Steps a scene. A patch with one axis that moves along a line other than the x axis gets its axis rotated
+/// onto that line, which scene files cannot ask for.
 class SceneStepper {
  public:
-  /// Makes patches and bodies. The scene must outlive this. Throws UserError.
+  /// Makes the patches and bodies of the scene, which must outlive this object. Throws UserError.
   SceneStepper(const Scene& scene, const bristle::BatchOptions& options, const ShareDone& progress = {});
 
-  /// Sets displacements and loads of all patches without a body, over the step from t on.
+  /// Sets displacements and loads, over the step from t on, of all patches that no body moves.
   void prescribe(double t);
-  /// Solves the bodies' step, steps the batch, and moves the bodies. It does nothing else, as this is what is
-  /// timed.
+  /// Solves the bodies' motion, steps the batch, and moves the bodies. Does nothing else, since callers time
+  /// it.
   void step(double t);
 
-  /// Returns places and velocities of the bodies: with the batch's state, all that the next steps depend on.
+  /// Returns places and velocities of the bodies. With the state of the batch they determine all later steps.
   std::vector<double> places() const;
-  /// Sets the numbers of places() as after `steps` steps, and moves the prescribed motions to that time.
+  /// Restores what places() returned after `steps` steps, and moves the prescribed motions to that time.
   void set_places(bristle::Span<const double> places, std::uint64_t steps);
 
   bristle::PatchBatch& batch() { return batch_; }
@@ -56,7 +56,7 @@ class SceneStepper {
 
  private:
   void add_patches(const ShareDone& progress);
-  /// Makes a copy. Its axis is turned onto `line`, unless that is null.
+  /// Makes copy `number` of a patch, with its first axis along `line` unless that is null.
   SceneCopy make_copy(std::size_t patch, std::uint32_t number, const double* line) const;
   void add_bodies();
 

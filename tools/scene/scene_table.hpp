@@ -1,4 +1,4 @@
-// Reads a scene from a TOML document in memory, in which the caller may have changed keys.
+// Reads a scene from a parsed TOML document, in which the caller may have changed keys.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace cli {
 
 constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;  ///< bytes of the largest scene file
 
-/// Reads a scene as parse_scene does. `path` appears in messages, and traces are relative to it. Throws
-/// UserError.
+/// Reads a scene as parse_scene() does. Messages name the file `path`, and the paths of motion files are
+/// relative to it. Throws UserError.
 Scene scene_of(const toml::table& root, const std::string& path, const SceneLimits& limits = {},
                const ShareDone& progress = {});
 

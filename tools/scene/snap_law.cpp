@@ -17,7 +17,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
       return SnapLength::uniform(mean_m * (1.0 - half_width), mean_m * (1.0 + half_width));
     }
     case SnapLaw::normal: {
-      // Mean over that of the uncut law: cutting at 0 raises it.
+      // Ratio of the cut law's mean to the uncut one's: cutting the normal law at 0 raises the mean.
       const double raised = SnapLength::normal(1.0, spread).mean();
       return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
     }
@@ -31,7 +31,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
 double largest_spread(SnapLaw family, SnapRule rule) {
   switch (family) {
     case SnapLaw::uniform:
-      return 0.57735;  // uniform from 0 to twice the mean
+      return 0.57735;  // spread of a uniform law from 0 to twice its mean
     case SnapLaw::normal:
     case SnapLaw::exponential:
       return 1.0;

@@ -10,9 +10,10 @@ namespace cli {
 inline double sine_of_turns(double turns) noexcept {
   const double phase = turns - std::floor(turns);  // exact, in [0, 1)
   const double quarter = std::floor(4.0 * phase + 0.5);
-  const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // |a| <= pi / 4
+  const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // at most pi / 4 in magnitude
   const double a2 = a * a;
-  // Evaluates Taylor polynomials, whose first omitted term is below 1e-17 on this range.
+  // Evaluates the Taylor polynomials of sine and cosine, whose first omitted term is below 1e-17 for |a| <=
+  // pi / 4.
   const double sine =
       a + a * a2 *
               (-1.0 / 6 +
@@ -34,11 +35,11 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // 0, and 4 just below a whole turn
+      return sine;  // quarter 0, or 4 just below a whole turn
   }
 }
 
-/// Returns cos(2 pi turns).
+/// Returns cos(2 pi turns), as exact as sin(2 pi turns) above.
 inline double cosine_of_turns(double turns) noexcept { return sine_of_turns(turns + 0.25); }
 
 }  // namespace cli

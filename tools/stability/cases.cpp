@@ -1,5 +1,5 @@
-// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stops, and a force one step
-// late.
+// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stopping distances, and a
+// force that acts one step late.
 #include <array>
 #include <cmath>
 
@@ -43,8 +43,8 @@ std::vector<CaseRow> stability_cases() {
   return rows;
 }
 
-// Compares stopping distances from steady sliding. Without dampers friction is the constant F = 13/24 K dbar,
-// so the true distance is m v^2 / (2 F).
+// Compares stopping distances from steady sliding. Without dampers friction is the constant F = 13/24 K dbar
+// (K stiffness, dbar mean snap length), so a mass m at speed v stops after m v^2 / (2 F).
 std::vector<StopRow> stopping_distances() {
   std::vector<StopRow> rows;
   for (const double k : {0.08, 0.8, 8.0}) {
@@ -64,11 +64,12 @@ std::vector<StopRow> stopping_distances() {
   return rows;
 }
 
-// Returns the damping that compensates a force held over the next step, which does the work -sum F_i d_(i+1).
-// On a spring over a closed path the work of the damper, sum of b d^2 / T, must equal it.
+// Returns the device damping that compensates a force held over the next step. On a sticking patch moved to
+// and fro, the held force does the work -sum F_i d_(i+1), with F_i the force and d_i the displacement of step
+// i; the work of a damper b, sum of b d^2 / T, must equal it.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
-  constexpr int samples = 1000;  // samples per swing
+  constexpr int samples = 1000;  // number of steps per swing
   bristle::PatchBatch batch;
   bristle::Motion motion;
   motion.id = batch.add(
@@ -96,7 +97,8 @@ double late_force_damping(bool mean) {
   return work / (squares / dt) / (stiffness * dt);
 }
 
-// Rests a plate on a slope. Its feet are level with its centre, so that friction does not tip it.
+// Rests a plate on a slope and measures its creep. The feet are level with its centre of mass, so that
+// friction does not tip the plate.
 RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population population) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);

@@ -12,15 +12,17 @@
 namespace cli {
 namespace {
 
-constexpr double zeta = 1000.0;          // number of bristles at 1 N, the largest load
-constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop is at rest
-constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which it grows without bound
-constexpr double lasting_energy = 0.8;   // ratio to the quarter of the run before; above, snapping continues
-// peak-to-peak amplitude in mean snap lengths: the shortest bristle's snap length
+constexpr double zeta = 1000.0;          // bristles in contact at the largest load, 1 N
+constexpr double rest_amplitude = 1e-7;  // mean snap lengths; below, the loop is at rest
+constexpr double bound_amplitude = 1e5;  // mean snap lengths; above, motion grows without bound
+constexpr double lasting_energy = 0.8;   // of the last quarter's energy over the one before
+// Peak-to-peak motion, in mean snap lengths, above which snapping lasts: the snap length of the shortest
+// bristle.
 constexpr double lasting_amplitude = 0.5;
-constexpr double quanta_at_rest = 4.0;  // encoder counts within which a loop at rest may move
+constexpr double quanta_at_rest = 4.0;  // encoder counts; smaller motions count as rest
 
-// Coefficients of a mass under a force held over a step: the changes of x and v per unit of v and F.
+// Change of position x and velocity v of a mass in a step, per unit of velocity and of the force held over
+// the step.
 struct Hold {
   double x_of_v, x_of_f, v_of_v, v_of_f;
 };
@@ -32,14 +34,15 @@ Hold hold_of(double mass, double device_damping, double dt) {
   return {x_of_v, (dt - x_of_v) / device_damping, 1.0 - fall, fall / device_damping};
 }
 
-// One axis of the loop.
+// State of one axis of the loop.
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
   double force = 0.0;  // N, force that acts in the next step
 };
 
-// Returns the displacement to the next sample and sets v to the velocity there. Not for the implicit schemes.
+// Advances an axis by one step: returns its displacement and sets v to the velocity at the end. Not for the
+// implicit schemes.
 double advance(Scheme scheme, const Hold& hold, double mass, double dt, Axis& a) {
   const double v0 = a.v;
   if (scheme == Scheme::explicit_euler) {
@@ -58,7 +61,8 @@ bool damper_sees_true_velocity(Scheme scheme) {
   return scheme == Scheme::explicit_euler || scheme == Scheme::hold;
 }
 
-// Returns the loop on spring and damper as a matrix over (x, v T, last d).
+// Returns the loop on a linear spring and damper as a matrix over (position, velocity times T, last
+// displacement), for the dimensionless stiffness k, damping c and device damping beta.
 Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   const Hold hold = hold_of(1.0, beta, 1.0);
   Eigen::Matrix3d matrix;
@@ -74,7 +78,8 @@ Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   return matrix;
 }
 
-// The largest magnitude of an eigenvalue: the limit of |matrix^n|^(1/n), here at n = 2^60 by repeated squaring.
+// Returns the largest magnitude of an eigenvalue of a matrix: the limit of |matrix^n|^(1/n), here for n =
+// 2^60 by repeated squaring.
 double spectral_radius(Eigen::Matrix3d matrix) {
   double logarithm = 0.0;
   for (double n = 1.0; n <= 0x1p60; n *= 2.0) {
@@ -82,7 +87,7 @@ double spectral_radius(Eigen::Matrix3d matrix) {
     if (size == 0.0) return 0.0;
     logarithm += std::log(size) / n;
     matrix /= size;
-    matrix *= matrix; // Eigen makes a temporary of a product
+    matrix *= matrix;  // Eigen stores the product apart, so it may overwrite its factor
   }
   return std::exp(logarithm);
 }
@@ -142,14 +147,14 @@ Loop::Loop(const LoopSetup& setup) : s_(setup), hold_(hold_of(s_.mass_kg, s_.dev
   body_.mass *= s_.mass_kg;
   contact_.axes = s_.axes;
   slide_in();
-  // Sets the axis as if the mass had arrived at this speed.
+  // Sets the last displacement and velocity as if the mass had arrived at the start velocity.
   axis_[0].v = s_.start_velocity;
   axis_[0].last_d = s_.dt_s * s_.start_velocity;
   axis_[0].force =
       response_.elastic[0] - material.damping_at(std::fabs(s_.start_velocity)) * zeta * s_.start_velocity;
 }
 
-// Slides thirty mean snap lengths, in steps of which no snap length is a multiple.
+// Slides thirty mean snap lengths before the run, in steps of which no snap length is a multiple.
 void Loop::slide_in() {
   motion_.normal_load = next_load(0);
   if (!s_.sliding) return;
@@ -170,7 +175,7 @@ void Loop::displace(int axis, double d) {
   axis_[axis].x += d;
   axis_[axis].last_d = d;
   const double q = s_.quantum_m;
-  // Rounds the position to whole counts, of whose differences an encoder reports.
+  // Rounds positions to whole counts and takes their difference, as an encoder reports it.
   motion_.displacement[axis] =
       q > 0.0 ? q * (std::nearbyint(axis_[axis].x / q) - std::nearbyint(before / q)) : d;
 }
@@ -224,8 +229,8 @@ void Loop::step(double load) {
   }
 }
 
-// Returns the energy of the mass on the spring of all bristles sticking, about the middle of the quarter's
-// path.
+// Returns the energy of the mass on a spring with the stiffness of all bristles when they stick, about the
+// middle of the path in this quarter of the run.
 double Loop::energy(const Quarter& q) const {
   const double amplitude = 0.5 * q.peak_to_peak();
   return 0.5 * s_.mass_kg * q.fastest * q.fastest + 0.5 * s_.stiffness * amplitude * amplitude;
@@ -252,7 +257,7 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // range and speed in the last hundred steps
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, of the last hundred steps
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;
@@ -294,7 +299,7 @@ namespace {
 struct SchemeText {
   const char *name, *linear_condition;
 };
-/// Texts in the order of Scheme.
+/// Names and linear stability conditions, in the order of Scheme.
 constexpr SchemeText schemes[] = {{"explicit Euler", "k < c < 2 + k/2"},
                                   {"semi-implicit, end", "k + 2c < 4"},
                                   {"semi-implicit, mean", "k < 2c and c < 2"},
@@ -324,7 +329,7 @@ double linear_radius(Scheme scheme, double k, double c, double beta) {
 
 double sliding_radius(Scheme scheme, double c, double beta) {
   Eigen::Matrix3d matrix = linear_loop(scheme, 0.0, c, beta);
-  matrix.row(0).setZero(); // without a spring nothing depends on x
+  matrix.row(0).setZero();  // drops the position, on which nothing depends without a spring
   matrix.col(0).setZero();
   return spectral_radius(matrix);
 }

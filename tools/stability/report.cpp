@@ -124,8 +124,8 @@ Json map_json(const SchemeMap& map) {
           {"cells", cells}};
 }
 
-// Adds points of the stability limit between stable and unstable neighbours of a fine grid: the limit is not
-// a function of k.
+// Adds points of the limit, each between a stable and an unstable neighbour on a fine grid, because the limit
+// may have several values of c at one k.
 void add_limit_points(std::string& text, Scheme scheme) {
   if (is_implicit(scheme)) return;
   constexpr int ks = 240, seconds = 200;

@@ -1,5 +1,5 @@
-// A quarter of a car on one wheel that climbs a slope, stops and rolls back: its mass and the wheel's inertia
-// coupled by a bed.
+// Simulates a quarter of a car on one wheel that climbs a slope, stops and rolls back. A bed of bristles
+// couples the car's mass and the wheel's inertia.
 #include <algorithm>
 #include <cmath>
 
@@ -11,13 +11,14 @@ namespace cli {
 namespace {
 
 constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3, half = 0.07;
-constexpr double start = 2.0, seconds = 8.0, downhill = 0.05 * load;  // m/s, s, N
+// m/s at the start; s; N along the slope.
+constexpr double start = 2.0, seconds = 8.0, downhill = 0.05 * load;
 
 struct Car {
   bristle::BedBatch beds;
   bristle::BedMotion motion;
   bristle::BedResponse out;
-  double per_car, per_rim, dt;  ///< speed per force in a step, of the car and of the rim
+  double per_car, per_rim, dt;  ///< speed gained per force in a step, by the car and by the rim
   double speed = start, rim = start, at = 0.0;
 
   explicit Car(const WheelRow& row)
@@ -28,8 +29,8 @@ struct Car {
         beds.add(bristle::BedMaterial(friction).with_slip_stiffness(row.slip_stiffness, row.slip_stiffness),
                  bristle::BedShape::wheel_row(half), options);
   }
-  /// Fills in the motion under a force on the wheel, with `share` of the change of speeds. Returns the car's
-  /// displacement.
+  /// Sets the bed's motion in a step under a force on the wheel, with the speeds at `share` of the step.
+  /// Returns the car's displacement, m.
   double move(double force, double share) {
     const double way = dt * (speed + share * per_car * (force - downhill));
     motion.rolled[0] = dt * (rim - share * per_rim * force);
@@ -42,7 +43,7 @@ struct Car {
     speed += per_car * (force - downhill);
     rim -= per_rim * force;
   }
-  /// Solves for the mean force: Newton's rule with the tangent, between bounds.
+  /// Solves for the mean force of the step by Newton's method with the bed's tangent, between bounds.
   void step_midpoint() {
     double high = 1.001 * friction * load, low = -high, force = out.force[0];
     for (int i = 0; i < 30; ++i) {
@@ -71,7 +72,7 @@ WheelResult drive(const WheelRow& row, bool midpoint) {
     result.gained_j = std::max(result.gained_j, now - before);
     before = now;
   }
-  // Without slip: the wheel adds its inertia to the mass.
+  // Speed without slip, where the wheel's inertia adds to the mass.
   const double heavy = mass + row.inertia / (radius * radius);
   result.speed_error = car.speed - (start - downhill / heavy * seconds);
   return result;

@@ -25,7 +25,7 @@ constexpr std::size_t most_journal_bytes = std::size_t{1} << 36;
 
 std::string line_of(const std::string& json) { return text_hash(json) + ' ' + json + '\n'; }
 
-/// Returns the JSON of a line; empty if the line is torn.
+/// Returns the JSON of a journal's line; empty if the line is incomplete or changed, by its hash.
 std::string json_of(std::string_view line) {
   if (line.size() < 18 || line[16] != ' ') return {};
   const std::string_view json = line.substr(17);
@@ -62,7 +62,7 @@ SweepRows::SweepRows(const Study& study, const std::string& journal)
 
 void SweepRows::read(const std::string& text) {
   const std::string ours = line_of(header_.dump());
-  if (ours.starts_with(text)) {  // the last line may be torn
+  if (ours.starts_with(text)) {  // a header line alone, perhaps incomplete
     sound_bytes_ = text.size() == ours.size() ? ours.size() : 0;
     return;
   }
@@ -87,7 +87,8 @@ void SweepRows::read(const std::string& text) {
   }
 }
 
-/// Adds a row; returns whether it is new. Checks the row: anyone can write a journal whose hashes are right.
+/// Adds a row from a journal; returns whether it is new. Checks its cells, since anyone can write a journal
+/// with valid hashes.
 bool SweepRows::take(const std::string& row) {
   const Json cells = parse_json(row, path_);
   if (!cells.is_array() || cells.size() != columns_.size() || !cells[0].is_number_unsigned() ||
@@ -134,7 +135,8 @@ void SweepRows::write(const std::string& json) {
     if (wrote < 0) throw UserError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
     done += static_cast<std::size_t>(wrote);
   }
-  // Syncs to disk once a second: a killed process loses nothing, a power failure at most this second.
+  // Forces the journal to disk once a second: a killed process loses nothing, a power failure at most a
+  // second.
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now - synced_ < 1.0) return;
   fdatasync(file_);

@@ -1,4 +1,5 @@
-// Sets any key of a scene's document by a dotted path, so that a study needs no list of keys that may vary.
+// Sets any key of a scene's document by its path, such as scene.dt, so that a study needs no list of keys
+// that may vary.
 #pragma once
 
 #include <functional>
@@ -18,14 +19,14 @@ namespace cli {
 ///   material.*.kinetic           of every [[material]]
 ///   material.kinetic             of the only one
 ///   material.wood.snap_length.cv of a table within; body.block.force.2.x of a row
-/// A key that the table does not have yet is added; whether the scene takes it is the reader's to say.
+/// A key that the table does not have yet is added; the scene reader refuses it later if need be.
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 
-/// Visits every `file` of a [[motion]].
+/// Calls `visit` with the path under each key `file` of a [[motion]].
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Lists the keys of a scene that hold a number, in the form set_key accepts.
+/// Lists the paths of all keys of a scene that hold a number, in the form that set_key() accepts.
 NameList keys_to_vary(const toml::table& root);
 
 /// Returns a TOML document as one text, without comments and with sorted keys.

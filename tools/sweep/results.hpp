@@ -1,4 +1,4 @@
-// Results of a row of a study: columns with units.
+// Computes the results in a row of a study, as columns with units.
 #pragma once
 
 #include <cstdint>
@@ -14,54 +14,56 @@ namespace cli {
 
 enum class ColumnType { number, whole, hash, text };
 
-constexpr std::uint64_t most_rows = 10'000'000;  ///< most rows of a study
+constexpr std::uint64_t most_rows = 10'000'000;  ///< largest number of rows in a study
 
 struct SweepColumn {
   std::string name;
-  std::string unit;  ///< empty for a pure number or a text
+  std::string unit;  ///< empty: a pure number, or a text
   ColumnType type = ColumnType::number;
-  /// Whether it is a measured time, which differs in every run and is left out of the table's hash.
+  /// Whether the column holds a measured time, which differs in every run and is left out of the table's
+  /// hash.
   bool measured = false;
 
-  /// Returns the column head, such as "tip.fx_mean[N]", in the form of motion files.
+  /// Returns the header of the column, such as "tip.fx_mean[N]", in the form of motion files.
   std::string head() const { return unit.empty() ? name : name + '[' + unit + ']'; }
 };
 
 nlohmann::json to_json(const SweepColumn& column);
 
-/// Sums of one [[patch]] over the steps in the window and all its copies.
+/// Sums over the steps in the time window and over all copies of one [[patch]].
 struct WindowSums {
-  /// Sum and highest value of elastic force over load.
+  /// Sum and highest value of elastic force over normal load.
   double coefficient_sum = 0.0, highest_coefficient = 0.0;
   std::uint64_t count = 0;
-  double error_square_sum = 0.0, reference_square_sum = 0.0;  ///< N^2, sums of squares of end forces
-  /// m, path of the first copy over the whole run
+  /// N^2, of the force errors and of the reference's forces.
+  double error_square_sum = 0.0, reference_square_sum = 0.0;
+  /// m, path of the patch's first copy along x and y, over the whole run
   double way[2] = {0.0, 0.0};
 };
 
-/// Run of a row, from which results are read.
+/// Finished run of a row's scene, from which its results are computed.
 struct SweepRun {
   const Scene& scene;
   const RunResult& result;
-  std::vector<WindowSums> windows;  ///< sums by patch
+  std::vector<WindowSums> windows;  ///< by index of the patch
   double cpu_s = 0.0;
 };
 
-/// Result by name: "state_hash", "tip.kinetic" of a patch, "block.x" of a body.
+/// Result of a row, by name: "state_hash", "tip.kinetic" of the patch `tip`, "block.x" of the body `block`.
 struct SweepResult {
   SweepColumn column;
   bool by_default = false;
-  /// Returns null if the row has no such result.
+  /// Computes the result from a run; null if this run has no such result.
   nlohmann::json (*read)(const SweepRun&, std::size_t index) = nullptr;
-  std::size_t index = 0;  ///< index of the patch or body
+  std::size_t index = 0;  ///< index of the patch or body to which it belongs
 };
 
-/// Lists all results of the scene. `with_error`: the study has a reference.
+/// Lists all results that the scene can give. `with_error`: the study compares with a reference run.
 std::vector<SweepResult> all_results(const Scene& scene, bool with_error, bool with_window);
 
-/// Lists the results that `report` names: a full name, the name after the dot for all patches, a patch or
-/// body for all of its results, "default", "all". An empty `report` means the default. Throws UserError with
-/// the nearest name.
+/// Lists the results that `report` names: by full name, by the name after the dot for all patches, by a patch
+/// or body for all of its results, or by "default" or "all". An empty `report` means the default. Throws
+/// UserError, which proposes the nearest name.
 std::vector<SweepResult> chosen_results(const Scene& scene, const std::vector<std::string>& report,
                                         bool with_error, bool with_window);
 

@@ -1,4 +1,4 @@
-// Runs rows on threads of this machine.
+// Runs rows of a study on threads of this machine.
 #include <algorithm>
 #include <mutex>
 #include <thread>

@@ -31,7 +31,8 @@ constexpr std::uint64_t most_reference_numbers = 100'000'000;
 
 constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
 
-/// Returns the unit of a key, by the last part of its path; other keys are pure numbers, or unknown here.
+/// Returns the unit of a key, by the last part of its path; empty for other keys, which are pure numbers or
+/// unknown here.
 std::string unit_of(const VariedKey& varied) {
   static constexpr std::pair<const char*, const char*> units[] = {
       {"s", " dt duration deadline budget ageing_time delay_per_copy from until t "},
@@ -70,7 +71,8 @@ ColumnType type_of(const VariedKey& varied) {
   return ColumnType::text;
 }
 
-/// Converts a value to the column's type: a single text makes the whole column text.
+/// Converts a value to a cell of the column's type. A single text among the values makes the whole column
+/// text.
 Json cell_of(const SweepValue& value, ColumnType type) {
   if (type == ColumnType::text && value.is_number()) return value.dump();
   if (type == ColumnType::number) return value.get<double>();
@@ -108,7 +110,8 @@ void parse_window(const std::string& text, double& from, double& until) {
     throw UserError(fmt::format("--window is '{}'; its end must come after its beginning", text));
 }
 
-/// Returns the keys that the scene reader lists when it meets an unknown one; empty for any other message.
+/// Returns the allowed keys that the scene reader lists in its message on an unknown key; empty for any other
+/// message.
 std::vector<std::string> keys_allowed_by(const std::string& message, const std::string& key) {
   const std::size_t said = message.find(fmt::format("unknown key '{}'", key));
   const std::string_view before = "; allowed: ";
@@ -121,10 +124,10 @@ std::vector<std::string> keys_allowed_by(const std::string& message, const std::
   return keys;
 }
 
-/// End forces of a run, ordered by step and copy.
+/// End forces of a run, in the order of steps and within a step of copies.
 using Forces = std::vector<double>;
 
-/// Observer that sums quantities which a run's statistics lack.
+/// Observes a run and sums quantities that the run's own statistics lack.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, double from, double until, const Forces* reference)
@@ -132,7 +135,7 @@ class Gatherer {
 
   void operator()(const SceneStepper& stepper) {
     const double t = static_cast<double>(++steps_) * scene_.dt;
-    // Includes half a step of tolerance, because the products round.
+    // Allows half a step of tolerance at the window's ends, because step times are rounded.
     const bool inside = t > from_ + 0.5 * scene_.dt && t < until_ + 0.5 * scene_.dt;
     std::size_t last = windows_.size();
     for (std::size_t c = 0; c < stepper.copies().size(); ++c) {
@@ -205,7 +208,7 @@ Forces forces_of(const Scene& scene, const RunOptions& options, const StepCheck&
   return forces;
 }
 
-/// Returns a text that changes when the file does.
+/// Returns a text (modification time and size) that changes when the file changes.
 std::string stamp_of(const std::string& path) {
   std::error_code error;
   const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
@@ -213,7 +216,7 @@ std::string stamp_of(const std::string& path) {
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
-/// Error of this machine, which says nothing about the row.
+/// Error of this machine (such as too little memory), which does not make the row's scene impossible.
 struct NotHere : UserError {
   using UserError::UserError;
 };
@@ -287,7 +290,8 @@ std::vector<FileOption> Study::inputs() const {
   return inputs;
 }
 
-// Reads every file that a row may name: in the scene, in the settings, and in a varied `file`.
+// Reads every motion file that a row may need: those in the scene, in the settings, and in a varied key
+// `file`.
 void Study::collect_files() {
   const std::filesystem::path folder = std::filesystem::path(options_.scene).parent_path();
   const auto add = [&](const std::string& name) {
@@ -395,7 +399,7 @@ Json Study::header() const {
           {"commit", conditions().commit}};
 }
 
-// Parses the text for each row, because a copy of a document loses its line numbers.
+// Parses the scene's text for each row, because a copy of a parsed document loses its line numbers.
 toml::table Study::document() const { return parse_toml(scene_text_, scene_file_); }
 
 void Study::set_values(toml::table& root, const std::vector<SweepValue>& values) const {
@@ -403,8 +407,8 @@ void Study::set_values(toml::table& root, const std::vector<SweepValue>& values)
   for (std::size_t v = 0; v < varied_.size(); ++v) set_key(root, varied_[v].key, values[v]);
 }
 
-// Gives the first [[patch]] the row's seed, so that `seed` in a scene repeats a row; the others get hashes of
-// it.
+// Gives the first [[patch]] the row's seed, so that a scene with this `seed` repeats the row. Other patches
+// get hashes of the seed.
 void Study::set_seeds(toml::table& root, std::uint32_t seed) const {
   toml::node* patches = root.get("patch");
   if (patches == nullptr || !patches->is_array()) return;
@@ -424,7 +428,7 @@ std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
       values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
     return values;
   }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // counts backwards, so that the last key varies fastest
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // backwards, so that the last key varies fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();
   }
@@ -451,12 +455,13 @@ Scene Study::scene_from(toml::table root) const {
     if (found != paths_.end()) name = found->second;
   });
   Scene scene = scene_of(root, scene_file_);
-  scene.budget.reset();  // leaving out bristles by the clock would make rows irreproducible
+  scene.budget.reset();  // makes rows repeatable, which leaving out bristles by time does not
   return scene;
 }
 
-// Throws at the beginning for keys that the scene never accepts; a refused value concerns only its row. A key
-// may need others that vary with it, so it is tried alone and in the first and last row.
+// Throws, before any row is run, for keys that the scene never accepts. (A value that the scene refuses
+// concerns only its row.) A key may need others that vary with it, so each is tried alone and in the first
+// and last row.
 void Study::check_keys() const {
   for (const std::vector<VariedKey>* keys : {&set_, &varied_, &reference_})
     for (const VariedKey& varied : *keys) {
@@ -488,7 +493,8 @@ void Study::check_keys() const {
     }
 }
 
-// Checks that motion files, which each row reads again, are still those in the study's hash.
+// Checks that the motion files, which each row reads again, did not change since the study's hash was
+// computed.
 void Study::check_files() const {
   for (const auto& [path, stamp] : stamps_)
     if (stamp_of(path) != stamp)

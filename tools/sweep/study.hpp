@@ -19,22 +19,23 @@
 namespace cli {
 
 struct StudyOptions {
-  std::string scene;              ///< file
-  std::vector<std::string> vary;  ///< KEY=RANGE
+  std::string scene;              ///< scene file
+  std::vector<std::string> vary;  ///< what varies, each as KEY=RANGE
   SweepSampling sampling = SweepSampling::grid;
-  std::uint64_t points = 0;  ///< points of a sample; a grid has its own number
-  std::uint64_t repeat = 1;  ///< rows at each point, each with its own seeds
-  /// For the rows' seeds and the sample; without it and without repeats the scene's seeds are used.
+  std::uint64_t points = 0;  ///< number of a sample's points; a grid has its own
+  std::uint64_t repeat = 1;  ///< number of rows at each point, with different seeds
+  /// Seed of the sample, and of the rows' scenes. Without it and without repeats, rows keep the scene's own
+  /// seeds.
   std::optional<std::uint32_t> seed;
-  std::vector<std::string> set;        ///< KEY=VALUE, set in every row
-  std::vector<std::string> reference;  ///< KEY=VALUE for a second run of each row, with which forces are
-                                       ///< compared
-  std::vector<std::string> report;     ///< results to report: sweep/results.hpp
-  std::string window;                  ///< "FROM:UNTIL", s; empty: the whole run
+  std::vector<std::string> set;  ///< settings in every row, each as KEY=VALUE
+  /// Settings of each row's reference run, with whose forces the row is compared.
+  std::vector<std::string> reference;
+  std::vector<std::string> report;  ///< names of the results to report (sweep/results.hpp)
+  std::string window;               ///< "FROM:UNTIL", s, in which results are taken; empty: all
   std::optional<std::uint64_t> steps;
 };
 
-/// Check called after every step of a row; an exception ends the row.
+/// Function called after every step of a row; an exception that it throws ends the row.
 using StepCheck = std::function<void()>;
 
 class Study {
@@ -42,33 +43,33 @@ class Study {
   /// Reads the scene and every file that it names. Throws UserError, also for keys that the scene does not
   /// have.
   explicit Study(const StudyOptions& options);
-  /// Makes a study from recipe(), perhaps on another machine. Files are written into `folder`, which must
-  /// exist.
+  /// Makes the study that recipe() described, perhaps on another machine. Writes the motion files into
+  /// `folder`, which must exist.
   Study(const std::string& recipe, const std::string& folder);
 
-  /// Returns all that another process needs (options, scene and files) as JSON.
+  /// Returns all that another process needs to run rows (options, scene and files), as JSON.
   std::string recipe() const;
 
   const std::string& scene_name() const { return scene_name_; }
   std::uint64_t rows() const { return points_ * options_.repeat; }
   std::uint64_t points() const { return points_; }
-  /// Returns the hash of scene, files, ranges, seeds and results, as 16 hexadecimal digits.
+  /// Returns the hash of scene, motion files, ranges, seeds and names of results, as 16 hexadecimal digits.
   const std::string& hash() const { return hash_; }
   const std::vector<SweepColumn>& columns() const { return columns_; }
   const std::vector<VariedKey>& varied() const { return varied_; }
   const StudyOptions& options() const { return options_; }
-  /// Returns the first line of a journal, which also holds a table's attributes.
+  /// Returns what describes the study, as the first line of a journal and the attributes of a table.
   nlohmann::json header() const;
 
-  /// Returns a row as JSON, an array with a cell for each column. A scene that its values make impossible
-  /// gives a row too: the last cell says why. Throws UserError if this machine cannot run it (memory), and
-  /// what `check` throws. Safe from several threads at once.
+  /// Runs a row; returns it as JSON, an array with a cell for each column. If the row's values make its scene
+  /// impossible, the last cell says why. Throws UserError if this machine cannot run it (memory), and what
+  /// `check` throws. May be called from several threads at once.
   std::string run_row(std::uint64_t index, const std::string& isa = {}, const StepCheck& check = {}) const;
 
-  /// Returns the files that were read.
+  /// Lists the files that the study read.
   std::vector<FileOption> inputs() const;
 
-  /// Returns the scene of a row as a scene file that `bristle run` accepts.
+  /// Returns a row's scene as the text of a scene file that `bristle run` accepts.
   std::string scene_text(std::uint64_t index) const;
 
  private:
@@ -90,22 +91,22 @@ class Study {
   std::string without_paths(std::string message) const;
 
   StudyOptions options_;
-  std::string scene_file_;  ///< name without the folder
+  std::string scene_file_;  ///< file name of the scene, without its folder
   std::string scene_text_;
-  std::map<std::string, std::string> files_;   ///< text by the name in the scene
-  std::map<std::string, std::string> paths_;   ///< path by the name in the scene
-  std::map<std::string, std::string> stamps_;  ///< modification time and size at reading, by path
+  std::map<std::string, std::string> files_;   ///< text of a motion file, by its name in the scene
+  std::map<std::string, std::string> paths_;   ///< path of a motion file, by its name in the scene
+  std::map<std::string, std::string> stamps_;  ///< by path: modification time and size when it was read
   std::string scene_name_;
   std::vector<VariedKey> varied_, set_, reference_;
-  double window_from_ = 0.0, window_until_ = 1e300;  ///< s
+  double window_from_ = 0.0, window_until_ = 1e300;  ///< s, beginning and end of the time window
   std::uint64_t points_ = 0;
-  std::vector<double> shares_;  ///< coordinates of a sample's points, point by point
+  std::vector<double> shares_;  ///< coordinates of a sample's points in [0, 1), point by point
   std::vector<SweepResult> results_;
   std::vector<SweepColumn> columns_;
   std::string hash_;
 };
 
-/// Returns the FNV-1a hash as 16 hexadecimal digits.
+/// Returns the FNV-1a hash of a text, as 16 hexadecimal digits.
 std::string text_hash(std::string_view text);
 
 }  // namespace cli

@@ -37,7 +37,8 @@ void check_table_file(const std::string& path) {
   if (!std::filesystem::is_directory(folder))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
   if (std::filesystem::is_directory(path)) throw UserError(fmt::format("--out {}: is a folder", path));
-  // Tests by opening only regular files: the reader of a FIFO would take the trial for the whole table.
+  // Tries to open regular files only, since the reader of a FIFO would take an empty trial for the whole
+  // table.
   if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) OutputFile trial(path);
 }
 

@@ -1,4 +1,4 @@
-// Sizes canvases to their place on the screen, and reads the colours of the style sheet.
+// Fits the sizes of canvases to their places on the screen, and reads the colours of the style sheet.
 'use strict';
 
 function openCanvas(id) {
@@ -42,7 +42,7 @@ function label(context, text, x, y, {colour = colours.soft, align = 'left', size
   context.fillText(text, x, y);
 }
 
-/** A line of points (x0, y0, x1, y1, ...). */
+/** Draws a line through points (x0, y0, x1, y1, ...). */
 function stroke(context, points, colour, width = 1) {
   context.beginPath();
   for (let i = 0; i < points.length; i += 2) context.lineTo(points[i], points[i + 1]);

@@ -1,4 +1,4 @@
-// Text of the C++ program that makes the page's contact.
+// Writes the C++ program that makes the contact set on the page.
 'use strict';
 
 function codeText(s) {

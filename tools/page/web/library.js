@@ -1,4 +1,4 @@
-// Wraps the library in plain functions. Lengths in metres, forces in newtons.
+// Wraps the WebAssembly library in plain functions. Lengths in metres, forces in newtons.
 'use strict';
 
 async function openLibrary() {
@@ -13,7 +13,7 @@ async function openLibrary() {
     version: call('version', 'string', [])(),
     instructionSet: call('instruction_set', 'string', [])(),
     fixedSceneHash: call('fixed_scene_hash', 'string', []),
-    /** Empty, or what the library says against the settings. */
+    /** Applies settings. Returns an empty text, or the error message of the library. */
     configure: call('configure', 'string', Array(11).fill('number')),
     reset: call('reset', null, []),
     grab: call('grab', null, []),
@@ -25,7 +25,7 @@ async function openLibrary() {
       const values = numbers(stateAt(), fields.length);
       return Object.fromEntries(fields.map((name, i) => [name, values[i]]));
     },
-    /** The ring of samples: time, position, friction, pull; sample i is at 4 (i mod remembered). */
+    /** Returns the ring buffer of samples (time, position, friction, spring force); i is at 4 (i mod remembered). */
     samples() { return numbers(samplesAt(), 4 * this.remembered); },
     bends(count) { return numbers(bendsAt(count), count); },
   };

@@ -24,7 +24,7 @@ function compareHashes(library) {
   return {here, native};
 }
 
-/** Means over the last second, shown once a second. */
+/** Shows pictures and steps per second, as means over the last second. */
 function makeMeter() {
   let pictures = 0, steps = 0, stepping = 0, since = performance.now();
   const meter = {picturesPerSecond: 0, stepMicroseconds: 0};

@@ -61,7 +61,7 @@ function makeAxes(view, unit) {
   return axes;
 }
 
-/** Half the height of a plot: the peak with room above, and what was larger still. */
+/** Returns half the height of a plot, N: 1.3 times the peak of friction, or what the samples reach if that is more. */
 function forceRange(samples, first, last, remembered, state, field) {
   let most = 1.3 * state.peak;
   for (let i = first; i < last; i += 4) most = Math.max(most, 1.08 * Math.abs(samples[4 * (i % remembered) + field]));
@@ -71,7 +71,7 @@ function forceRange(samples, first, last, remembered, state, field) {
 function makeCurve() {
   const view = openCanvas('curve');
   const axes = makeAxes(view, 'N, against the motion');
-  const longest = 12000;  // samples
+  const longest = 12000;  // longest curve, in samples
   return {
     range: 'all',
     draw(library, state, settings) {
@@ -97,7 +97,7 @@ function makeCurve() {
       axes.draw(micro ? 'displacement, µm' : 'displacement, mm', micro ? 1e6 : 1e3);
       axes.limits(state);
       axes.inside(() => {
-        // Fades older parts. Strides count from sample 0, so that a drawn curve does not tremble.
+        // Fades older parts of the curve. Strides count from sample 0, so that the drawn curve does not tremble.
         const pieces = 6;
         for (let p = 0; p < pieces; ++p) {
           const from = first + Math.floor((last - first) * p / pieces);

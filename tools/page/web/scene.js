@@ -1,13 +1,13 @@
 // Draws the block on the floor, the spring, the hand, and the forces as arrows.
 'use strict';
 
-const worldWidth = 0.09;   // m, width of the picture
+const worldWidth = 0.09;   // m, width of the floor that the picture shows
 const blockWidth = 0.018;  // m
-const keepWithin = 0.026;  // m, distance from the middle at which the picture follows the block
+const keepWithin = 0.026;  // m, from the middle, at which the picture follows the block
 
 function makeScene() {
   const view = openCanvas('scene');
-  let middle = 0;  // m, place in the middle of the picture
+  let middle = 0;  // m, place on the floor in the middle of the picture
 
   const pixelsPerMetre = () => view.width / worldWidth;
   const toScreen = (x) => view.width / 2 + (x - middle) * pixelsPerMetre();
@@ -85,12 +85,12 @@ function makeScene() {
 
   return {
     canvas: view.canvas,
-    /** Metres in the world of a pointer's clientX. */
+    /** Returns the place on the floor (m) under a pointer's clientX. */
     toWorld(clientX) {
       const box = view.canvas.getBoundingClientRect();
       return middle + (clientX - box.left - view.width / 2) / pixelsPerMetre();
     },
-    /** The first screen place of the block's middle, for scripts. */
+    /** Returns where the block's middle is on the screen, for test scripts. */
     blockOnScreen(state) {
       const box = view.canvas.getBoundingClientRect();
       return {x: box.left + toScreen(state.position), y: box.top + floorLevel() - 20};

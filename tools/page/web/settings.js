@@ -1,4 +1,4 @@
-// Sliders: their ranges, their labels, and the settings that they set.
+// Makes the sliders: ranges, labels, and the settings of the block that they set.
 'use strict';
 
 function shortNumber(value, digits = 3) {
@@ -9,7 +9,7 @@ function lengthText(metres) {
 }
 const percentText = (share) => `${shortNumber(100 * share, 2)} %`;
 
-// Table of sliders. `scale: 'log'`: equal distances on the slider are equal ratios.
+// Sliders. `scale: 'log'`: equal distances on a slider are equal ratios of the value.
 const sliderTable = [
   {name: 'bristles', label: 'Bristles', low: 30, high: 30000, first: 1000, scale: 'log', whole: true,
    text: (v) => v.toLocaleString('en'), help: 'Representatives in contact. Fewer fluctuate more.'},

@@ -411,7 +411,7 @@ class DeadlineMonitor:
 
 def instruction_sets() -> dict[str, bool]: ...
 
-# Names below exist only in builds with the tools (BRISTLE_BUILD_TOOLS).
+# The names below exist only in builds with the tools (BRISTLE_BUILD_TOOLS).
 
 class FitEstimate:
     value: Final[float]

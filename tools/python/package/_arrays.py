@@ -20,8 +20,8 @@ def motions(ids, normal_load=0.0):
 
 def _computed(of, name, outputs):
     """Returns the column, or the value of one record; raises bristle.Error where a step has not written it."""
-    # A step writes nothing into outputs that its patch lacks, which leaves NaN. Snaps are whole numbers without NaN, so
-    # another output is tested.
+    # A step leaves NaN in outputs that the patch does not compute. `snaps` is a whole number and cannot be NaN, so for
+    # it the column of another output is tested.
     missing = numpy.isnan(of["mean" if outputs == "mean" else "dissipated"])
     if missing.any():
         row = f" of row {int(numpy.argwhere(missing)[0][0])}" if isinstance(of, numpy.ndarray) else ""
@@ -64,7 +64,7 @@ class Responses(_Outputs, numpy.recarray):
                         f"{rows[0]}: {status!r}")
         return self
 
-    # Keeps the rows of derived arrays bristle.Response, where numpy.recarray would lose the type.
+    # Gives rows of derived arrays the type bristle.Response, which numpy.recarray would lose.
     def __array_finalize__(self, other):
         pass
 

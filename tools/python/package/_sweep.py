@@ -171,7 +171,7 @@ def _study_here(recipe):
         if recipe not in _studies:
             folder = tempfile.mkdtemp(prefix="bristle_sweep_")
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
-            _studies.clear()  # only one is kept: a worker outlives its studies
+            _studies.clear()  # keeps one study only: a worker outlives its studies
             _studies[recipe] = _SweepStudy.from_recipe(recipe, folder)
         return _studies[recipe]
 
@@ -188,8 +188,8 @@ def _run_task(recipe, indices, isa):
 
 # ------------------------------------------------------------------------------------------------------- by a scheduler
 
-_TASK_SECONDS = 0.5  # work in a task; the scheduler takes a few milliseconds for each
-_MOST_TRIES = 5  # limit on rows whose workers died, each tried on four workers
+_TASK_SECONDS = 0.5  # s of work in a task; the scheduler takes a few milliseconds for each
+_MOST_TRIES = 5  # times that rows are tried whose worker dies, each on up to four workers
 
 
 class _Sizes:
@@ -200,7 +200,7 @@ class _Sizes:
         self._threads, self._looked = 1, -10.0
 
     def threads(self):
-        if time.monotonic() - self._looked > 1.0:  # the number of workers may change
+        if time.monotonic() - self._looked > 1.0:  # workers may have come or gone
             self._threads = max(1, sum(self._client.nthreads().values()))
             self._looked = time.monotonic()
         return self._threads
@@ -223,7 +223,7 @@ def _rows_by_dask(client, recipe, indices, isa):
 
     if not client.nthreads():
         print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
-    # Submits the recipe instead of scattering it: scattered data are lost with their worker.
+    # Sends the recipe with each task instead of scattering it, since scattered data are lost with their worker.
     shared = client.submit(_same, recipe, pure=False)
     waiting, parts, futures = collections.deque(indices), {}, {}
     tries, sizes, flying = collections.Counter(), _Sizes(client, len(indices)), as_completed()

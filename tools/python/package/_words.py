@@ -49,7 +49,7 @@ def _material_html(self):
 def _batch_repr(self):
     try:
         patches = f"{len(self)} patches, "
-    except _bristle.Error:  # another thread steps
+    except _bristle.Error:  # another thread is stepping the batch
         patches = ""
     return f"<bristle.PatchBatch: {patches}{self.threads} thread{'s' if self.threads != 1 else ''}, {self.isa}>"
 
