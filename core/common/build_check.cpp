@@ -41,8 +41,7 @@ constexpr Size sizes[] = {{"Material", &BuildSignature::material_bytes},
 }  // namespace
 
 void check_build(const BuildSignature& headers) {
-  // Before version 1.0 a minor version may change anything; a patch version changes neither sizes nor
-  // options.
+  // Ignores the patch number: only a new minor version changes sizes or options.
   if (headers.version / 100 != header_build.version / 100) refuse(headers, "", "");
   for (const Option& option : options) {
     const bool theirs = (headers.options & option.bit) != 0;

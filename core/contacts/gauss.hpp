@@ -1,4 +1,4 @@
-// Gauss-Legendre nodes without libm.
+// Calculates Gauss-Legendre nodes without libm.
 #pragma once
 
 #include <vector>

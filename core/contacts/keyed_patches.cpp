@@ -49,8 +49,8 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Returns the key of the patch or of its first cell, 0 if there is no such patch, and nothing for beds,
-  /// which have no keys.
+  /// Returns the caller's key of the patch (or of its first cell), 0 if there is no such patch, and nothing
+  /// for beds, which have no keys.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;
