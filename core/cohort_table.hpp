@@ -66,8 +66,8 @@ struct CohortLaw {
   double piece;           ///< longest piece of path taken at once, scaled
   double forget;          ///< straight path after which a patch has forgotten its start, scaled
   double negligible;      ///< share of the patch's mass below which a cohort snaps as a whole
-  double slow;            ///< distance behind the patch from which on the pieces of a long step may grow in
-                          ///< proportion, scaled
+  double slow;            ///< path from either end of a move, beyond which its pieces may grow in proportion,
+                          ///< scaled
   double longest_growth;  ///< largest growth of these pieces, as a factor
   double most_apart;      ///< largest ratio of squared distances of two cohorts, after to before they are
                           ///< moved apart

@@ -115,8 +115,8 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Calls place() again, so that the share of each cell in contact refers to this size: on a contact of fixed
-  // size every bristle then counts as in contact, unbent, before any load.
+  // Calls place() twice, because bed_kept is relative to the call before: bristles of a contact of fixed size
+  // then count as in contact before any load, unbent.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
 
