@@ -117,9 +117,7 @@ struct Known {
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  if (m.snap_length.law() == SnapLaw::table)
-    return find_forget(m);  // skips the memory, which holds two
-                            // parameters of a law; a table has more
+  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // a table has more than two parameters
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
   const double forget = find_forget(m);

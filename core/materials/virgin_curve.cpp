@@ -619,9 +619,7 @@ double redraw_peak(const SnapLength& law) {
 
 double paper_peak(const SnapLength& law, SnapRule rule) {
   if (law.law() == SnapLaw::single) return 1.0;
-  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw)
-    return 1.0;  // curve 1 - exp(-x) has no
-                 // peak
+  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // 1 - exp(-x) has no peak
   if (law.cv() < 0.25 || law.law() == SnapLaw::uniform) {
     const UnitLaw unit(law);
     double peak, place;

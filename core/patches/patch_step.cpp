@@ -22,9 +22,9 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates how long bristles of a patch that ages may have held: no bristle follows the patch further than
-/// twice its snap length. Ignores bristles longer than the mean plus four standard deviations. They carry
-/// 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
+/// Updates how long bristles of a patch that ages may have held: none can hold on while the patch moves
+/// further than twice its snap length. Ignores bristles longer than the mean plus four standard deviations.
+/// They carry 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =

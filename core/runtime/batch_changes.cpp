@@ -80,7 +80,7 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
 void PatchBatch::Impl::attach_scratch(Command& command) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
-  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into it
+  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into this memory
 #endif
   if (bytes <= scratch_bytes) return;
   command.scratch.memory.reset(
@@ -128,7 +128,7 @@ void PatchBatch::Impl::grow_pool() {
 
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   const SteppingCall call(impl_->adding_side);
-  const FloatModeScope mode;  // keeps the caller's rounding mode from changing our bits
+  const FloatModeScope mode;  // keeps the caller's rounding mode from changing the bits of the patch
   return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
 }
 

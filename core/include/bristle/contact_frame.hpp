@@ -60,7 +60,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
   int doublings = 0;
   for (; half.squaredNorm() > 0.0625 && doublings < 64; ++doublings) half *= 0.5;
   const double x = half.squaredNorm();
-  // cos(a) and sin(a)/a to 1e-17 for a <= 1/4.
+  // Computes cos(a) and sin(a)/a to 1e-17, for an angle a <= 1/4 rad.
   const double c =
       1.0 -
       x * 0.5 *
@@ -135,8 +135,7 @@ class ContactFrame {
     // reached to the new one.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24))
-      along = carried_by(turn_b, n);  // the two are half a turn apart, so
-                                      // they have no mean
+      along = carried_by(turn_b, n);  // axes that the two bodies carry are half a turn apart and have no mean
     const Axes before = now_;
     now_ = make_axes(n, along);
     midway_ = half_way(before, now_);
@@ -249,7 +248,7 @@ class ContactFrame {
   }
 
   Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
-    if (turn.vec().isZero(0.0))  // a body that does not turn, such as the ground
+    if (turn.vec().isZero(0.0))  // body that does not turn, such as the ground
       return detail::carry_along(now_.along, now_.normal, to, now_.along);
     const Eigen::Vector3d along = turn * now_.along;
     const Eigen::Vector3d from = turn * now_.normal;

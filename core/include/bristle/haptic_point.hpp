@@ -46,7 +46,7 @@ namespace bristle {
 /// Velocity from positions, by an adaptive window. Constant memory, no allocation.
 class WindowedVelocity {
  public:
-  static constexpr int longest = 32;  ///< longest window of positions, in ticks
+  static constexpr int longest = 32;  ///< ticks, longest window of positions
 
   WindowedVelocity() noexcept {
     for (Eigen::Vector3d& place : places_) place.setZero();
@@ -177,8 +177,11 @@ class HapticPoint {
     velocity_.restart();
   }
 
-  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
-  double wall_force() const noexcept { return wall_; }                    ///< N, the last load, after the cap
+  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, friction force
+  double wall_force() const noexcept {
+    return wall_;
+  }  ///< N, last wall force, after the
+     ///< cap
   /// Whether the last force was at the limit.
   bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }
@@ -195,7 +198,7 @@ class HapticPoint {
     limited_ = true;
     const double size = elastic.norm();
     if (size >= room) {
-      elastic *= size > 0.0 ? room / size : 0.0;  // avoids 0/0 where there is no room and nothing elastic
+      elastic *= size > 0.0 ? room / size : 0.0;  // avoids 0/0 where there is no room and no elastic force
       damper.setZero();
       return;
     }
