@@ -19,10 +19,10 @@ enum BedColumn : std::uint32_t {
   bed_tip_y,
   bed_pressure,        ///< pressure, relative; times BedStep::limit_of_pressure it is the friction limit
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
-  bed_stiffness,       ///< stiffness of the part in contact
-  bed_x,               ///< x of the middle of the part in contact
+  bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
+  bed_x,               ///< x of the middle of that part
   bed_y,
-  bed_slid,   ///< 1: slid in the last step, so holds only its kinetic limit
+  bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
   bed_kept,   ///< share of the part in contact that was in contact before the step, by which the deflection
               ///< is multiplied
   bed_moved,  ///< share of the step for which the part in contact has been in contact, on average
@@ -32,7 +32,7 @@ enum BedColumn : std::uint32_t {
   bed_inner,  ///< squared size of the contact at which the cell begins to touch; rolling: the row's y
   bed_outer,  ///< squared size of the contact from which all of the cell touches; rolling: the row's half
               ///< length at full load
-  bed_share,  ///< factor of the cell's pressure; rolling: the inverse of bed_outer
+  bed_share,  ///< factor of the cell's pressure; in a rolling bed the inverse of bed_outer
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -82,18 +82,18 @@ struct BedStep {
 struct BedSums {
   double force[2], torque;  ///< stiffness x deflection at the end of the step
   // Sums that only kernels with all outputs fill:
-  double slipping;  ///< stiffness of the bristles that slid
+  double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
   double energy[2];                                    ///< stiffness x squared deflection at the end, by axis
   double start_energy;                                 ///< stiffness x squared deflection at the beginning,
                                                        ///< of the parts that stayed in contact
-  double dissipated;                                   ///< energy dissipated by sliding: stiffness x slid
-                                                       ///< distance x deflection
+  double dissipated;                                   ///< energy dissipated by sliding: stiffness x distance
+                                                       ///< slid x deflection
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide:
                                                        ///< stiffness, then its moments in x and y
 };
 
-/// Bits of the index of a step's variant.
+/// Bits of the index by which a step's kernel is chosen.
 enum BedVariant : std::uint32_t {
   bed_spins = 1,
   bed_carried = 2,  ///< whether load, size or places have changed, so that bed_kept and bed_moved matter and

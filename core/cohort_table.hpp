@@ -45,7 +45,7 @@ constexpr double unused_reach = 8192.0;  ///< R of a lane without a cohort, so l
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S, never above 0
-  double moment;    ///< first moment of the lengths below `start`, E[delta; delta < start]
+  double moment;    ///< E[delta; delta < start]: first moment of the snap lengths below `start`
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
@@ -64,7 +64,7 @@ struct CohortLaw {
                           ///< least this
   double mean;            ///< mean snap length, scaled
   double piece;           ///< longest piece of path taken at once, scaled
-  double forget;          ///< straight path after which a patch has forgotten its start, scaled
+  double forget;          ///< path of a straight slide after which a patch has forgotten its start, scaled
   double negligible;      ///< share of the patch's mass below which a cohort snaps as a whole
   double slow;            ///< path from either end of a move, beyond which its pieces may grow in proportion,
                           ///< scaled
@@ -87,13 +87,13 @@ struct CohortTimes {
   double now;          ///< time at the end of a move or of a piece of it
   double per_length;   ///< time that a scaled length of the path takes, s
   double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)
-  double rate;         ///< 1 / tau, 1/s
+  double rate;         ///< 1 / tau, tau the ageing time; 1/s
   unsigned saturates;  ///< 1: g = 1 + gain (1 - exp(-a / tau)); 0: g = 1 + beta ln(1 + a / tau)
 };
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
-/// State of a patch apart from its rows of cohorts.
+/// State of an infinite brush apart from its rows of cohorts.
 struct CohortState {
   std::int64_t base[2] = {0, 0};     ///< origin of the cohorts' places, in whole scaled lengths
   double mass = 0.0;                 ///< mass of all cohorts, an integer
@@ -172,8 +172,8 @@ struct CohortMove {
 /// Sums of one move; masses are in units of mass.
 struct CohortTotals {
   double integral[2];  ///< integral along the path of the sum over the cohorts of mass x deflection
-  double lost;         ///< twice the energy lost, in mass x length^2
-  double snapped;      ///< mass that snapped, without renewed mass
+  double lost;         ///< twice the energy lost in the move, in mass x length^2
+  double snapped;      ///< mass of the bristles that snapped, without those that were renewed
   std::uint32_t pieces;
   std::uint32_t merges;
 };
@@ -205,7 +205,7 @@ struct CohortKernels {
 /// Functions of a patch that fluctuates as n bristles: the mass that leaves a cohort is drawn at random,
 /// bristle by bristle. One table serves every instruction set: draws are scalar, so the bits are equal.
 struct CohortNoise {
-  /// Advances a patch, as CohortKernels::move.
+  /// Advances a patch as CohortKernels::move does.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Draws the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a binomial
   /// number of whole bristles; a fraction of a bristle leaves as one. `pass` and `number` key the draw.

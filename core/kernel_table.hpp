@@ -66,7 +66,8 @@ struct KernelLaw {
   double biased_location, biased_scale;
   const double* table;         ///< quantiles at k / table_last (law_table), or cells of them
                                ///< (kernels/cells.hpp)
-  const double* biased_table;  ///< length-biased quantiles (normal, table) or cells (lognormal)
+  const double* biased_table;  ///< quantiles of the length-biased law (normal, table) or cells of them
+                               ///< (lognormal)
   std::int32_t table_last, biased_last;
 
   // Constants of the sum of squared snap lengths over the snaps of a jump, by renewal-reward theory
@@ -122,7 +123,7 @@ struct Travel {
                                 ///< ends
   std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps; the patch's position
                                 ///< does not change
-  std::uint32_t commit;         ///< 0: a trial, which leaves the state unchanged
+  std::uint32_t commit;         ///< 0 for a trial step, which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, for all its blocks.
@@ -138,10 +139,10 @@ struct Advance : Travel {
   std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which nothing snaps
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;     ///< value of Material::ageing_strength
+  double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
   double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length of the longest
                               ///< bristle
-  std::uint32_t ageing_form;  ///< 1: saturating form, 0: logarithmic
+  std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 
 /// Sums over those blocks of a range that changed. Integers, so that order does not matter. The last block

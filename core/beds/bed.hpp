@@ -21,10 +21,11 @@ BedMemory make_columns(std::uint32_t count);
 /// named.
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
-  double size = 0.0;               ///< size of the contact, relative to that at full load
+  double size = 0.0;               ///< size of the contact, relative to its size at full load
   double load = 0.0;               ///< N, present normal load
   double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, scaled
-  double limit_of_pressure = 0.0;  ///< last value of BedStep::limit_of_pressure
+  double limit_of_pressure = 0.0;  ///< limit of friction of a bristle of relative pressure 1, as BedStep has
+                                   ///< it
   double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that the bristles have not yet followed
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step; torque and energy follow
@@ -55,7 +56,7 @@ struct Bed {
                                                  ///< per radian of spin
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
-  double full_load = 0.0;       ///< N, full load
+  double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
   double longest_piece = 0.0;   ///< m, longest piece into which a step of rolling is cut
   double cell = 0.0;            ///< h, width of a cell in half lengths of its row (BedPlaces::cell)
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
@@ -75,9 +76,9 @@ Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOption
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Unbends all bristles and takes the bed out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
-/// Steps a bed by a motion that accepts() takes.
+/// Steps a bed by a motion that accepts() allows.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
-/// Whether a bed can make this motion.
+/// Whether a motion is valid and the bed can make it.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
 /// Whether steps can bring a bed into this state. `columns` are laid out as the bed's; their constants are
 /// not read.

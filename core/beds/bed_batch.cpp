@@ -78,7 +78,7 @@ struct BedBatch::Impl {
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 
-  // Input of the step under way, for the threads that share it.
+  // Input of the step under way, kept here for the threads that share it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -340,7 +340,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
-  // Makes two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

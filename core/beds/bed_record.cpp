@@ -322,7 +322,7 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
     bed.at(bed_moved, i) = 1.0f;
   }
 
-  // The unit of deflection is the largest kinetic limit at full load.
+  // Sets the unit of deflection to the largest kinetic limit at full load.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
   const double sum = place(bed, kernels, 0.0);

@@ -98,7 +98,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles at their present places.
+/// Unbends all bristles, with the contact at its present place and size.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -152,7 +152,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
   }
   if (!good) return false;
 
-  constexpr double widest = 4.0;         // largest place of a bristle, scaled
+  constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;      // rounding error of a tip's place, relative
   constexpr double most_added = 0x1p25;  // number of equal terms after which a sum in single precision stalls
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
@@ -379,7 +379,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   if (rests && !bed.all_outputs) {
     // Keeps the force, since nothing has changed.
   } else if (rolls) {
-    if (carried) {  // applies the load first, at rest
+    if (carried) {  // applies the load first, without motion
       Piece piece{};
       piece.carried = true;
       run_kernel(bed, kernels, piece, sum.last);

@@ -199,7 +199,7 @@ void need(const void* pointer, const char* name) {
     });                                                                                            \
   }
 
-/// Makes a handle and the C++ object in it; `make` returns that object.
+/// Makes a handle and the C++ object behind it; `make` returns that object.
 template <class Handle, class Make>
 bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
@@ -237,7 +237,7 @@ struct Field {
   CField C::*c;
   CppField Cpp::*cpp;
   const char* name;
-  std::uint32_t last;  ///< greatest value of an enumeration
+  std::uint32_t last;  ///< greatest value that the enumeration may have
 };
 template <class C, class CField, class Cpp, class CppField>
 constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {
@@ -803,7 +803,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // an empty column, for a null pointer, is skipped by the C++ call
+  // Passes empty columns for null pointers; the C++ call skips them.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch"
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch", magic number of saved
+                                                              // bytes
 constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
@@ -39,7 +40,7 @@ struct ContactMatcher::Impl {
     std::uint32_t after = none;
     std::uint32_t partner = none;  ///< index of the contact of the other step that this one was matched with
     std::uint32_t nearest = none;  ///< index of the nearest contact of the other step that has no partner
-    double distance = 0.0;         ///< squared distance to `nearest`
+    double distance = 0.0;         ///< squared distance to the contact `nearest`
   };
   struct Pair {
     std::uint64_t pair;

@@ -76,8 +76,8 @@ struct Course {
 };
 
 struct ExtendedPatch {
-  std::uint32_t generation = 0;  ///< 0: the slot is free
-  std::vector<PatchCell> cells;  ///< cells in the outline's axes
+  std::uint32_t generation = 0;  ///< generation of the outline in this slot; 0 = free
+  std::vector<PatchCell> cells;  ///< places of the cells, in the outline's axes
   std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
   double normal_load = 0.0;
@@ -101,8 +101,8 @@ struct ExtendedPatch {
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known =
-        std::min(load, detail::highest_load);  // a higher load is refused, but still needs a size
+    const double known = std::min(load, detail::highest_load);  // limits the load, because even one that is
+                                                                // refused needs a size
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -358,8 +358,9 @@ struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<CellMotion> light;  ///< cells of outlines in light steps, one outline after the other
-  std::vector<Motion> motions;    ///< motions of the cells of other outlines
+  std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines in light steps, one
+                                  ///< outline after the other
+  std::vector<Motion> motions;    ///< motions of the cells of the other outlines
   std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 
@@ -414,7 +415,7 @@ struct Stepped : Room {
   }
 
   PatchBatch* batch;
-  std::vector<ExtendedPatch> patches;  ///< indexed by slot
+  std::vector<ExtendedPatch> patches;  ///< outlines of all slots
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 };
@@ -460,7 +461,7 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data of the adding side.
+/// Data of the adding side: its calls alone read and write it.
 struct ExtendedPatches::Impl {
   struct Record {
     // Views of the cells of the stepping side's ExtendedPatch, which neither side changes.
@@ -504,10 +505,10 @@ struct ExtendedPatches::Impl {
   PatchBatch* const batch;
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
-  std::vector<Record> records;  ///< indexed by slot
-  std::size_t cells = 0;        ///< number of cells of all patches
+  std::vector<Record> records;  ///< records of the outlines of all slots
+  std::size_t cells = 0;        ///< number of cells of all patches, as the adding side counts them
   std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
-  std::size_t places = 0;       ///< number of patches that its arrays can hold
+  std::size_t places = 0;       ///< number of patches that those arrays can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}

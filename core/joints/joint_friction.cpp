@@ -215,7 +215,7 @@ struct JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    std::int64_t usual = 0;  // 64 bits as a double has, so that the loop becomes vectors
+    std::int64_t usual = 0;  // counter of 64 bits, as a double has, so that the loop becomes vectors
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
     const bool has_odd = usual != lane_count;
@@ -376,7 +376,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Makes two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i) {

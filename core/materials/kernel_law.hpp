@@ -23,14 +23,15 @@ struct CompiledMaterial {
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
-  double residual = 0.0;          ///< value of Material::residual_length, scaled
+  double residual = 0.0;          ///< Material::residual_length in scaled lengths
   double snap_rate = 0.0;         ///< snaps of a bristle per scaled length of steady sliding, without ageing
   double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
   bool redraw = false;            ///< whether the redraw kernels are needed: the rule is redraw and the
                                   ///< spread not negligible
   bool single_length = false;     ///< whether the law is a single length, for which remainders of a path are
                                   ///< computed in double at every speed
-  double peak_coefficient = 0.0;  ///< value of Material::peak_coefficient without ageing
+  double peak_coefficient = 0.0;  ///< peak friction over normal load (Material::peak_coefficient), without
+                                  ///< ageing
   std::uint64_t hash = 0;         ///< hash of all parameters of the material
   mutable KernelLaw law{};        ///< constants of the law for the kernels; they point into `table` and
                                   ///< `biased_table`, and make_draws() fills all three

@@ -16,7 +16,7 @@ inline constexpr double shortest_that_counts = 1.0 / 1024;
 /// 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< 0 = no ageing
+  double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
   /// Returns the growth g of a snap length by ageing along a path `way` (mean snap lengths); slope() is its

@@ -50,7 +50,7 @@ double find_tail(const SurvivalTable& table, double share) {
 /// slower and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
-  double finest;  ///< value of SurvivalTable::finest
+  double finest;  ///< SurvivalTable::finest, from the waves
 };
 Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double per_square = 19.739208802178716;  // 2 pi^2

@@ -22,7 +22,7 @@ struct SurvivalTable {
   double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force
   double finest = 1.0;  ///< number of pieces of path per mean length that the law needs, relative to a law of
                         ///< spread 0.25 or more
-  bool smooth = true;   ///< whether S has no corners
+  bool smooth = true;   ///< whether S is smooth; else it has corners, where the density of the law jumps
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
   double follow = 0.0;  ///< straight path after which nothing from before the slide matters, however long it
                         ///< goes on
@@ -34,7 +34,8 @@ struct SurvivalTable {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {
-  double left, moment, square;  ///< S(x), E[delta; delta < x], E[delta^2; delta < x]
+  double left, moment, square;  ///< of lengths and the argument x: S(x), E[delta; delta < x], E[delta^2;
+                                ///< delta < x]
 };
 inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
   if (x <= table.sure) return {1.0, 0.0, 0.0};

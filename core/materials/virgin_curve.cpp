@@ -98,7 +98,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // an exponential law
+  high = 45.0;  // bound for an exponential law
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;
@@ -117,7 +117,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   effective_support(unit, low, high);
   double k = whole_part(x / high);
   const double last = k + direct_terms;
-  double sum = k;  // each of the first k terms is the whole mean, 1
+  double sum = k;  // sum of the first k terms, each of which is the whole mean, 1
   double before = 1.0, term = 1.0;
   for (k += 1.0; k <= last; k += 1.0) {
     if (x < low * k) return x - sum;
@@ -834,7 +834,7 @@ double kink_in_cell(const VirginGrid& grid, std::size_t i) {
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place in cells from node i
+  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place of the crossing, in cells from node i
   return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
 }
 
@@ -927,7 +927,7 @@ double slide_curve(const SnapLength& law, double drop, double growth, double x) 
 
 SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   const double mean = law.mean();
-  SlidePeak best{1.0 - drop, 0.0};  // the force after a long path
+  SlidePeak best{1.0 - drop, 0.0};  // force after a path so long that it is steady
   const auto try_at = [&](double length) {
     const double force = slide_curve(law, drop, growth, growth * length / mean);
     if (force > best.force) best = {force, length / mean * law.survival(length)};

@@ -21,7 +21,7 @@ enum class Filler : unsigned char {
                  ///< of the same law
   draw_state,    ///< value that stays when out of contact. State, saved; filled from the seed
   from_seed,     ///< function of seed and material (first snap lengths), which no step changes; not saved
-  block,         ///< bookkeeping of blocks, handled by functions of its own
+  block,         ///< bookkeeping of blocks, which functions of its own reset and save
   cache          ///< values on which the state does not depend
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }

@@ -27,7 +27,7 @@ struct SharedStep {
 };
 
 struct ContactModel {
-  const char* name;  ///< part of the signature of a saved state
+  const char* name;  ///< name of the model, a part of the signature of saved states
 
   /// Changes the load, N >= 0: bristles come into contact or leave it. Returns the elastic energy of those
   /// that left, J (0 where the patch computes no energy).
@@ -41,7 +41,8 @@ struct ContactModel {
   /// two axes that neither damp nor age, when only the end force is asked for. On Bound::glide the state is
   /// as after `advance`, and the sums are filled. Null: the model has no such answer.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
-  const SharedStep* shared = nullptr;  ///< null: one thread takes the whole step
+  const SharedStep* shared = nullptr;  ///< operations for several threads; null: one thread takes the whole
+                                       ///< step
 
   /// Resets the patch to its initial state, with this seed and key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
@@ -56,7 +57,7 @@ struct ContactModel {
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading
-  double (*stored_energy)(const Patch&) noexcept;  ///< J, energy of the bristles in contact
+  double (*stored_energy)(const Patch&) noexcept;  ///< J, elastic energy of the bristles in contact
   /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;

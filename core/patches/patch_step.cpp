@@ -114,7 +114,7 @@ bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
 }
 
-/// A displacement in isotropic axes, m (LayMap).
+/// Displacement of a step in isotropic axes, m (LayMap).
 struct Displacement {
   double by[2];
 };

@@ -11,7 +11,7 @@ struct CellMotion {
   PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no such
                            ///< patch
   double displacement[2];  ///< m, tangential displacement of the cell in the step
-  double force[2];         ///< N, on the body, at the end of the step
+  double force[2];         ///< N, force on the body at the end of the step
 };
 
 /// Whether a motion is valid; false = bad input.

@@ -42,15 +42,15 @@ struct PatchStep {
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
   double twice_mean[2] = {0.0, 0.0};  ///< twice the mean of that sum over the step (Outputs::mean)
-  double dissipated = 0.0;            ///< J, lost in snaps (Outputs::energy)
+  double dissipated = 0.0;            ///< J, energy lost in snaps (Outputs::energy)
   std::uint64_t snaps = 0;
-  std::uint64_t visited = 0;  ///< bristles that a kernel visited
+  std::uint64_t visited = 0;  ///< number of bristles that a kernel visited
 };
 
 /// Kinds of motion of a patch by whether bristles have to be visited.
 enum class Bound : unsigned char {
   none,   ///< something may snap: ContactModel::advance visits the bristles
-  rest,   ///< the patch does not move
+  rest,   ///< the patch does not move, so its last response holds
   ball,   ///< the motion ends within Patch::bound, so nothing snaps and the sums follow from the displacement
   glide,  ///< a steady slide continues, and no cohort is visited (glide.hpp)
 };

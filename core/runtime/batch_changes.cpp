@@ -98,7 +98,7 @@ PatchId PatchBatch::Impl::add(const Patch& made) {
   std::unique_ptr<PatchRecord, decltype(give_back)> owner(made.record, give_back);
   auto command = std::make_unique<Command>();
   command->patch = made;
-  owner.release();  // the command owns the record from here on
+  owner.release();  // the command owns the patch's record from here on
   attach_scratch(*command);
   return add_to(slots.take(), std::move(command));
 }

@@ -304,7 +304,7 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
   const Impl::Turn impl(*impl_);
-  const FloatModeScope mode;  // needed because first snap lengths may be recomputed
+  const FloatModeScope mode;  // sets the kernels' mode, because first snap lengths may be recomputed
   const SavedBatch head = open_batch(from);
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +

@@ -146,7 +146,7 @@ struct Scheduler::Errand {
   }
 };
 
-/// A step of all motions of one kind (Motions or Cells).
+/// One step of all items of one kind (Motions or Cells).
 template <class Items>
 class Scheduler::Step {
  public:
@@ -279,7 +279,7 @@ class Scheduler::Step {
     const Crew crew{&Errand::run_all, &s, static_cast<std::uint32_t>(s.workers.count()),
                     static_cast<std::uint32_t>(pieces)};
     const std::uint32_t blocks = begin_step(p, motion, items_.dt, crew, split.step);
-    // Gives each task whole groups of blocks, because bounds are kept by group.
+    // Gives each task whole groups of blocks, because bounds are kept by group of blocks.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
     for (std::uint32_t k = 0; k < parts; ++k) {

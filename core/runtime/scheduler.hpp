@@ -46,7 +46,7 @@ class Scheduler {
     Range range;
     Totals totals;
     Outcome outcome;
-    const void* thread = nullptr;  ///< thread that did the task
+    const void* thread = nullptr;  ///< thread that did the task, by the address of `this_thread`
     double end = 0.0;              ///< time when the task was done, s
   };
   struct Split {

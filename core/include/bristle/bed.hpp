@@ -157,17 +157,20 @@ struct BedShape {
 
 /// Friction and elasticity of a bed. Exactly one of the elasticities must be given.
 struct BedMaterial {
-  double static_friction = 0.0;   ///< > 0, at most 100, not below the kinetic one
+  double static_friction = 0.0;   ///< coefficient of static friction; > 0, at most 100, not below
+                                  ///< kinetic_friction
   double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle holds this limit
                                   ///< until it has stuck for a whole step
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
-  double normal_modulus = 0.0;  ///< Pa, E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
-  double shear_modulus = 0.0;   ///< Pa, G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
-  double radius = 0.0;          ///< m, 1/R = 1/R1 + 1/R2; 0 where the shape states its size
+  double normal_modulus = 0.0;  ///< Pa, combined modulus E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
+  double shear_modulus = 0.0;   ///< Pa, combined modulus G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
+  double radius = 0.0;          ///< m, combined radius R: 1/R = 1/R1 + 1/R2; 0 where the shape states its
+                                ///< size
   ///@}
-  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's L1, L2, L3 (x, y, spin) at full load
-  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip at full load, along x and y; for a shape that
+  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's flexibilities L1, L2, L3 (x, y, spin) at full
+                                            ///< load
+  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip, along x and y at full load, for a shape that
                                             ///< rolls
   double presliding = 0.0;                  ///< m: the displacement at which every bristle slides, under full
                                             ///< load
@@ -184,7 +187,7 @@ struct BedMaterial {
     radius = radius_m;
     return *this;
   }
-  /// Sets two elastic bodies of equal modulus and ratio.
+  /// Sets two elastic bodies of equal shear modulus and Poisson's ratio.
   BedMaterial& with_elastic_pair(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     with_elastic(0.5 * shear_modulus_pa, poisson, radius_m);
     return *this;
@@ -240,8 +243,8 @@ struct BedResponse {
                                  ///< displacement + mean_torque spin), exactly without rolling, by the
                                  ///< trapezoidal rule with it
   double mean_torque = 0.0;      ///< N m, torque averaged over the step
-  double dissipated = 0.0;       ///< J, energy put in and not stored
-  double stored = 0.0;           ///< J, elastic energy at the end
+  double dissipated = 0.0;       ///< J, energy that was put in during the step and not stored
+  double stored = 0.0;           ///< J, elastic energy at the end of the step
   double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, from the bristles that
                                  ///< stick
   double slipping_share = 0.0;   ///< share of the contact that slips, by stiffness, 0 to 1

@@ -70,7 +70,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
       x * (1.0 / 6) *
           (1.0 - x * (1.0 / 20) * (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110)))));
   Quaternion q(c, s * half[0], s * half[1], s * half[2]);
-  if (doublings == 0) return q;  // normalises the quaternion, to rounding
+  if (doublings == 0) return q;  // makes the quaternion a unit one, to rounding
   for (; doublings > 0; --doublings) q = q * q;
   q.normalize();
   return q;
@@ -215,7 +215,7 @@ class ContactFrame {
       unit = v / std::sqrt(square);
       return true;
     }
-    const double largest = v.cwiseAbs().maxCoeff();  // scaled first, because the square of 1e-200 m is zero
+    const double largest = v.cwiseAbs().maxCoeff();  // scales first, because the square of 1e-200 m is zero
     if (!v.allFinite() || !(largest > 0.0)) return false;
     unit = v / largest;
     unit /= std::sqrt(unit.squaredNorm());
@@ -267,8 +267,8 @@ class ContactFrame {
                                                       // sines / (4 w)
     const Eigen::Vector3d u = sines / (4.0 * w);
     const double h = 1.0 + w,
-                 share = 2.0 / (h * h + u.squaredNorm());  // normalises the quaternion of half of R, (1 + w,
-                                                           // u)
+                 share = 2.0 / (h * h + u.squaredNorm());  // makes the quaternion of half of R, (1 + w, u), a
+                                                           // unit one
     const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
       const Eigen::Vector3d across = u.cross(v);
       return v + share * (h * across + u.cross(across));

@@ -40,7 +40,7 @@ struct MovingBody {
 /// One patch under a body. The caller sets the first four members; the rest is working memory.
 template <int Dof>
 struct BodyContact {
-  std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
+  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
       Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, in slip velocity = J u - ground_velocity
@@ -358,7 +358,7 @@ class MidpointSolver {
         follow_(follow),
         effort_(weight_of(external_)) {}
 
-  /// Solves; leaves the midpoint velocity in `u`, and the displacements in the motions.
+  /// Solves the equation; leaves the midpoint velocity in `u`, and the displacements in the motions.
   SolveReport solve(Vector& u) noexcept {
     u = start_;
     double residual = 0.0;

@@ -37,7 +37,7 @@ struct BRISTLE_API ThreadEvents {
 struct Tick {
   double due_s = 0.0;    ///< time at which the step should have started, by the time grid
   double start_s = 0.0;  ///< time at which the step started
-  double end_s = 0.0;    ///< time at which the step was done
+  double end_s = 0.0;    ///< time at which the step ended
   double cpu_s = -1.0;   ///< CPU time of the stepping thread in the tick, s; negative: not measured
 };
 
@@ -156,7 +156,7 @@ class BRISTLE_API DeadlineMonitor {
   struct Step {
     double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
     bool late = false, reads_events = false;
-    ThreadEvents events;  // event counters after the last late tick
+    ThreadEvents events;  // event counters as the last late tick left them
   };
   Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
   void keep(const Step& step) noexcept;

@@ -39,7 +39,7 @@ namespace bristle {
 /// One extended patch, of two axes, under a body.
 template <int Dof>
 struct ExtendedContact {
-  std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
+  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   /// J, in (slip of the outline's centre, spin) = J u - ground_velocity; m/s, m/s, rad/s
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
   Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity =
@@ -61,7 +61,7 @@ inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen
   return contact;
 }
 
-/// Working memory of the two solves; its contents mean nothing between calls.
+/// Working memory of the two solves; nothing in it lasts from call to call.
 template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;

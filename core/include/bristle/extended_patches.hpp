@@ -34,7 +34,8 @@ struct ExtendedMotion {
   double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
                                              ///< about the normal, of the moving body against the surface
   double normal_load = 0.0;                  ///< N, load on the whole patch, 0 to 1e15
-  std::uint8_t has_velocity = 0;             ///< not 0: `velocity` is given; else it is displacement / dt
+  std::uint8_t has_velocity = 0;             ///< whether `velocity` is given (not 0); else it is displacement
+                                             ///< / dt
   double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the same point, for the damper
                                              ///< and viscous terms only
 };
@@ -58,7 +59,7 @@ struct ExtendedResponse {
   double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
   double torque_limit = 0.0;  ///< N m, highest elastic torque at first loading by a pure turn about the
                               ///< centre
-  double dissipated = 0.0;    ///< J, as in Response, summed over the cells
+  double dissipated = 0.0;    ///< J, as in Response, summed over the cells; likewise the next two
   double contact_loss = 0.0;
   double damper_work = 0.0;
   std::uint64_t snaps = 0;  ///< snaps of all cells' representatives; an estimate where they jump
@@ -142,7 +143,8 @@ class BRISTLE_API ExtendedPatches {
   double stored_energy(PatchId id) const noexcept;      ///< elastic energy of a patch, J
   std::uint64_t state_hash(PatchId id) const noexcept;  ///< hash of the cells, the turn and the scale; for a
                                                         ///< point, hash of its patch
-  std::uint64_t state_hash() const noexcept;            ///< hash of all patches in the order of their slots
+  std::uint64_t state_hash() const noexcept;            ///< hash of all extended patches in the order of
+                                                        ///< their slots
 
   /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
   /// of the same names. state_file.hpp writes it to a file.

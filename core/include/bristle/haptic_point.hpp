@@ -66,7 +66,7 @@ class WindowedVelocity {
     return velocity;
   }
   void restart() noexcept { count_ = 0; }
-  int window() const noexcept { return window_; }  ///< ticks in the window of the last velocity
+  int window() const noexcept { return window_; }  ///< number of ticks in the window of the last velocity
 
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
@@ -90,7 +90,8 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force for the device
+  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force that the device
+                                                                 ///< may get
   double peak_coefficient = 1.0;  ///< Material::peak_coefficient, which shares the limit between wall and
                                   ///< friction; too large a value only caps the wall lower
   double resolution = 0.0;        ///< m, resolution of the device's positions; 0 = the damper uses
@@ -178,11 +179,8 @@ class HapticPoint {
   }
 
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, friction force
-  double wall_force() const noexcept {
-    return wall_;
-  }  ///< N, last wall force, after the
-     ///< cap
-  /// Whether the last force was at the limit.
+  double wall_force() const noexcept { return wall_; }                    ///< N, last wall force, capped
+  /// Whether the last force was cut to the limit.
   bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a

@@ -32,15 +32,15 @@ enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 
 /// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
-  double base = 0.0;               ///< N m, 0 to 1e9
-  double motor[2] = {0.0, 0.0};    ///< share of the torque lost, by JointDirection, 0 to 100
-  double outside[2] = {0.0, 0.0};  ///< share of the torque lost, by JointDirection, 0 to 100
+  double base = 0.0;               ///< N m, constant part of the friction, 0 to 1e9
+  double motor[2] = {0.0, 0.0};    ///< share of the motor's torque that is lost, by JointDirection, 0 to 100
+  double outside[2] = {0.0, 0.0};  ///< share of the outside torque that is lost, by JointDirection, 0 to 100
 };
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
-  double stiffness = 0.0;       ///< N m/rad of the joint while it sticks, 1e-9 to 1e12
-  double viscous = 0.0;         ///< N m s/rad, 0 to 1e9
+  double stiffness = 0.0;       ///< N m/rad, stiffness of the joint while it sticks, 1e-9 to 1e12
+  double viscous = 0.0;         ///< N m s/rad, viscous friction, 0 to 1e9
   JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
   JointLosses static_part;      ///< additional torque that a joint holds while it sticks
   double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9: while sliding, exp(-(speed/stribeck_speed)^2) of
@@ -77,7 +77,7 @@ struct JointOutput {
                                  ///< speed
   Span<double> by_motor = {};    ///< N m per N m, derivative by the motor torque
   Span<double> by_outside = {};  ///< N m per N m, derivative by the outside torque
-  Span<Status> status = {};      ///< Status::ok or Status::bad_input of each joint
+  Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
   /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
   /// through all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};

@@ -33,7 +33,8 @@ struct KeyedOptions {
   std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24
   std::uint32_t keep_steps = 0;   ///< number of steps that a key may be missing before its patch returns to
                                   ///< the pool
-  bool seed_from_key = true;      ///< false: all patches have PatchOptions::seed, and a new key costs less
+  bool seed_from_key = true;      ///< whether each key gives its patch a seed of its own; if not, all have
+                                  ///< PatchOptions::seed, and a new key costs less
 
   KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
   KeyedOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
@@ -83,7 +84,7 @@ class BRISTLE_API KeyedPatches {
   PatchId find(std::uint64_t key) const noexcept;
   /// Returns the patch of this contact to the pool now. False if there is none.
   bool remove(std::uint64_t key) noexcept;
-  void clear() noexcept;  ///< returns all to the pool; refused() becomes 0
+  void clear() noexcept;  ///< returns all patches to the pool; refused() becomes 0
 
   /// Returns patches of keys not seen for more than keep_steps to the pool, and their number. Call it once
   /// per step, after the last find_or_add.
@@ -110,7 +111,7 @@ class BRISTLE_API KeyedPatches {
   std::uint32_t size() const noexcept;      ///< number of contacts that have a patch at present
   std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
   std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
-  /// Returns the seed of a contact's patch.
+  /// Returns the seed that a contact's patch has.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
   struct Impl;

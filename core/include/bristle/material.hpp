@@ -78,11 +78,11 @@ struct Coefficients {
   /// least spread that has none, some 0.4 for redrawn lognormal lengths. 0: follows from `spread`.
   double peak = 0.46;
   double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
-  double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
+  double bristles_per_newton = 900.0;  ///< 1/N, bristles in contact over normal load: zeta / N of eq. (9)
   SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is `spread`, or solved from peak / kinetic
   SnapRule rule = SnapRule::redraw;
   double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
-  double viscous_friction = 0.0;    ///< N s/m, sigma2
+  double viscous_friction = 0.0;    ///< N s/m, sigma2, lubricant term
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])

@@ -65,7 +65,8 @@ constexpr std::uint32_t automatic = 0;
 /// and every slide still takes energy. Equations: core/MODEL.md, section 33.
 struct Lay {
   double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
-  double limit_ratio = 1.0;  ///< limit across over along, 0.01 to 100; along it is the material's
+  double limit_ratio = 1.0;  ///< limit of the force across over the limit along, 0.01 to 100; the limit along
+                             ///< is the material's
   /// Stiffness of a bristle across over along, 1e-4 to 1e4; 0 = limit_ratio squared. Another ratio needs
   /// representatives and a material without residual.
   double stiffness_ratio = 0.0;
@@ -140,7 +141,7 @@ struct Motion {
   double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body over the step; small ones add
                                         ///< up without loss
   double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
-  std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
+  std::uint8_t has_velocity = 0;        ///< whether `velocity` is given (not 0); else it is displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for the damper and viscous terms only
 };
 

@@ -25,7 +25,8 @@ struct SteppingModes {
 
 struct BatchOptions {
   int threads = 1;            ///< number of threads that may step, the caller included; 0 = one per core
-  const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the best available
+  const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the
+                              ///< best available
   int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
   detail::SteppingModes compared;
 

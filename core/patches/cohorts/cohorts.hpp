@@ -65,7 +65,7 @@ struct Cohorts : PatchRecord, CohortState {
                                    ///< PatchInfo::bristles
   std::uint32_t detail = 0;        ///< number of `pieces` in use (PatchBatch::set_detail)
   double* rows = nullptr;          ///< cohorts in rows of 8, with 8 columns each (CohortColumn)
-  CohortAgeing* ageing = nullptr;  ///< null if the material does not age
+  CohortAgeing* ageing = nullptr;  ///< state of ageing; null if the material does not age
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -120,7 +120,7 @@ void find_moment(CohortState& s, const double* rows) noexcept;
 /// Returns the sum of mass x |z|^2, including the spread that merging removed from the places
 /// (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
-/// Returns the energy of a unit of mass x length^2, J.
+/// Returns the energy of a unit of mass x squared scaled length, J.
 double joules_per_unit(const Patch& p) noexcept;
 /// Returns the sum of deflections along one axis, in the units of Patch::sum, rounded.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;

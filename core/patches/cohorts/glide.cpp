@@ -1,4 +1,4 @@
-// Steps a steady slide along a path that turns slowly.
+// Steps a glide: a steady slide along a path that turns slowly.
 #include "core/patches/cohorts/glide.hpp"
 
 #include <algorithm>
@@ -203,7 +203,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     const double along =
         twice_mean[0] * a.direction[0] + (p.axes == 2 ? twice_mean[1] * a.direction[1] : 0.0);
     const double stored = r.mass * (squares_at(g, arc) - squares_at(g, find_arc(r, r.glide, g.chord_share)));
-    const double length = std::min(a.length, 1e140);  // keeps the products finite
+    const double length = std::min(a.length, 1e140);  // limit that keeps the products finite
     const double lost = length * (along / sum_per_mass_length) - stored;
     sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
     const double snapped =

@@ -34,7 +34,7 @@ struct Node {
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
-  double per_length;  ///< s per scaled length; 0 where the material does not age
+  double per_length;  ///< time per scaled length of path, s; 0 where the material does not age
   double end;         ///< path since their birth after which all bristles have snapped
 
   double reach_at(double path) const noexcept {

@@ -200,7 +200,7 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
 /// Adds integral of deflection, dissipated energy and snaps of the carried path, along which deflections stay
 /// as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
-  const double far = std::min(slide.carried, 1e140);  // keeps the products finite
+  const double far = std::min(slide.carried, 1e140);  // limit that keeps the products finite
   for (int axis = 0; axis < 2; ++axis) {
     const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
                                                   : s.mass * carried_deflection(r, slide.move, axis));

@@ -95,7 +95,7 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
   active = std::min(active, all);
   const double whole = std::floor(active);
   double fraction = active - whole;
-  if (fraction < 1e-30) fraction = 0.0;  // below the smallest float weight
+  if (fraction < 1e-30) fraction = 0.0;  // fraction below the smallest float weight
   return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
 }
 

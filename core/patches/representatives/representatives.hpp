@@ -72,12 +72,12 @@ struct AgedSliding {
 /// Sums and numbers of one step under shared renewal, over its pieces. The patch is carried along a path if
 /// its bristles' lengths |z| stay unchanged, as in steady sliding on average.
 struct PieceSums {
-  double length = 0.0;                 ///< length of the whole step, scaled
+  double length = 0.0;                 ///< length of the step, scaled
   double until = 0.0, duration = 0.0;  ///< time at the end of the step, and its duration, s
   double forget = 0.0;                 ///< path after which a straight slide is steady at this speed
   double per_length = 0.0;             ///< AgedSliding::per_length of the step, with ageing
-  double carried = 0.0;                ///< part of `length` along which the patch is carried
-  double run = 0.0;                    ///< length of the slide that the step continues
+  double carried = 0.0;                ///< part of `length` along which the patch is carried, scaled
+  double run = 0.0;                    ///< length of the slide that the step continues, scaled
   double young_run = 0.0;              ///< length of the slide that its young bristles continue
   double apart = 0.0;  ///< path for which young bristles are followed apart, times their share of the weight;
                        ///< a part of `carried`
@@ -95,8 +95,8 @@ struct PieceSums {
 /// Shared renewal of a patch: its state, scaled constants of the material, and the sums of the step under
 /// way.
 struct SharedRenewal : RenewalState {
-  double piece = 0.0;         ///< longest piece of path that is taken at once
-  double inverse_mean = 0.0;  ///< one over the mean snap length
+  double piece = 0.0;         ///< longest piece of path that is taken at once, scaled
+  double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
   double goes_on = 0.0;       ///< least path that is followed bristle by bristle in a step of a steady slide,
                               ///< scaled
