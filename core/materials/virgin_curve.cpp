@@ -445,7 +445,7 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
-    return -detail::expm1(-x);  // z = min(age, x), where neither the age nor x, the path, has a memory
+    return -detail::expm1(-x);  // z = min(age, x), and the age is exponential, as the law has no memory
   // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), here to 3e-9, unless its tail is heavy.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);

@@ -168,10 +168,10 @@ int kind_of(const Cohorts& r) noexcept {
   return r.rubs() ? 2 : 0;
 }
 
-/// Simulates part of the carried path in short moves, until the force is that of steady sliding or for some
-/// three mean lengths. The force rises with the path until a cohort snaps, so a move ends where it would have
-/// made up for the lack of force. A limit on its length keeps moves from meeting the snaps at the same few
-/// phases for ever.
+/// Simulates part of a path whose cohorts would stay the same in short moves, until the force is that of
+/// steady sliding or for some three mean lengths. The force rises with the path until a cohort snaps, so a
+/// move ends where it would have made up for the lack of force. A limit on its length keeps moves from
+/// meeting the snaps at the same few phases for ever.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
   constexpr double share = 0.38;  // length of a move over a piece; cohorts lie a piece apart, and moves must
@@ -213,7 +213,8 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
 /// Stores speed and time of a committed step of an ageing patch.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Moves all births later by the time of the carried path, along which ages stay.
+  // Moves all births later by the time of the path along which cohorts stay the same, so that their ages stay
+  // too.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {

@@ -334,8 +334,9 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Takes the carried path of a steady slide, which lies before the last piece (its end at `way`): turns the
-/// bristles round a corner if the path turns, and follows young bristles as far as they need it.
+/// Takes the path of a steady slide along which bristles are only carried, before the last piece (its end at
+/// `way`): turns the bristles round a corner if the path turns, and follows young bristles as far as they
+/// need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -360,8 +361,8 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Follows the whole step unless the rest is longer than `goes_on`: carrying the patch round a corner costs
-  // as much as following it for that path.
+  // Follows the bristles along the whole step unless the rest is longer than `goes_on`: carrying the patch
+  // round a corner costs as much as following it for that path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -530,7 +531,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps along the carried path: whole, and unbiased over many steps.
+/// Returns the number of snaps along a path on which bristles are only carried and keep their |z|: whole, and
+/// unbiased over many steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -554,7 +556,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Adds the mean of steady sliding for the carried path.
+  // Adds the mean of steady sliding for the path along which bristles are only carried and keep their |z|.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
