@@ -34,8 +34,8 @@ enum CohortColumn : std::uint32_t {
 };
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
                                                                      ///< cohorts
-/// R exceeds the deflection that set it by this much (scaled): a patch that trembles returns to its farthest
-/// place, and to the place of the newest cohort, without a visit.
+/// Margin, scaled, by which R exceeds the deflection that set it. A patch that trembles then returns to its
+/// farthest place, and to the place of the newest cohort, without a visit of its cohorts.
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< R of a lane without a cohort, so long that no deflection reaches
                                          ///< it
