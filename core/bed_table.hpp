@@ -15,23 +15,24 @@ namespace bristle::detail {
 /// Columns of a bed, one number for each bristle; the count is a multiple of lane_count. They lie in blocks:
 /// 16 bristles of each column, then the next 16. Columns that a step reads come first, constants last.
 enum BedColumn : std::uint32_t {
-  bed_tip_x,  ///< place of the tip: the root's place less the deflection
+  bed_tip_x,  ///< place of the bristle's tip: place of its root less its deflection
   bed_tip_y,
-  bed_pressure,        ///< relative pressure; times BedStep::limit_of_pressure it is the limit
+  bed_pressure,        ///< pressure, relative; times BedStep::limit_of_pressure it is the friction limit
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
-  bed_stiffness,       ///< stiffness of the part in contact
-  bed_x,               ///< x of the middle of the part in contact
+  bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
+  bed_x,               ///< x of the middle of that part
   bed_y,
-  bed_slid,   ///< 1: slid in the last step, so holds only its kinetic limit
-  bed_kept,   ///< share of the part in contact that was in contact before; multiplies the deflection
-  bed_moved,  ///< share of the step over which the part in contact has been in contact, on average
-  bed_along,  ///< rolling: place in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
+  bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
+  bed_kept,   ///< share of the part in contact that was in contact before the step, by which the deflection
+              ///< is multiplied
+  bed_moved,  ///< share of the step for which the part in contact has been in contact, on average
+  bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
   // Columns of constants.
-  bed_own,    ///< stiffness if all of the cell is in contact
+  bed_own,    ///< stiffness of the bristle if all of its cell is in contact
   bed_inner,  ///< squared size of the contact at which the cell begins to touch; rolling: the row's y
   bed_outer,  ///< squared size of the contact from which all of the cell touches; rolling: the row's half
               ///< length at full load
-  bed_share,  ///< factor of the cell's pressure; rolling: the inverse of bed_outer
+  bed_share,  ///< factor of the cell's pressure; in a rolling bed the inverse of bed_outer
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -43,7 +44,7 @@ constexpr std::size_t bed_place(BedColumn c, std::size_t i) noexcept {
 
 enum class BedProfile : std::uint32_t { uniform, parabolic, hertz };
 
-/// Size of a bed's contact under its load, and the motion of its roots.
+/// Size of a bed's contact under its load, and displacement of the bristles' roots.
 struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
@@ -56,45 +57,47 @@ struct BedPlaces {
   float over_rolled;  ///< inverse of the magnitude of `rolled`
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
   float cell;         ///< h, width of a cell in half lengths of its row
-  float axes[4];      ///< coefficients of a place: x from its place along the row [0] and across it [1]; y
-                      ///< from [2] and [3]
-  float root[4];      ///< displacement of the roots: x, y, and that of a turn along x and y
+  float axes[4];      ///< factors that give a bristle's x from its place along the row [0] and across [1],
+                      ///< and its y from [2] and [3]
+  float root[4];      ///< displacement of the roots by translation along x and y, then by turning along x and
+                      ///< y
 };
 
 struct BedStep {
   std::uint32_t count;
-  float root[4];         ///< root at the beginning, as in BedPlaces; zeros after rolling
-  float motion[4];       ///< motion of the root in the step
+  float root[4];         ///< displacement of the roots before the step, as BedPlaces::root; zeros after
+                         ///< rolling
+  float motion[4];       ///< displacement of the roots in the step, in the same four parts
   bool torque;           ///< Whether the torque is asked for although nothing spins.
-  bool rolled;           ///< Whether every tip is rewritten relative to a root at zero: after rolling or a
+  bool rolled;           ///< Whether every tip is rewritten relative to a root at zero, as after rolling or a
                          ///< long motion.
-  float half_rolled[2];  ///< rolling: half the distance rolled, as a vector
+  float half_rolled[2];  ///< half the distance rolled, as a vector; 0 without rolling
   float limit_of_pressure;
   float pressure_of_limit2;  ///< one over the square of limit_of_pressure
   float limit_over_hold;     ///< kinetic over static limit of friction
   float hold_over_limit;     ///< static over kinetic limit of friction
 };
 
-/// Sums over a bed, in its units.
+/// Sums over the bristles of a bed, in its units.
 struct BedSums {
-  double force[2], torque;  ///< stiffness x deflection at the end
+  double force[2], torque;  ///< stiffness x deflection at the end of the step
   // Sums that only kernels with all outputs fill:
-  double slipping;  ///< stiffness of the bristles that slid
+  double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
-  double energy[2];                                    ///< stiffness x z^2 at the end, by axis
-  double start_energy;                                 ///< stiffness x z^2 at the beginning, over the parts
-                                                       ///< that stayed in contact
-  double dissipated;                                   ///< energy dissipated by sliding: stiffness x slid
-                                                       ///< distance x deflection
-  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< stiffness of the bristles that did not slide, and
-                                                       ///< its moments
+  double energy[2];                                    ///< stiffness x squared deflection at the end, by axis
+  double start_energy;                                 ///< stiffness x squared deflection at the beginning,
+                                                       ///< of the parts that stayed in contact
+  double dissipated;                                   ///< energy dissipated by sliding: stiffness x distance
+                                                       ///< slid x deflection
+  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide:
+                                                       ///< stiffness, then its moments in x and y
 };
 
-/// Bits of the index of a step's variant.
+/// Bits of the index by which a step's kernel is chosen.
 enum BedVariant : std::uint32_t {
   bed_spins = 1,
-  bed_carried = 2,  ///< whether places, load or size have changed: bed_kept and bed_moved count, and limits
-                    ///< may fall
+  bed_carried = 2,  ///< whether load, size or places have changed, so that bed_kept and bed_moved matter and
+                    ///< limits may fall
   bed_all_outputs = 4,
   bed_drops = 8,
   bed_variants = 16
@@ -105,12 +108,12 @@ struct BedKernels {
   /// Fills stiffness, pressure and bed_kept of a bed under a new size. Returns the sum of stiffness x
   /// pressure.
   double (*place)(const BedPlaces&, float* columns);
-  /// Fills them as `place` does, for a bed that can roll, whose rows stand still.
+  /// Fills the columns that place() fills, for a bed that can roll, whose rows stand still.
   double (*place_rows)(const BedPlaces&, float* columns);
-  /// Fills them as `place_rows` does, after rolling by BedPlaces::rolled, which is not 0. Tips are relative
-  /// to roots at zero.
+  /// Fills the columns that place_rows() fills, after rolling by BedPlaces::rolled, which is not 0. Tips are
+  /// then relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Makes tips that are relative to BedPlaces::root relative to roots at zero.
+  /// Rewrites tips that are relative to BedPlaces::root relative to roots at zero.
   void (*rebase)(const BedPlaces&, float* columns);
   JointKernel joint[joint_variants];
 };

@@ -9,7 +9,7 @@
 
 namespace bristle::detail {
 
-/// Bits of the index of a variant of a step.
+/// Bits of the index by which a step's kernel is chosen.
 enum JointVariant : std::uint32_t {
   joint_loaded = 1,  ///< friction depends on a torque of motor or outside
   joint_drops = 2,   ///< friction has a static part
@@ -18,19 +18,21 @@ enum JointVariant : std::uint32_t {
   joint_variants = 16
 };
 
-/// Index of the first of each kind of column of 16 joints, in columns of 16 numbers. Columns that the variant
-/// does not use are left out.
+/// Number of the first column of each kind, counted in columns of 16 joints. Columns that the variant does
+/// not use are left out.
 struct JointLayout {
   // Constants, which blocks of joints with the same materials share.
-  std::uint32_t parameter[joint_parameters] = {};  ///< the material's numbers; instead of a Stribeck speed
-                                                   ///< its inverse square, or 0
-  std::uint32_t least_decay = 0;                   ///< least (speed/stribeck_speed)^2; 80 if that speed is 0
+  std::uint32_t parameter[joint_parameters] = {};  ///< columns of the material's numbers; in place of a
+                                                   ///< Stribeck speed its inverse square, or 0
+  std::uint32_t least_decay = 0;                   ///< column of the least (speed/stribeck_speed)^2; 80 if
+                                                   ///< that speed is 0
   std::uint32_t constants = 0;                     ///< number of columns of constants
-  // Columns of state.
-  std::uint32_t before = 0;     ///< last angle, rad; NaN: none since reset
-  std::uint32_t tips = 1;       ///< angle at which each bristle would be straight, rad
-  std::uint32_t slid = 0;       ///< 1: slid in the last step, so holds only its kinetic limit
-  std::uint32_t gradients = 0;  ///< derivative of each tip by each parameter
+  // Columns of state, 16 joints each.
+  std::uint32_t before = 0;     ///< column of the last angle, rad; NaN = none since reset
+  std::uint32_t tips = 1;       ///< columns of the angles at which each bristle would be straight, rad
+  std::uint32_t slid = 0;       ///< columns of flags: 1 = the bristle slid in the last step, so it holds only
+                                ///< its kinetic limit
+  std::uint32_t gradients = 0;  ///< columns of the derivative of each tip by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state
 
   // Always inlined, because objects of different instruction sets must not share a function.
@@ -66,10 +68,10 @@ enum JointOutputRow : std::uint32_t {
 /// A step of 16 joints. All rows are aligned to 64 bytes.
 struct JointStep {
   std::uint32_t bristles;
-  const double* share;   ///< share of the stiffness of each bristle
-  const double* length;  ///< limit of each bristle over the mean
-  const double* in;      ///< joint_inputs rows; in_writes is 1 if the state changes, else 0
-  double* out;           ///< joint_outputs rows; only kernels with gradients fill the last ones
+  const double* share;   ///< share of each bristle in the stiffness
+  const double* length;  ///< limit of each bristle over the mean limit
+  const double* in;      ///< joint_inputs rows of input; row in_writes is 1 if the state changes, else 0
+  double* out;           ///< joint_outputs rows of output; only kernels with gradients fill the last ones
   const double* constants;
   double* columns;
 };

@@ -21,7 +21,8 @@ constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every
 constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
-/// Steps longer than this (scaled) are far: every bristle snaps, and the remainder is taken in double.
+/// Length of a step (scaled) from which it is far: every bristle snaps, and what is left of the path after
+/// its last snap is computed in double.
 constexpr double far_length = 4096.0;
 /// Longest snap length (scaled): 1024 mean lengths. A far step is more than twice as long, so it snaps every
 /// bristle from any deflection.
@@ -31,25 +32,26 @@ static_assert(far_length > 2.0 * longest_scaled_length);
 /// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
-/// 256 bristles that were last rewritten together. One cache line.
+/// 256 bristles whose columns are rewritten together. One cache line.
 struct alignas(64) Block {
-  std::int64_t position[2];  ///< patch position at the last rewrite, fixed point
-  std::int64_t stored[2];    ///< weighted sum of stored deflections, fixed point
+  std::int64_t position[2];  ///< patch position when the block was last rewritten, fixed point
+  std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
   // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
   // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.
   std::int64_t anchor[2];
   float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
   float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block
-  std::uint32_t zero;  ///< 1 = all deflections are zero, and columns z and (redraw) delta are not yet written
+  std::uint32_t zero;  ///< 1 = all deflections are zero, and the columns z and (redraw) delta are not yet
+                       ///< written
 };
 
-/// Bound of 64 blocks, or of the patch: as Block::reach, one and two levels up.
+/// Bound of a group of 64 blocks, or of the patch, as Block::reach is that of a block.
 struct Reach {
   std::int64_t anchor[2];
-  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
+  double reach;  ///< path from `anchor` within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
-/// Numbers of the snap-length laws, as the kernels' switch knows them.
+/// Kinds of snap-length laws, between which the kernels choose.
 enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
 
 /// Law of the snap length in scaled lengths, for SnapRule::redraw. Built by core/materials/kernel_law.cpp.
@@ -59,28 +61,33 @@ struct KernelLaw {
   double scale;              ///< uniform: width of the range
   double shortest, longest;  ///< every draw is clamped to [shortest, longest]
 
-  // Length-biased law, for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.
+  // Length-biased law, from which jumps of steady sliding sample (uniform on [a, b]: a^2 and b^2 - a^2;
+  // exponential: the mean).
   double biased_location, biased_scale;
-  const double* table;         ///< quantiles at k / table_last (law_table); else kernels/cells.hpp
-  const double* biased_table;  ///< length-biased quantiles (normal, table) or cells (lognormal)
+  const double* table;         ///< quantiles at k / table_last (law_table), or cells of them
+                               ///< (kernels/cells.hpp)
+  const double* biased_table;  ///< quantiles of the length-biased law (normal, table) or cells of them
+                               ///< (lognormal)
   std::int32_t table_last, biased_last;
 
-  // Constants of the sum of delta^2 over skipped snaps, by renewal-reward theory (core/MODEL.md, "Jumps").
+  // Constants of the sum of squared snap lengths over the snaps of a jump, by renewal-reward theory
+  // (core/MODEL.md, "Jumps"). m1 and m2: E[delta] and E[delta^2].
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
-  double squares_per_length;                    ///< 2 c = m2 / m1: sum of delta^2 per distance
-  double squares_offset;                        ///< 2 kappa, constant part of the sum of delta^2 of a jump
+  double squares_per_length;                    ///< m2 / m1: sum of delta^2 per distance jumped
+  double squares_offset;                        ///< constant part of the sum of delta^2 of a jump
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
   double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
 
-  // Constants for jumps of k renewals at once under a small spread (Cornish-Fisher).
-  double jump_from;           ///< remaining path above which a lane jumps
-  double stationary_from;     ///< remaining path from which the stationary law holds to 1e-3
-  double deviation;           ///< standard deviation of delta
+  // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
+  double jump_from;           ///< path left in a step above which a bristle jumps
+  double stationary_from;     ///< path left from which the law of steady sliding holds to 1e-3
+  double deviation;           ///< standard deviation of the snap length delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
   double square_mean;         ///< m2 = E[delta^2]
-  double square_slope;        ///< Cov(delta^2, delta) / Var(delta)
-  double square_residual;     ///< Var(delta^2) - square_slope^2 Var(delta)
+  double square_slope;        ///< slope of delta^2 against delta: Cov(delta^2, delta) / Var(delta)
+  double square_residual;     ///< variance of delta^2 that this slope leaves: Var(delta^2) - square_slope^2
+                              ///< Var(delta)
 };
 
 /// State columns of one patch. Rows are padded to 16 bristles; padding has z = 0 and a valid delta.
@@ -88,79 +95,86 @@ template <class T>
 struct PatchView {
   T* zx;
   T* zy;                ///< deflections along y; null with one axis
-  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; SnapRule::keep: for
-                        ///< ever
-  std::uint32_t* draw;  ///< draw states; null with SnapRule::keep
-  const T* first;       ///< first snap lengths (== delta with SnapRule::keep)
+  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; constant with
+                        ///< SnapRule::keep
+  std::uint32_t* draw;  ///< states of the bristles' random draws; null with SnapRule::keep
+  const T* first;       ///< deflections at which bristles first snap (equal to delta with SnapRule::keep)
   Block* blocks;
   Reach* groups;
   std::uint32_t bristles;  ///< number of bristles allocated
-  std::uint32_t whole;     ///< number of bristles that count fully
-  T fraction;              ///< weight of bristle `whole`; 0 = not in contact
+  std::uint32_t whole;     ///< number of bristles that are fully in contact
+  T fraction;              ///< weight of bristle number `whole`, which is in contact in part; 0 = it is not
   const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
-  // Null without ageing. The age of a bristle now is age + (now - since of its block) / ageing_time.
+  // Null without ageing. The present age of a bristle is age + (now - since of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
 };
 
 /// Displacement of a patch in a step or in a piece of it.
 struct Travel {
-  std::int64_t from[2], to[2];  ///< patch position, fixed point; both equal in a far step
+  std::int64_t from[2], to[2];  ///< patch position at the start and at the end, fixed point; both equal in a
+                                ///< far step
   double direction[2];          ///< direction of the motion, a unit vector
   double length;                ///< length of the displacement, scaled, > 0
-  double start;                 ///< time_of(patch) at the beginning of the step, s; 0 without ageing
+  double start;                 ///< the patch's time (time_of) at the beginning of the step, s; 0 without
+                                ///< ageing
   double duration;              ///< duration of the step, s, > 0
-  double rounding;              ///< s by which the next step may begin earlier than this one ends, through
-                                ///< rounding
-  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position does not change
-  std::uint32_t commit;         ///< 0: a trial, which leaves the state unchanged
+  double rounding;              ///< s by which, through rounding, the next step may begin before this one
+                                ///< ends
+  std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps; the patch's position
+                                ///< does not change
+  std::uint32_t commit;         ///< 0 for a trial step, which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, for all its blocks.
 struct Advance : Travel {
   double residual;              ///< deflection of a bristle after a snap, scaled; 0 without a residual
-  double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
-  std::uint64_t phase_key;      ///< key of the random phase of a step too long for a remainder
-  std::uint32_t in_double;      ///< 1: remainders are taken in double, for a long step or a single snap
-                                ///< length
-  std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
-  std::uint32_t renews_bounds;  ///< 1: bounds are also renewed for blocks in which nothing snaps
+  double energy_unit;           ///< fixed-point units of Totals::squares per scaled length squared, a power
+                                ///< of two
+  std::uint64_t phase_key;      ///< key by which a step too long for an exact remainder draws its phase at
+                                ///< random
+  std::uint32_t in_double;      ///< 1: what is left of the path after the last snap is computed in double,
+                                ///< for a long step or a single snap length
+  std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are not visited
+  std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which nothing snaps
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;     ///< value of Material::ageing_strength
-  double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length, for the longest
-                              ///< snap length
-  std::uint32_t ageing_form;  ///< 1: saturating form, 0: logarithmic
+  double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
+  double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length of the longest
+                              ///< bristle
+  std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 
-/// Sums over the changed blocks of a range. Integers, so that order does not matter. The last, partly filled
-/// block (the tail) has real weights and is reported apart.
+/// Sums over those blocks of a range that changed. Integers, so that order does not matter. The last block
+/// (the tail) is partly filled: its weights are real numbers, so its sums are kept apart.
 struct Totals {
-  Int128 stored[2];      ///< change of the sum of deflections (Block::stored) over full blocks
-  Int128 offset[2];      ///< change of the sum of (to - position) over full blocks, caused by rewriting
-  Int128 twice_mean[2];  ///< over full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2
-                         ///< position))
-  Int128 squares;        ///< sum over snaps of weight ((residual + delta)^2 - residual^2), in 1 / energy_unit
+  Int128 stored[2];      ///< change of the sum of deflections (Block::stored), over full blocks
+  Int128 offset[2];      ///< change, by rewriting, of the sum of (to - Block::position), over full blocks
+  Int128 twice_mean[2];  ///< twice the mean deflection over the step beyond that of bristles that do not
+                         ///< snap, 2 stored + 256 (from + to - 2 position); over full blocks with snaps
+  Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /
+                         ///< energy_unit
   std::uint64_t snaps;
   std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
-  std::int64_t tail_stored[2];      ///< sum over the tail after the step (foreseen in a trial)
-  std::int64_t tail_twice_mean[2];  ///< twice the mean of the whole tail over the step
+  std::int64_t tail_stored[2];      ///< sum of deflections over the tail after the step (foreseen in a trial)
+  std::int64_t tail_twice_mean[2];  ///< twice the mean over the step of the sum of deflections of the tail
   std::uint32_t tail_snapped;
 };
 
-/// Renewals that the snaps of a piece of path cause: bristles are drawn by number, before the blocks are
-/// stepped.
+/// Input for the renewals that the snaps of a piece of path cause. Bristles are selected by draws, before the
+/// blocks are stepped.
 struct Renewal {
   std::int64_t from[2];      ///< patch position at the start of the piece
   double direction[2];       ///< direction of the motion, a unit vector
   double length;             ///< length of the piece, scaled
-  double residual;           ///< value of Advance::residual
-  std::uint64_t key;         ///< key of the patch
-  std::uint64_t first_draw;  ///< number of the first draw; equal numbers draw equal bristles
+  double residual;           ///< deflection of a bristle after a snap, as Advance::residual
+  std::uint64_t key;         ///< key of the patch's draws
+  std::uint64_t first_draw;  ///< number of the first draw, counted over the life of the patch; equal numbers
+                             ///< select equal bristles
   std::uint64_t draws;
-  double unit;  ///< unit of the sums below, as Advance::energy_unit
-  // Values of the fields of that name in Advance.
+  double unit;  ///< fixed-point units of the sums in RenewalTotals, as Advance::energy_unit
+  // Copies of the fields of Advance.
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
 };
@@ -168,23 +182,23 @@ struct Renewal {
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< change of the sum of deflections (Block::stored) over full blocks
-  Int128 twice_integral[2];  ///< part of twice the integral of weight x deflection that the kernels leave
-                             ///< out, in 1 / unit
-  Int128 squares;       ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them, in
-                        ///< 1 / unit
-  std::uint64_t snaps;  ///< snaps of renewed bristles before their renewal
+  Int128 stored[2];          ///< change of the sum of deflections (Block::stored), over full blocks
+  Int128 twice_integral[2];  ///< twice the path integral of weight x deflection, as far as the step kernels
+                             ///< leave it out, in 1 / unit
+  Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that renewal makes slip,
+                        ///< and over snaps before that, in 1 / unit
+  std::uint64_t snaps;  ///< snaps of renewed bristles on the way to their renewal
   std::uint64_t renewed;
   std::uint32_t tail_changed;
 };
 
 /// 256 bristles that slide. One cache line.
 struct alignas(64) SlideBlock {
-  std::int64_t position[2];  ///< patch position to which the columns are relative, fixed point
+  std::int64_t position[2];  ///< patch position to which the stored deflections are relative, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
   double weight;             ///< sum of the weights of the block's bristles
-  // Cache: no bristle slides while the patch stays within `reach` of the position at which the block was last
-  // visited.
+  // Cache: no bristle slides while the patch stays within `reach` of the place where it was when the block
+  // was last visited.
   double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
@@ -195,27 +209,28 @@ template <class T>
 struct SlideView {
   T* zx;
   T* zy;               ///< deflections along y; null with one axis
-  const T* limit;      ///< deflection at which it slides, at the load to which its stiffness belongs
+  const T* limit;      ///< deflection at which the bristle slides, under the load to which the stiffness of
+                       ///< the patch belongs
   const T* per_limit;  ///< one over `limit`
-  const T* weight;     ///< share of the stiffness; all shares sum to 1
-  double* since;       ///< with drop or ageing: the patch's time at the end of the bristle's last slide, s;
-                       ///< else null
+  const T* weight;     ///< share of the bristle in the stiffness of the patch; the shares sum to 1
+  double* since;       ///< time of the patch at the end of the bristle's last slide, s; null without drop and
+                       ///< ageing
   SlideBlock* blocks;
-  std::uint32_t rows;  ///< number of bristles, padding included
-  T share;             ///< factor of the limits under the present load: 1 unless the load has fallen
-  T kinetic;           ///< share of the limit that a bristle holds while it slides: 1 - drop
+  std::uint32_t rows;  ///< number of bristles, with the padding
+  T share;             ///< factor of all limits under the present load: 1 unless the load has fallen
+  T kinetic;           ///< share of its limit that a bristle holds while it slides: 1 - drop
 };
 
-/// Returns the index of a step kernel.
+/// Returns the index of a step kernel in KernelSet::step.
 constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool residual) {
   return (axes - 1) | (redraw ? 2 : 0) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
 }
-/// Returns the index of the paper's literal loop, kept for comparison; only the scalar reference has it.
+/// Returns the index of the kernel with the paper's literal loop, kept for comparison; only the scalar
+/// reference has it.
 constexpr int literal_variant_index(int axes, bool redraw) {
   return 4 | variant_index(axes, redraw, false, true, false);
 }
-/// Returns the index of the kernel for bristles that age: one instance for all outputs, with and without a
-/// residual.
+/// Returns the index of the kernel for bristles that age: one for all outputs, with and without a residual.
 constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
 constexpr int variant_count = 68;
 
@@ -226,8 +241,8 @@ struct KernelSet {
                         Totals&);
   Step step[variant_count];  ///< null if this build has no such variant
 
-  /// Counts the bristles of the blocks [first, last) that are beyond their snap length at the end of the
-  /// step. Index: axes - 1, then redraw.
+  /// Counts the bristles of the blocks [first, last) that would be bent beyond their snap length at the end
+  /// of the step. Index: axes - 1, then redraw.
   using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
                                     std::uint32_t last);
   Foresee foresee[2][2];
@@ -242,20 +257,20 @@ struct KernelSet {
   Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];
 
-  /// Advances the blocks [first, last) of bristles that slide. Totals: `stored` and `twice_mean` are the
-  /// whole weighted sums, at the end of the step and twice over it; `squares` is energy over stiffness, per
-  /// length of the step or, below one length, not divided; `blocks_rewritten` counts blocks in which a
-  /// bristle slid, `snaps` the bristles that slid. Index: axes - 1, then mean + 2 energy.
+  /// Advances the blocks [first, last) of bristles that slide. Totals: `stored` and `twice_mean` are whole
+  /// weighted sums of deflections, at the end of the step and twice over the step; `squares` is energy over
+  /// stiffness, divided by the length of the step if that is above 1; `blocks_rewritten` counts blocks in
+  /// which a bristle slid, `snaps` the bristles that slid. Index: axes - 1, then mean + 2 energy.
   using Slide = void (*)(const SlideView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                          Totals&);
   Slide slide[2][4];
-  Slide slide_aged[2];  ///< variant with drop or ageing, one instance for all outputs
+  Slide slide_aged[2];  ///< variant of `slide` for drop or ageing, one for all outputs
 
-  /// Rewrites block b: z + p for bristles in contact, 0 for the others; sets position = `at` and rebuilds its
-  /// sums.
+  /// Rewrites block b with the patch at `at`: adds the block's displacement to the deflections of bristles in
+  /// contact, sets the others to 0, and recomputes the block's sums.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
-  /// Returns the sum of weight |z + p|^2 over the bristles in contact of block b (scaled), in double, by a
-  /// fixed tree.
+  /// Returns the sum of weight x squared deflection over the bristles of block b in contact, with the patch
+  /// at `at`; scaled, in double, in a fixed order.
   double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
 };
 

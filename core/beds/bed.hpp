@@ -17,43 +17,48 @@ using BedMemory = std::unique_ptr<float[], FreeColumns>;
 /// Makes the columns of `count` bristles, all zero. Throws std::bad_alloc.
 BedMemory make_columns(std::uint32_t count);
 
-/// State of a bed beside its columns. Plain data; scaled as in bed_table.hpp unless a unit is named.
+/// State of a bed beside its columns. Plain data; scaled by the bed's units (bed_table.hpp) unless a unit is
+/// named.
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
-  double size = 0.0;               ///< size of the contact, relative to that at full load
+  double size = 0.0;               ///< size of the contact, relative to its size at full load
   double load = 0.0;               ///< N, present normal load
-  double pressure_sum = 0.0;       ///< sum of stiffness x relative pressure
-  double limit_of_pressure = 0.0;  ///< last value of BedStep::limit_of_pressure
+  double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, scaled
+  double limit_of_pressure = 0.0;  ///< limit of friction of a bristle of relative pressure 1, as BedStep has
+                                   ///< it
   double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that the bristles have not yet followed
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
-  double force[2] = {0.0, 0.0};    ///< BedSums::force, torque and energy of the last step
+  double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step; torque and energy follow
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether bed_kept and bed_moved hold the values of rolling.
+  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved hold the values of a rolling
+                             ///< step.
 };
 
 struct Bed {
   std::uint32_t generation = 0;  ///< generation of the bed in this slot; 0: none
-  std::uint32_t count = 0;       ///< number of bristles, padding included
+  std::uint32_t count = 0;       ///< number of entries of a column: the bristles and the padding
   std::uint32_t bristles = 0;
   BedProfile profile = BedProfile::uniform;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false, turns_rows = false, has_chords = false, resists_spin = false, all_outputs = false,
        drops = false;
-  bool isotropic = true;        ///< Whether all three gains are 1, so that the kernels' account of energy
-                                ///< holds.
+  bool isotropic = true;        ///< Whether all three gains are 1, as the energy sums of the kernels assume.
   double half[2] = {0.0, 0.0};  ///< m, half widths at full load
-  double length = 0.0;          ///< m, unit of places
-  double deflection = 0.0;      ///< m, unit of deflections
-  double stiffness = 0.0;       ///< N/m, unit of stiffnesses
-  double gain[2] = {1.0, 1.0};  ///< scaled deflection over displacement, along x and y
-  double spin_gain[2] = {1.0, 1.0};              ///< gains of the displacement by spin, along x and y
-  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion per displacement and per spin
+  double length = 0.0;          ///< m, length by which places are divided in the columns
+  double deflection = 0.0;      ///< m, length by which deflections are divided
+  double stiffness = 0.0;       ///< N/m, stiffness of all bristles along x at full load, by which stiffnesses
+                                ///< are divided
+  double gain[2] = {1.0, 1.0};  ///< deflection of a bristle over the displacement of the bed, along x and y
+  double spin_gain[2] = {1.0, 1.0};              ///< gains of the displacement that spin causes, along x and
+                                                 ///< y
+  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the roots per metre of displacement and
+                                                 ///< per radian of spin
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
-  double full_load = 0.0;       ///< N, full load
-  double longest_piece = 0.0;   ///< m, longest piece of rolling
-  double cell = 0.0;            ///< value of BedPlaces::cell
+  double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
+  double longest_piece = 0.0;   ///< m, longest piece into which a step of rolling is cut
+  double cell = 0.0;            ///< h, width of a cell in half lengths of its row (BedPlaces::cell)
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
   std::uint64_t last_step = 0;  ///< number of the last step that named the bed
   BedState state;
@@ -71,9 +76,9 @@ Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOption
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Unbends all bristles and takes the bed out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
-/// Steps a bed by a motion that accepts() takes.
+/// Steps a bed by a motion that accepts() allows.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
-/// Whether a bed can make this motion.
+/// Whether a motion is valid and the bed can make it.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
 /// Whether steps can bring a bed into this state. `columns` are laid out as the bed's; their constants are
 /// not read.

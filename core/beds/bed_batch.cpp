@@ -22,11 +22,11 @@ namespace {
 constexpr int most_tasks = 256;
 constexpr int fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
-/// Fixed cost of a bed, in bristles.
+/// Cost of stepping a bed beside its bristles, as a number of bristles.
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3244454220425242u;
 
-/// Calls `visit` with each number of a bed's state.
+/// Calls `visit` with each number of the saved state of a bed.
 template <class State, class Visit>
 void for_each_number(State& s, Visit&& visit) {
   for (auto& x : s.root) visit(x);
@@ -47,7 +47,7 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the saved numbers of each block of bristles: the columns before the constants.
+/// Calls `visit` with the saved columns of each block of 16 bristles: those before the constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -73,12 +73,12 @@ struct BedBatch::Impl {
   std::vector<Bed> beds;
   std::vector<std::uint32_t> free_slots;
   std::vector<std::uint32_t> generations;
-  BedMemory scratch;  ///< memory as large as the largest bed's columns
+  BedMemory scratch;  ///< memory for a copy of any bed's columns, as large as the largest
   std::uint32_t scratch_count = 0;
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 
-  // Input of the step under way, for the threads that share it.
+  // Input of the step under way, kept here for the threads that share it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -100,7 +100,7 @@ struct BedBatch::Impl {
     }
   }
 
-  /// Prefetches the memory of a bed that is stepped soon: its record, then its first bristles.
+  /// Prefetches the record and the first bristles of a bed that is stepped soon.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -340,7 +340,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
-  // Makes two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

@@ -47,10 +47,10 @@ namespace {
 constexpr const char* shape_text = "BedShape";
 constexpr const char* material_text = "BedMaterial";
 
-/// A bristle before it is scaled: positions are in units of the contact's half widths.
+/// A bristle with its place in units of the contact's half widths, before it is scaled.
 struct Cell {
   double x = 0.0, y = 0.0;
-  double area = 0.0;  ///< area of the cell, relative to the others
+  double area = 0.0;  ///< area of the cell, relative to the other cells
   double inner = -1.0, outer = 0.0;
   double share = 1.0;
   double along = 0.0;
@@ -200,7 +200,7 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
 }
 
 /// Returns the stiffness of all bristles along x at full load, N/m, or 0 if the presliding displacement
-/// determines it. Sets the gains.
+/// determines it. Sets the gains of the bed.
 double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed) {
   using Kind = BedShape::Kind;
   const bool is_sphere = shape.kind == Kind::row && !shape.rolls;
@@ -290,8 +290,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.length = std::max({shape.half[0], shape.half[1], 1e-12});
   bed.longest_piece = options.longest_piece * 2.0 * shape.half[0];
   const bool rings = shape.kind == BedShape::Kind::ellipse && !shape.rolls;
-  const bool shaped = is_sphere || rings || shape.rolls;  // whether the shape determines the pressure; else
-                                                          // the shares do
+  const bool shaped = is_sphere || rings || shape.rolls;  // whether pressure follows from the shape, not from
+                                                          // the cells' shares
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
   if (shape.rolls) bed.cell = 2.0 / (shape.cells[0] - 1);
@@ -305,7 +305,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.columns = make_columns(bed.count);
   double area = 0.0;
   for (const Cell& cell : cells) area += cell.area;
-  // n - 1 of the n cells of a rolling ring are in contact.
+  // Takes the area in contact: n - 1 of the n cells of a row, because a rolling row has a cell more than
+  // touches.
   if (shape.rolls) area *= (shape.cells[0] - 1.0) / shape.cells[0];
   const double x_unit = is_list ? 1.0 : shape.half[0] / bed.length;
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;
@@ -321,7 +322,7 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
     bed.at(bed_moved, i) = 1.0f;
   }
 
-  // The unit of deflection is the largest kinetic limit at full load.
+  // Sets the unit of deflection to the largest kinetic limit at full load.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
   const double sum = place(bed, kernels, 0.0);

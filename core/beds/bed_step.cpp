@@ -8,23 +8,24 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance of a root, in units of deflection, beyond which tips are rewritten relative to it: single
-/// precision holds a deflection to 5e-7 only if the tip is no further away.
+/// Distance of a root from the place where it was when its tip was last rewritten, in units of deflection,
+/// beyond which tips are rewritten: single precision holds a deflection to 5e-7 only if the tip is no further
+/// away.
 constexpr double farthest_root = 8.0;
-/// Limits of friction below this, in units of deflection, count as none.
+/// Friction limit, in units of deflection, below which a bristle counts as without friction.
 constexpr double least_limit = 1e-12;
-/// Motion, in units of the largest limit, after which every bristle points along it.
+/// Motion, in units of the largest friction limit, after which every bristle is bent along the motion.
 constexpr double longest_motion = 1e6;
 /// Rolling shorter than this, in half lengths of the contact, is accumulated before it is carried out.
 constexpr double least_rolled = 0x1p-13;
-/// Longer rolling, in half lengths of the contact, moves the cells by this distance only: every cell has
-/// entered since, and single precision would lose the place of a cell that goes round more often.
+/// Largest distance, in half lengths of the contact, by which rolling moves the cells. After a longer one
+/// every cell is new in the contact, and single precision would lose the place of a cell that went round more
+/// often.
 constexpr double longest_roll = 64.0;
-/// Least relative size of a contact for the length of pieces of rolling: smaller contacts use pieces of this
-/// size.
+/// Least size of a contact, relative to full load, from which the length of pieces of rolling is calculated.
 constexpr double least_size = 0.05;
-/// A longer rolling step is cut into pieces only along this distance at its beginning and at its end, in
-/// lengths of the contact: in between a bed is in its steady state.
+/// Distance, in lengths of the contact, along which the beginning and the end of a long rolling step are cut
+/// into pieces; in between a bed is in its steady state.
 constexpr double cut_lengths = 1.5;
 
 /// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
@@ -57,12 +58,13 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the longest scaled motion that is stepped without shortening if only the end counts.
+/// Returns the longest scaled motion that a bed takes unshortened when only the force at its end is asked
+/// for.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the largest rolling that may be accumulated, m.
+/// Returns the distance up to which rolling is accumulated before bristles are carried, m.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -96,7 +98,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles at their present places.
+/// Unbends all bristles, with the contact at its present place and size.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -113,7 +115,8 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Repeats, so that the bristles of a contact of fixed size count as in contact before any load, unbent.
+  // Calls place() twice, because bed_kept is relative to the call before: bristles of a contact of fixed size
+  // then count as in contact before any load, unbent.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
 
@@ -128,7 +131,7 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
 }
 
 bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // Exceeds any sum of sixteen lanes of single precision.
+  // Largest sum, beyond what sixteen lanes of single precision can add up to.
   constexpr double most_sum = 1e45;
   bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
               within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
@@ -139,7 +142,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Largest distance of a root: one motion beyond the distance at which tips are rewritten.
+  // Largest distance of a root: that beyond which tips are rewritten, and one motion more.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -149,10 +152,9 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
   }
   if (!good) return false;
 
-  constexpr double widest = 4.0;         // largest place of a bristle, scaled
-  constexpr double rounding = 1e-6;      // relative rounding error of a tip's place
-  constexpr double most_added = 0x1p25;  // number of equal terms that single precision adds up before the sum
-                                         // stalls
+  constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
+  constexpr double rounding = 1e-6;      // rounding error of a tip's place, relative
+  constexpr double most_added = 0x1p25;  // number of equal terms after which a sum in single precision stalls
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
@@ -192,7 +194,7 @@ struct Piece {
   bool carried;
 };
 
-/// Sums over the pieces of a step.
+/// Outputs of a step, summed over its pieces.
 struct StepSum {
   BedSums last;
   double mean[2] = {0.0, 0.0};
@@ -233,8 +235,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
-  // If only the end counts, a longer motion is replaced by one with an equal end, whose square single
-  // precision can hold.
+  // Shortens a long motion if only its end counts: the end is equal, and single precision can hold its
+  // square.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && any_above(piece.motion, longest))
@@ -257,8 +259,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!holds) straighten(bed);
 }
 
-/// Carries the rows by the distance of a piece and steps. The mean follows from the forces before and after,
-/// by the trapezoidal rule.
+/// Carries the rows by the distance of a piece, then steps. The mean force is the average of the forces
+/// before and after (trapezoidal rule).
 void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -290,7 +292,8 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by s.rolled, in pieces if the direction of slip may turn or the mean is asked for.
+/// Rolls by the distance s.rolled, in pieces if the direction of slip may turn or the mean force is asked
+/// for.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
   bool turned = bed.turns_rows && turn_rows(s);
@@ -352,7 +355,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Applies the load and the size of the contact that it gives.
+  // Applies the load, and the size that the contact has under it.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -360,8 +363,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Also places at an unchanged size, so that parts that have come into contact do not dilute deflections
-    // twice.
+    // Calls place() also at an unchanged size: else a part that came into contact in the last step would
+    // reduce the deflection of its bristle again.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
@@ -374,9 +377,9 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Nothing has changed, so the force stays.
+    // Keeps the force, since nothing has changed.
   } else if (rolls) {
-    if (carried) {  // applies the load first, at rest
+    if (carried) {  // applies the load first, without motion
       Piece piece{};
       piece.carried = true;
       run_kernel(bed, kernels, piece, sum.last);

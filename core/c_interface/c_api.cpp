@@ -98,7 +98,7 @@ static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
 static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value &&
               BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 
-/// A handle: the C++ object that a caller in C refers to.
+/// Stands for the C++ object behind a handle of a caller in C.
 template <class Part>
 struct Holds {
   Part it;
@@ -111,7 +111,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// A pool by key, of patches (points or outlines) or of beds.
+/// Holds a pool by key: of patches (points or outlines) or of beds.
 struct KeyedPool {
   std::variant<KeyedPatches, KeyedBeds> pool;
 
@@ -182,7 +182,7 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// Defines the three calls on the saved state of the object in a handle.
+/// Defines the three calls for the saved state of the object behind a handle.
 #define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
   size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
     return handle != nullptr ? handle->it.state_size() : 0;                                        \
@@ -199,7 +199,7 @@ void need(const void* pointer, const char* name) {
     });                                                                                            \
   }
 
-/// Makes a handle and the C++ object in it; `make` returns that object.
+/// Makes a handle and the C++ object behind it; `make` returns that object.
 template <class Handle, class Make>
 bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
@@ -237,7 +237,7 @@ struct Field {
   CField C::*c;
   CppField Cpp::*cpp;
   const char* name;
-  std::uint32_t last;  ///< greatest value of an enumeration
+  std::uint32_t last;  ///< greatest value that the enumeration may have
 };
 template <class C, class CField, class Cpp, class CppField>
 constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {
@@ -247,15 +247,15 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Options whose last field, `compared`, is not part of the interface.
+/// Options of a batch without `compared`, the last field, which is not part of the interface.
 template <class Cpp>
 constexpr std::size_t compared_modes = requires {
   &Cpp::compared;
 }
 ? 1 : 0;
 
-/// Lists each pair of fields once. The list serves to copy in both directions and is counted, so that no
-/// field is forgotten. `unused`: reserved fields.
+/// Lists each field of a C struct with its C++ field, once: the list serves to copy in both directions and is
+/// counted, so that no field is forgotten. `unused`: reserved fields.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
   struct Mirror<c_type> {                                                                                 \
@@ -358,7 +358,7 @@ void write_struct(Struct from, Struct* to, const char* name) {
   *to = from;
 }
 
-/// Writes `function` of each value; writes nothing if it refuses one of them.
+/// Writes function(value) for each value; writes nothing if the function refuses one of them.
 template <class Function>
 void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
                   const Function& function) {
@@ -378,7 +378,7 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   });
 }
 
-/// Defines bristle_init_KIND; `name` is the name of the caller's argument.
+/// Defines bristle_init_KIND, which fills a struct with defaults; `name` is the caller's argument.
 #define BRISTLE_INIT(kind, name, defaults)                                       \
   bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
     return init_struct(kind, struct_size, defaults, #name);                      \
@@ -408,7 +408,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap length. A table is not copied: it stays the property of `s`.
+/// Converts a snap length to C. A table is not copied: it stays the property of `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -419,7 +419,7 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts a struct. The table of a snap length is not copied: it stays the property of `cpp`.
+/// Converts coefficients or a material to C. The table of a snap length stays the property of `cpp`.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -434,7 +434,7 @@ C to_c(const typename Mirror<C>::Cpp& cpp) {
   return c;
 }
 
-/// Converts a struct. Throws if an enumeration has no such value.
+/// Converts coefficients or a material from C. Throws if an enumeration has no such value.
 template <class C>
 typename Mirror<C>::Cpp to_cpp(const C& c) {
   typename Mirror<C>::Cpp cpp;
@@ -455,7 +455,7 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   return cpp;
 }
 
-/// Reads the caller's struct. `name` is the name of the caller's argument.
+/// Reads the caller's struct of coefficients or of a material. `name` is the name of the caller's argument.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   need(from, name);
@@ -476,7 +476,7 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Tries motions one by one, without a change of state.
+/// Tries motions one by one, without changing the state of any patch.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -492,7 +492,7 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Returns why the arrays cannot be stepped, or null when they can.
+/// Returns why the caller's arrays cannot be stepped, or null when they can.
 const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
                        const void* responses, std::size_t response_size, std::size_t count) noexcept {
   if (batch == nullptr) return "batch is null";
@@ -803,7 +803,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // an empty column, for a null pointer, is skipped by the C++ call
+  // Passes empty columns for null pointers; the C++ call skips them.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

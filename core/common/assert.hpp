@@ -1,5 +1,5 @@
-// BRISTLE_ASSERT(condition): what must hold unless the library itself is wrong. Never of input, which is
-// refused in every build.
+// BRISTLE_ASSERT(condition): states what holds unless the library itself is wrong. It is not for input, which
+// is refused in every build.
 //
 // On in debug builds and in the sanitizer presets (CMake option BRISTLE_ASSERTS). Off, the condition is
 // compiled but not evaluated: no instruction. Kernels may include this: it defines no function, so no inline

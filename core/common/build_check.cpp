@@ -41,7 +41,7 @@ constexpr Size sizes[] = {{"Material", &BuildSignature::material_bytes},
 }  // namespace
 
 void check_build(const BuildSignature& headers) {
-  // Before version 1.0 a minor version may change anything; a patch version changes neither sizes nor
+  // Ignores the patch number: a new minor version may change anything before 1.0, a patch neither sizes nor
   // options.
   if (headers.version / 100 != header_build.version / 100) refuse(headers, "", "");
   for (const Option& option : options) {

@@ -1,4 +1,4 @@
-// Numbers to bytes and back, little-endian on every machine.
+// Converts numbers to bytes and back, little-endian on every machine.
 #pragma once
 
 #include <algorithm>

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch"
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch", magic number of saved
+                                                              // bytes
 constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
@@ -33,17 +34,18 @@ struct ContactMatcher::Impl {
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
-    std::uint32_t place = 0;    ///< new contact: its index in the caller's list
-    std::uint32_t ordinal = 0;  ///< number among the contacts of the pair
-    std::uint32_t missed = 0;   ///< old contact: steps in which it was missing
+    std::uint32_t place = 0;    ///< index of a new contact in the caller's list
+    std::uint32_t ordinal = 0;  ///< number that tells the contact from others of its pair
+    std::uint32_t missed = 0;   ///< number of steps for which an old contact has been missing
     std::uint32_t after = none;
-    std::uint32_t partner = none;  ///< index of the contact it was matched with
-    std::uint32_t nearest = none;  ///< nearest contact of the other step without a partner
-    double distance = 0.0;         ///< squared distance to `nearest`
+    std::uint32_t partner = none;  ///< index of the contact of the other step that this one was matched with
+    std::uint32_t nearest = none;  ///< index of the nearest contact of the other step that has no partner
+    double distance = 0.0;         ///< squared distance to the contact `nearest`
   };
   struct Pair {
     std::uint64_t pair;
-    std::uint32_t first[2], last[2];  ///< first and last contact in the lists of the old and the new step
+    std::uint32_t first[2], last[2];  ///< first and last contact of the pair, in the old step [0] and the new
+                                      ///< step [1]
   };
 
   explicit Impl(const MatcherOptions& its_options)
@@ -86,7 +88,7 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Searches again for points without a partner whose nearest point was taken.
+  /// Searches again for each point without a partner whose nearest point was given to another.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];
@@ -146,7 +148,7 @@ struct ContactMatcher::Impl {
 
   const MatcherOptions options;
   const double reach_squared;
-  KeyTable table;  ///< pair to its index in `pairs`; empty between steps
+  KeyTable table;  ///< index in `pairs` of each pair; empty between steps
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::uint32_t old_count = 0;

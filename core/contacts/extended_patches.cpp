@@ -28,14 +28,14 @@ namespace {
 constexpr std::size_t most_cells = 65536;
 constexpr double largest_scale = 1e6;
 
-/// Orientation and scale of an outline.
+/// Orientation and size of an outline.
 struct Pose {
   Turn turn;           ///< turn from the axes of the surface to those of the outline
-  double scale = 1.0;  ///< scale of the outline, given by set_scale
+  double scale = 1.0;  ///< factor of the outline's given size, from set_scale
 };
 
-/// Sum of k J^T J over the cells, where the cell at `at` slips by J (v, omega) = v + omega x at. Stored in
-/// the outline's axes at its full size; write() turns and scales it.
+/// Sums over the cells for a stiffness matrix: k J^T J, k the cell's stiffness. A cell at `at` slips by J (v,
+/// omega) = v + omega x at. Stored in the outline's axes at its full size; write() turns and scales them.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -52,18 +52,18 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 avoids -0, because a light step writes 0 if nothing
-                                              // damps
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 avoids -0: a light step (is_light()) writes 0 for
+                                              // damping
     sum[2][2] = square * (size * size);
   }
 };
 
-/// Stiffnesses and limits from the cells' responses, valid while load and material stay.
+/// Stiffness and limits of an outline, summed from its cells' responses; valid while load and material stay.
 struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
   double force_limit = 0.0;
-  double arm = 0.0;  ///< sum of force limit x distance from the centre, at full size
+  double arm = 0.0;  ///< sum over the cells of force limit x distance from the centre, at full size
   Status status = Status::ok;
 };
 
@@ -71,13 +71,13 @@ struct Stiffnesses {
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
   double chord = 0.0;        ///< 2 sin(spin / 2): displacement of a point at distance 1 from the centre
-  double chord_share = 1.0;  ///< chord of the turn over its arc
+  double chord_share = 1.0;  ///< chord of the spin over its arc: 2 sin(spin / 2) / spin
   double size = 1.0;
 };
 
 struct ExtendedPatch {
-  std::uint32_t generation = 0;  ///< 0: the slot is free
-  std::vector<PatchCell> cells;  ///< cells in the outline's axes
+  std::uint32_t generation = 0;  ///< generation of the outline in this slot; 0 = free
+  std::vector<PatchCell> cells;  ///< places of the cells, in the outline's axes
   std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
   double normal_load = 0.0;
@@ -86,21 +86,23 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
-  Stiffnesses common;           ///< cache of stiffnesses and limits
-  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for
+  Stiffnesses common;           ///< stiffness and limits of the last step
+  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for, so
+                                ///< that steps may be light
   // Data of the step under way:
   Course course;
-  bool light = false;  ///< result of is_light() for the step
+  bool light = false;  ///< result of is_light() for the step under way
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
   }
-  /// Returns the size of the outline under a load as a factor of its given size, by Hertz's law if asked.
+  /// Returns the factor of the outline's given size under a load, which grows by Hertz's law if the outline
+  /// asks for it.
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known =
-        std::min(load, detail::highest_load);  // a higher load is refused, but still needs a size
+    const double known = std::min(load, detail::highest_load);  // limits the load, because even one that is
+                                                                // refused needs a size
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -113,8 +115,7 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Whether spin and total load are allowed. Cells cannot check this, since a share of a forbidden load may be
-/// allowed.
+/// Whether the spin and the total load are allowed. Cells check only their own share of the load.
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
@@ -172,10 +173,10 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Whether a step is light: its response is the sum of elastic forces, with the stiffness and limits of the
-/// previous step.
+/// Whether a step is light: its response is the sum of the cells' elastic forces, with the stiffness and
+/// limits of the previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Beyond 1e300 the displacement of a cell may not be finite.
+  // Refuses displacements beyond 1e300, with which that of a cell may not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -253,7 +254,7 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// Sums up elastic forces alone, for a light step: nothing damps, and load and material are those of
+/// Sums up the cells' elastic forces for a light step: nothing damps, and load and material are those of
 /// `common`.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
@@ -296,8 +297,8 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Returns the material of a cell. Viscous friction is the only coefficient that belongs to a patch and not
-/// to its load, so cells share it.
+/// Returns the material of a cell. Viscous friction is the only coefficient that does not grow with the load,
+/// so the cells share it.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
@@ -333,7 +334,8 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
 constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
 
-/// State of an outline beside its cells, with the outline to which it belongs.
+/// Saved state of an outline beside its cells, with the slot and the generation of the outline to which it
+/// belongs.
 struct SavedOutline {
   std::uint32_t slot = 0, generation = 0, cells = 0, seed = 0;
   std::uint64_t key = 0;
@@ -351,13 +353,14 @@ SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept 
           p.pose, p.normal_load};
 }
 
-/// Working memory of a step, enough for all cells.
+/// Working memory of a step, with room for all cells of all outlines.
 struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<CellMotion> light;  ///< cells of outlines in light steps, one outline after the other
-  std::vector<Motion> motions;    ///< motions of the cells of other outlines
+  std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines in light steps, one
+                                  ///< outline after the other
+  std::vector<Motion> motions;    ///< motions of the cells of the other outlines
   std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 
@@ -387,12 +390,12 @@ struct Stepped : Room {
     return status;
   }
 
-  /// Finishes a light step: see finish() and is_light().
+  /// Writes the response to a light step (is_light()) and stores the new pose.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
     const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
-    if (gone) p.common = Stiffnesses{};  // a refused step leaves no stiffness and no limits
+    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits, because the step is refused
     sum_up_lightly(p, id, cells, out);
     if (gone) out.status = out.status | Status::unknown_id;
     p.common.known = !gone;
@@ -412,7 +415,7 @@ struct Stepped : Room {
   }
 
   PatchBatch* batch;
-  std::vector<ExtendedPatch> patches;  ///< indexed by slot
+  std::vector<ExtendedPatch> patches;  ///< outlines of all slots
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 };
@@ -432,8 +435,8 @@ struct AddOutline final : Change {
   std::shared_ptr<Stepped> to;
   std::uint32_t slot = 0;
   ExtendedPatch made;
-  std::vector<ExtendedPatch> places;  ///< longer list of places, when all are taken
-  Room room;                          ///< larger working memory, when the present one is too small
+  std::vector<ExtendedPatch> places;  ///< list of outlines twice as long, if all slots are taken
+  Room room;                          ///< working memory that replaces the present one, if that is too small
 };
 
 struct RemoveOutline final : Change {
@@ -458,7 +461,7 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data of the adding side.
+/// Data of the adding side: its calls alone read and write it.
 struct ExtendedPatches::Impl {
   struct Record {
     // Views of the cells of the stepping side's ExtendedPatch, which neither side changes.
@@ -502,10 +505,10 @@ struct ExtendedPatches::Impl {
   PatchBatch* const batch;
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
-  std::vector<Record> records;  ///< indexed by slot
-  std::size_t cells = 0;        ///< number of cells of all patches
+  std::vector<Record> records;  ///< records of the outlines of all slots
+  std::size_t cells = 0;        ///< number of cells of all patches, as the adding side counts them
   std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
-  std::size_t places = 0;       ///< number of patches that its arrays can hold
+  std::size_t places = 0;       ///< number of patches that those arrays can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}

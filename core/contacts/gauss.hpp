@@ -1,4 +1,4 @@
-// Gauss-Legendre nodes without libm.
+// Calculates Gauss-Legendre nodes without libm.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ inline Nodes legendre_nodes(int n) {
   for (int i = 0; i < n; ++i) {
     double x = turn_by(pi * (i + 0.75) / (n + 0.5)).cosine;
     double slope = 1.0;
-    for (int pass = 0; pass < 8; ++pass) {  // Newton's method converges quadratically from the first pass on
+    for (int pass = 0; pass < 8; ++pass) {  // converges quadratically from the first pass on
       double before = 1.0, value = x;
       for (int k = 2; k <= n; ++k) {
         const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;

@@ -67,7 +67,7 @@ class KeyTable {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
   std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
-  /// Returns the slot of the key, or the empty slot where it belongs.
+  /// Returns the slot of the key, or the empty slot where the key belongs.
   std::size_t place_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);

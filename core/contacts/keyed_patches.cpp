@@ -25,7 +25,8 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys"
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys", magic number of saved
+                                                              // bytes
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
@@ -49,8 +50,8 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Returns the key of the patch or of its first cell, 0 if there is no such patch, and nothing for beds,
-  /// which have no keys.
+  /// Returns the caller's key of the patch (or of its first cell), 0 if there is no such patch, and nothing
+  /// for beds, which have no keys.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;
@@ -65,11 +66,11 @@ struct KeyedPool {
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
-    std::uint64_t seen = 0;  ///< number of the step in which its key was last seen
+    std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last seen
     std::uint32_t before = none, after = none;
   };
 
-  /// Makes a pool; `add` makes one patch in the owner.
+  /// Makes a pool; `add` makes one patch or bed in the owner.
   template <class Add>
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
             const KeyedOptions& its_options, Add&& add)

@@ -27,8 +27,8 @@ Nodes cylinder_nodes(int n) {
   return nodes;
 }
 
-/// Returns the distribution of the load over the distance r from the centre of a disc of radius 1, as points
-/// and weights of a fine sum.
+/// Returns points and weights of a fine sum over r, the distance from the centre of a disc of radius 1,
+/// weighted by the load at r.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
   double sum = 0.0;
@@ -36,7 +36,7 @@ Nodes radial_density(Pressure pressure) {
     const double s = 0.5 * (1.0 + node.at);
     if (pressure == Pressure::uniform) {
       node = {s, node.weight * s};
-    } else {  // r (1 - r^2)^1/2 dr with the substitution r = 1 - s^2, smooth in s
+    } else {  // weight r (1 - r^2)^1/2 dr, smooth in s with r = 1 - s^2
       const double r = 1.0 - s * s;
       node = {r, node.weight * r * s * s * std::sqrt(2.0 - s * s)};
     }
@@ -46,9 +46,11 @@ Nodes radial_density(Pressure pressure) {
   return density;
 }
 
-/// Three-term recurrence of the polynomials that are orthogonal under a density (Stieltjes).
+/// Coefficients of the three-term recurrence of the polynomials that are orthogonal under a density
+/// (Stieltjes).
 struct Recurrence {
-  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1]; b[0] is not used
+  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1], p[k] the polynomial of degree k;
+                             ///< b[0] is not used
 
   Recurrence(const Nodes& density, int n) {
     std::vector<double> before(density.size(), 0.0), now(density.size(), 1.0);
@@ -71,7 +73,7 @@ struct Recurrence {
     }
   }
 
-  /// Counts the zeros of the last polynomial below x (Sturm).
+  /// Counts the zeros of the last polynomial that lie below x (Sturm).
   int zeros_below(double x) const {
     int count = 0;
     double ratio = 1.0;
@@ -90,7 +92,7 @@ struct Recurrence {
     }
     return 0.5 * (low + high);
   }
-  /// Returns Christoffel's number, the weight of a node.
+  /// Returns the weight of a node of the Gauss rule (Christoffel's number).
   double weight(double x) const {
     double before = 0.0, now = 1.0, norm = 1.0, sum = 1.0;
     for (std::size_t k = 0; k + 1 < a.size(); ++k) {

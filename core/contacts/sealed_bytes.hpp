@@ -20,7 +20,7 @@ inline std::uint64_t checksum_behind_seal(Span<const std::byte> bytes) noexcept 
   return hasher.value();
 }
 
-/// Writes the head of bytes that are already written.
+/// Writes magic number and checksum before bytes that are already written.
 inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   ByteWriter head(bytes.data());
   head(magic);

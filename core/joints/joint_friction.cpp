@@ -28,8 +28,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints. Not zeroed: a step has rows that the kernel of its variant neither reads
-/// nor fills.
+/// One number for each of 16 joints. Left uninitialised: a kernel reads and fills only the rows of its
+/// variant.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -103,8 +103,9 @@ struct JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // value for a joint without a decay of
-                                                                     // the static part
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // makes the exponential of the static
+                                                                     // part vanish for a joint without a
+                                                                     // Stribeck speed
     }
     // With gradients, also computes derivatives by numbers that are 0 in all materials, because a gradient
     // descent may begin there.
@@ -141,8 +142,9 @@ struct JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  std::size_t patterns = 1;       ///< number of blocks after which the sequence of materials repeats
-  std::vector<Column> constants;  ///< columns of constants of each pattern of materials
+  std::size_t patterns = 1;       ///< number of blocks of 16 joints after which the sequence of materials
+                                  ///< repeats
+  std::vector<Column> constants;  ///< columns of constants of each block up to `patterns`
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
   // Input of the step under way, for the threads that share it.
@@ -166,7 +168,8 @@ struct JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies a caller's numbers of a block; writes zeros behind the last joint, and if the caller gave none.
+  /// Copies 16 of a caller's numbers; writes zeros for joints behind the last, and if the caller gave no
+  /// array.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
     if (from.empty() || n < lane_count) to = Column{};
     if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
@@ -175,7 +178,7 @@ struct JointFriction::Impl {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
   }
 
-  /// Lanes of a block that need special treatment.
+  /// Joints of a block that a step treats specially.
   struct Odd {
     bool bad[lane_count] = {};    ///< whether the joint's input is out of range
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
@@ -185,7 +188,7 @@ struct JointFriction::Impl {
            is_within(input[in_motor].lane[i], most_torque) &
            is_within(input[in_outside].lane[i], most_torque);
   }
-  /// Replaces the input of bad lanes by harmless values, and starts fresh lanes at their angle.
+  /// Replaces the input of bad joints by harmless values, and starts fresh joints at their angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -212,7 +215,7 @@ struct JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    std::int64_t usual = 0;  // 64 bits as a double has, so that the loop becomes vectors
+    std::int64_t usual = 0;  // counter of 64 bits, as a double has, so that the loop becomes vectors
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
     const bool has_odd = usual != lane_count;
@@ -373,7 +376,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Makes two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i) {
@@ -387,7 +390,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         double x = 0.0;
         read(x);
         if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // no limit divided by a stiffness is longer
+          good = good && is_within(x, 1e24);  // bounds the distance of a tip, since no limit divided by a
+                                              // stiffness is longer
         else if (c < layout.gradients)
           good = good && (x == 0.0 || x == 1.0);
         else

@@ -17,21 +17,22 @@ constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect that the caller wants of ageing, lengths in mean snap lengths. It determines, with the law, the
+/// Effect of ageing that the caller asks for; lengths in mean snap lengths. With the law it determines the
 /// strength of ageing.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; or
+  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; or else
+                        ///< `growth`
   double growth = 0.0;  ///< growth of static friction per e-fold of rest, over kinetic friction
-  double path = 0.0;    ///< speed times ageing time; 0 = so fast that nothing ages
+  double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
-  /// Whether the coefficients hold at a speed that ageing changes.
+  /// Whether the coefficients hold at a speed at which bristles age.
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// Brackets the root of a function by the false position; halves the value at an end that stays (Illinois
-/// rule).
+/// Interval that encloses the root of a function. next() gives the point of false position; take() halves the
+/// value at an end that has stayed twice (Illinois rule).
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -47,7 +48,7 @@ struct FalsePosition {
   }
 };
 
-/// A family of laws with one mean; its first member is `single` (spread 0).
+/// A family of snap-length laws of one mean; its member of spread 0 is `single`.
 struct Family {
   SnapLaw law;
   SnapRule rule;
@@ -57,14 +58,13 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread that Material::validate takes; SnapRule::keep with renewal allows few short
-  /// bristles.
+  /// Returns the largest spread that Material::validate takes; SnapRule::keep with shared renewal takes few
+  /// short bristles.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        return few_short ? 0.568 : 0.5773502691896257;  // SnapRule::keep: the spread at which the minimum is
-                                                        // 0
+        return few_short ? 0.568 : 0.5773502691896257;  // spread at which the shortest length is 0
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
       case SnapLaw::lognormal:
@@ -74,8 +74,8 @@ struct Family {
     }
   }
 
-  /// Returns a spread up to which peak / kinetic falls: large enough to reach `wanted`, or else the spread of
-  /// the least ratio.
+  /// Returns a spread up to which peak / kinetic falls, if possible one at which it is `wanted` or less; else
+  /// the spread of the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // wider laws take longer to solve
@@ -91,7 +91,7 @@ struct Family {
         return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
       }
       case SnapLaw::normal: {
-        // Cutting at 0 raises the mean, so the uncut law gets a lower mean.
+        // Lowers the mean of the uncut law, because cutting it at 0 raises the mean.
         const double raised = SnapLength::normal(1.0, spread).mean();
         return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
       }
@@ -104,7 +104,7 @@ struct Family {
     }
   }
 
-  /// Returns the effect (fall or growth) of ageing of this strength.
+  /// Returns the loss or growth of friction (AgeingWish) that ageing of this strength causes.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -115,15 +115,15 @@ struct Family {
            (residual + sliding.deflection);
   }
 
-  /// Returns the strength that has the wanted effect, or the largest strength if none has.
+  /// Returns the strength of ageing that has the wanted effect, or the largest strength if none has.
   double find_strength(const SnapLength& unit) const {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
     const double highest_excess = effect(unit, largest_ageing) - wanted;
-    if (wish.path == 0.0)  // the effect is a straight line in the strength
+    if (wish.path == 0.0)  // effect is proportional to the strength here
       return std::min(wanted / (highest_excess + wanted), 1.0) * largest_ageing;
     if (highest_excess <= 0.0) return largest_ageing;
-    // The effect is concave in the strength.
+    // Solves by the false position, which suits an effect that is concave in the strength.
     FalsePosition root{0.0, largest_ageing, -wanted, highest_excess};
     for (int i = 0; i < 60 && root.high - root.low > 1e-14 * root.high; ++i) {
       const double strength = root.next();
@@ -146,8 +146,8 @@ struct Family {
     return (residual + peak) / (residual + kinetic);
   }
 
-  /// Returns a spread of a uniform law at which the ratio is at most `wanted`, or else the spread where it is
-  /// least. Searches, since the ratio has minima within the range whose places have no closed form.
+  /// Returns a spread of a uniform law at which peak / kinetic is at most `wanted`, or else the spread where
+  /// the ratio is least. Searches, since the places of the minima have no closed form.
   double search_uniform(double wanted) const {
     constexpr int points = 12;
     const double start = narrow_uniform, pace = (widest_allowed() - start) / points;
@@ -185,7 +185,8 @@ struct Family {
   // (1 + w^2/12) / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between
   // 1.153 and 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Spread up to which the ratio falls for any residual and renewal, with the peak in the first pass.
+  // Spread up to which peak / kinetic falls under any residual and renewal, with the peak before any bristle
+  // snaps twice.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -198,7 +199,7 @@ double solve_spread(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(0.0) - wanted, high_excess = family.ratio(high) - wanted;
   if (low_excess <= 0.0) return 0.0;
-  // Alternates bisection and secant, because the ratio is flat at both ends of some families.
+  // Alternates bisection and secant, because peak / kinetic is flat at both ends of some families.
   for (int i = 0; i < 80 && high - low > 1e-13 * high; ++i) {
     double middle = 0.5 * (low + high);
     if (i % 2 == 1 && high_excess < -1e-7) {
@@ -220,13 +221,15 @@ double solve_spread(const Family& family, double widest, double wanted) {
   return low_excess < -high_excess ? low : high;
 }
 
-/// Solves as solve_spread(), by the false position, in a third of the steps. The last bits differ.
+/// Solves as solve_spread(), by the false position, in a third of the steps. The last bits of the result
+/// differ.
 double solve_spread_fast(const Family& family, double widest, double wanted) {
   FalsePosition root{0.0, widest, family.ratio(0.0) - wanted, family.ratio(widest) - wanted};
   if (root.low_excess <= 0.0) return 0.0;
-  constexpr double close = 3e-8;  // the peak is known to 1e-7
+  constexpr double close = 3e-8;  // tolerance of the ratio, whose peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // A wide law without a hump has the ratio 1, whose excess tells nothing about the root.
+    // Bisects at a flat end: a wide law without a hump has the ratio 1, whose excess tells nothing about the
+    // root.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;
@@ -236,7 +239,7 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   return root.high;
 }
 
-/// Describes law, rule, residual and renewal for errors about the ratio.
+/// Describes law, rule, residual and renewal for errors about peak / kinetic.
 std::string describe(const Family& family, double residual_share) {
   std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
   if (family.residual == 0.0 && family.renewal == 0.0) return text;
@@ -255,7 +258,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Ratios outside the range by no more than this count as its ends.
+  // Ratios outside the possible range by no more than this count as the ends of the range.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding)) {

@@ -42,7 +42,7 @@ inline double exp_remainder(double r) noexcept {
   return sum;
 }
 
-// ln 2 in two parts; products of the first with integers up to 2^11 are exact.
+// ln 2 as the sum of two numbers; products of the first with integers up to 2^11 are exact.
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
@@ -56,7 +56,7 @@ inline double exp(double x) noexcept {
   const double low = k * ln2_low;
   const double r = high - low;
   const double y = 1.0 + (high + (r * r * exp_remainder(r) - low));
-  // Multiplies by 2^k in two factors, so that results close to either end of the range survive.
+  // Multiplies by 2^k in two factors, so that results near either end of the range of double survive.
   const int half = k / 2;
   return y * power_of_two(half) * power_of_two(k - half);
 }
@@ -84,8 +84,8 @@ inline double log(double x) noexcept {
     m *= 0.5;
     ++k;
   }
-  // log(1 + f) = 2 artanh(s) with s = f / (2 + f), |s| <= 0.172, arranged so that the leading terms
-  // f - f^2/2 carry no rounding of s.
+  // log(1 + f) = 2 artanh(s) with s = f / (2 + f), |s| <= 0.172. The leading terms f - f^2/2 are added apart
+  // from s, so they carry none of its rounding.
   const double f = m - 1.0;
   const double s = f / (2.0 + f);
   const double s2 = s * s;
@@ -101,7 +101,7 @@ inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
   if (u == 0.0 || u == infinity) return log(u);
-  // Corrects the rounding of u to first order (Kahan).
+  // Adds the first-order correction for the rounding of u = 1 + x (Kahan).
   return log(u) + (x - (u - 1.0)) / u;
 }
 
@@ -137,7 +137,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       4.05706442433535364e-17,  7.00640077281459613e-18};
   double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
-    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps the division below from infinity
     t[i] = (within - 4.0) / (within + 4.0);
   }
   for (int k = 25; k >= 1; --k)

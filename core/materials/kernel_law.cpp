@@ -13,31 +13,34 @@
 namespace bristle::detail {
 namespace {
 
-// Below this spread the fresh length of a redraw differs from the old one by nothing that matters.
+// Coefficient of variation below which redrawn lengths count as equal, so that SnapRule::keep serves.
 constexpr double negligible_cv = 1e-6;
-// Smallest share of the law for which a length is drawn: the kernels' random numbers are (h + 1/2) 2^-23.
+// Smallest probability at which a quantile is drawn: the kernels' random numbers are (h + 1/2) 2^-23.
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
-constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
+constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, which keeps floats and divisions finite
 constexpr int biased_knots = 1024;
-// Most renewals of a bristle per mean snap length, so that a step does not draw without end.
+// Most snaps of a bristle per mean snap length, so that a step does not draw without end.
 constexpr double most_renewals = 1000.0;
 
-/// Finds the remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
-/// within 1e-3 of its steady value, by the renewal equation on a grid (core/MODEL.md, "Jumps").
+/// Finds the path (in mean lengths) after which the mean deflection of a redrawn population stays within 1e-3
+/// of its steady value, by the renewal equation on a grid (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
-  constexpr int reach = 40;  // mean lengths; laws with a longer memory jump from there all the same
+  constexpr int reach = 40;  // mean lengths; largest path that is returned, even if the law takes longer to
+                             // settle
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
   const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
-  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h)
+  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h), h the
+                                                               // width of a cell
   double before = 1.0;
   for (int k = 1; k <= n; ++k) {
     const double now = law.survival(k * h);
     share[static_cast<std::size_t>(k)] = before - now;
     before = now;
   }
-  // Solves f(x) = x S(x) + sum of f(x - delta) over the first snap, f linear inside a cell.
+  // Solves the renewal equation f(x) = x S(x) + sum of share x f(x - delta) for f, the mean deflection at the
+  // path x; f is linear inside a cell.
   std::vector<double> f(static_cast<std::size_t>(n) + 1, 0.0);
   int last_off = 0;
   for (int j = 1; j <= n; ++j) {
@@ -61,8 +64,8 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // The exponential law has no memory: its jumps are exact at any distance, and soon cheaper than single
-    // draws.
+    // Jumps of the exponential law are exact over any distance, because it has no memory, and soon cost less
+    // than single draws.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
@@ -103,7 +106,8 @@ class CellTable {
 
   double quantile(double u) const { return std::clamp(scale * law.quantile(u), shortest, longest); }
 
-  /// Returns the line with the mean and variance of the law over the cell, by Gauss's rule of four points.
+  /// Returns the line that has the mean and variance of the law over the cell, by Gauss's rule of four
+  /// points.
   Line find_line(int side, int cell) const {
     constexpr double place[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                  0.8611363115940526};
@@ -111,7 +115,7 @@ class CellTable {
                                   0.17392742256872692};
     const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
     const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
-    if (cell == 0) return {at(octave), 0.0};  // a cell of a single share
+    if (cell == 0) return {at(octave), 0.0};  // a cell with a single quantile
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
@@ -121,10 +125,10 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// Lengthens the longest lengths (the shares above 1 - 2^-16 except the last) in two groups, to make up for
-  /// lengths too rare to be drawn, so that mean and mean square are those of the law.
+  /// Lengthens the longest lengths (quantiles above 1 - 2^-16 except the last) in two groups, for those too
+  /// rare to be drawn, so that mean and mean square are those of the law.
   void match_tail() {
-    constexpr double step = 1.0 / 8388608.0;  // distance of two shares
+    constexpr double step = 1.0 / 8388608.0;  // distance of two drawn probabilities
     constexpr int shares = 128, outer = 8;
     const double from = law.quantile(1.0 - shares * step);
     double lack[3], sum[2] = {0.0, 0.0};
@@ -146,14 +150,14 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // too wide a law: its tail stays as it is
+      return;  // leaves the tail of too wide a law as it is
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Returns the length at the distance w from the upper end of (0, 1).
+  /// Returns the length whose quantile lies at 1 - w.
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // mantissa is in [1/2, 1)
@@ -163,7 +167,7 @@ class CellTable {
   }
 };
 
-/// Returns length-biased quantiles at k / biased_knots, for laws without a closed form.
+/// Returns quantiles of the length-biased law at k / biased_knots, for laws without a closed form.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
   const double total = length.mean();
@@ -190,7 +194,7 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // the power of two that scales lengths ensures it
+  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // ensured by the power of two that scales lengths
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
   BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);
@@ -200,15 +204,16 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Makes negative zeros positive. Materials that compare equal count as one (a batch keeps the first of
-/// them), so they must have equal hashes and bits.
+/// Makes negative zeros positive. A batch keeps one of materials that compare equal, so these must have equal
+/// hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
     *x += 0.0;
 }
 
-/// Hashes a material whose parameters have no negative zero; those of its snap-length law may have.
+/// Hashes a material whose parameters have no negative zero, except its snap-length law, for which + 0.0
+/// removes them.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
@@ -218,7 +223,7 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Zero values are left out, so that saved states of the paper's brush keep their signature.
+  // Skips parameters that are 0, so that saved states of the paper's brush keep their signature.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -258,8 +263,8 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.inverse_mean = 1.0 / m[1];
   law.count_offset = variance / (m[1] * m[1]);
 
-  // Sum of delta^2 over the renewals that make up a distance D, given a renewal at D: cumulants
-  // linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
+  // Fills mean and variance of the sum of delta^2 over the snaps within a distance D that begins with a snap.
+  // Both are linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
   const double c = m[2] / m[1];
   const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
   const double dy = m[3] - c * m[2];
@@ -269,7 +274,7 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.variance_per_length = y2 / m[1];
   law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
 
-  // Constants for jumping k renewals at once.
+  // Fills constants for jumping over k snaps at once.
   law.deviation = std::sqrt(variance);
   law.square_mean = m[2];
 }
@@ -278,8 +283,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // The differences above lose 1e-16 / cv^4. Below this spread they carry no information, and the sum counts
-  // as normal.
+  // Moments below this spread carry no information, because their differences lose 1e-16 / cv^4; the sum of
+  // lengths then counts as normal.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -287,7 +292,7 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // Least path from which a jump takes at least 3 renewals and overshoots three times in a million.
+  // Finds the least path from which a jump takes at least 3 snaps and overshoots three times in a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -325,7 +330,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // The limits of the laws guarantee it (cv of the lognormal, largest over mean of a table).
+  // Holds by the limits of the laws (cv of the lognormal, largest over mean of a table).
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -360,7 +365,7 @@ void CompiledMaterial::fill_draws() const {
       law.scale = (second - first) * per_metre;
       law.biased_location = law.location * law.location;
       law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
-      // A snap length of exactly 0 would end no draw.
+      // Lower bound above 0, since a bristle of length 0 would draw without end.
       law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:

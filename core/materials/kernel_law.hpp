@@ -23,19 +23,21 @@ struct CompiledMaterial {
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
-  double residual = 0.0;          ///< value of Material::residual_length, scaled
-  double snap_rate = 0.0;         ///< Material::snap_rate, per scaled length: without ageing
+  double residual = 0.0;          ///< Material::residual_length in scaled lengths
+  double snap_rate = 0.0;         ///< snaps of a bristle per scaled length of steady sliding, without ageing
   double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
-  bool redraw = false;            ///< whether it needs the redraw kernels: by its rule and a spread that is
-                                  ///< not negligible
-  bool single_length = false;     ///< whether the law is a single length: remainders in double at every speed
-  double peak_coefficient = 0.0;  ///< value of Material::peak_coefficient without ageing
+  bool redraw = false;            ///< whether the redraw kernels are needed: the rule is redraw and the
+                                  ///< spread not negligible
+  bool single_length = false;     ///< whether the law is a single length, for which remainders of a path are
+                                  ///< computed in double at every speed
+  double peak_coefficient = 0.0;  ///< peak friction over normal load (Material::peak_coefficient), without
+                                  ///< ageing
   std::uint64_t hash = 0;         ///< hash of all parameters of the material
-  mutable KernelLaw law{};        ///< constants for the kernels; points into the tables below, both made by
-                                  ///< make_draws()
+  mutable KernelLaw law{};        ///< constants of the law for the kernels; they point into `table` and
+                                  ///< `biased_table`, and make_draws() fills all three
 
   mutable std::vector<double> table, biased_table;
-  std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
+  std::vector<double> spread;  ///< snap lengths at the shares spread_share(k), scaled; empty without ageing
 
   /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
   /// brush does not need them. Takes milliseconds. Acts once, on any thread that adds patches.
@@ -65,16 +67,16 @@ struct CompiledMaterial {
   mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
-/// Number of shares of the snap-length law in sums over it; they lie close to each other towards both ends. A
-/// midpoint rule in t, with u = t^3 (10 - 15 t + 6 t^2), gives shares and weights.
+/// Number of shares at which sums over the law take a snap length. They follow u = t^3 (10 - 15 t + 6 t^2) at
+/// the midpoints of equal steps of t, so they lie close to each other at both ends.
 inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
 
-/// Fills the constants of jumps over many renewals, from the moments of the path between renewals; moment[0]
+/// Fills the constants of jumps over many snaps, from the moments of the path from snap to snap; moment[0]
 /// = 1.
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
-/// Fills the constants for jumping k renewals at once under a narrow law, and the range of such jumps.
+/// Fills the constants for jumping over k snaps at once under a narrow law, and the range of such jumps.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
 /// Prepares a material for the kernels. Throws bristle::Error when the material is out of range.

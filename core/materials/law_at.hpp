@@ -6,7 +6,8 @@
 
 namespace bristle::detail {
 
-/// Values of a law at one length: SnapLength::partial_moment of order 0 and 1, and SnapLength::survival.
+/// Values of a law at one length: partial moments of order 0 and 1 (SnapLength::partial_moment), and
+/// SnapLength::survival.
 struct LawAt {
   double mass, first, survival;
 };

@@ -12,15 +12,15 @@
 namespace bristle::detail {
 namespace {
 
-constexpr int per_mean = 32;  ///< cells of a mean snap length
-constexpr int reach = 40;     ///< mean lengths; a law that forgets more slowly is taken to have forgotten at
-                              ///< this path
+constexpr int per_mean = 32;  ///< number of cells in a mean snap length
+constexpr int reach = 40;     ///< mean lengths; largest path that is returned, even for a law that forgets
+                              ///< more slowly
 constexpr int cells = per_mean * reach;
-constexpr double near_steady = 1e-3;  ///< tolerance, relative to the steady deflection
+constexpr double near_steady = 1e-3;  ///< tolerance of the mean deflection, relative to steady sliding
 constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// A slide from straight bristles: mass of the bristles by the cell that their deflection has reached. A step
-/// moves all of them by one cell.
+/// A slide that begins with straight bristles. It holds the mass of the bristles in each cell of deflection;
+/// a step moves all of them by one cell.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -43,7 +43,7 @@ class Slide {
     }
   }
 
-  /// Moves all bristles by a cell. Returns the mean deflection after the move.
+  /// Moves all bristles on by a cell. Returns the mean deflection after the move.
   double step() {
     double snapped = 0.0;
     std::vector<double> born(mass_.size(), 0.0);
@@ -80,7 +80,8 @@ class Slide {
   double renewal_;
   bool redraw_;
   std::vector<std::vector<double>> mass_;
-  std::vector<double> snapping_;  ///< share of a cell's bristles that snap before the next cell
+  std::vector<double> snapping_;  ///< probability, for each cell, that a bristle in it snaps before the next
+                                  ///< cell
   std::size_t steps_ = 0;
 };
 
@@ -95,8 +96,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of find_forget(), remembered because it takes milliseconds and many materials differ in
-/// their stiffness alone.
+/// Inputs and result of find_forget(). They are remembered, because a search takes milliseconds and many
+/// materials differ in their stiffness alone.
 struct Known {
   SnapLaw law;
   SnapRule rule;
@@ -110,9 +111,9 @@ struct Known {
   }
 };
 
-/// Calls find_forget() or returns its remembered result; each thread remembers its last materials. A list for
-/// each thread needs no lock, which a fork could leave closed; plain numbers do not keep a library from being
-/// unloaded.
+/// Returns the result of find_forget(), from memory if possible; each thread remembers its last materials. A
+/// list for each thread needs no lock, which a fork could leave closed, and plain numbers do not keep a
+/// library from being unloaded.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
@@ -132,7 +133,7 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S over the path.
+  // Averages 1 - S, the share of bristles that snap within a path, over the path.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// Constants in units of the mean snap length.
+/// Constants of shared renewal; lengths in mean snap lengths.
 struct RenewalLaw {
   double forget = 0.0;  ///< path after which a straight slide is steady, whatever came before
 

@@ -22,19 +22,20 @@ Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.r
 double squared(Complex a) { return a.re * a.re + a.im * a.im; }
 Complex operator/(Complex a, Complex b) { return (1.0 / squared(b)) * (a * Complex{b.re, -b.im}); }
 
-/// 1 - p(s), p the Laplace transform of the density, and its derivative, the integral of x p(x) exp(-s x).
+/// Values of 1 - p(s), p the Laplace transform of the density of snap lengths, and of its derivative, the
+/// integral of x p(x) exp(-s x).
 struct Transform {
   Complex missing, slope;
 };
 
-/// Transforms the density, which is constant in a cell, so that each integral is a difference of values at
-/// its ends. `at(k)`: exp(-s x) at the start of cell k.
+/// Calculates the Transform at s. The density is constant in a cell, so each integral is a difference of
+/// values at the cell's ends. `at(k)`: exp(-s x) at the start x of cell k.
 template <class At>
 Transform transform(const std::vector<SurvivalCell>& cells, Complex s, At&& at) {
   const Complex over = Complex{1.0, 0.0} / s;
   Complex share, first;
   Complex value = at(std::size_t{0});
-  Complex moment = over * value;  // (x + 1/s) exp(-s x)
+  Complex moment = over * value;  // (x + 1/s) exp(-s x), x the start of the cell
   for (std::size_t k = 0; k + 1 < cells.size(); ++k) {
     const double density = -cells[k].slope;
     const Complex next = at(k + 1);
@@ -61,8 +62,8 @@ struct Candidate {
   Complex s;
 };
 
-/// Lists candidates for roots: Newton's first step from each frequency at which p(s) comes near to 1, slowest
-/// decay first.
+/// Lists candidates for roots of p(s) = 1, slowest decay first: the first Newton step from each frequency at
+/// which p(s) comes near to 1.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;
@@ -106,8 +107,8 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots that are no decaying wave, such as s = 0 (steady sliding), to which Newton's method may
-    // escape.
+    // Rejects roots that are no decaying wave: Newton's method may escape to one, such as s = 0 (steady
+    // sliding).
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

@@ -60,17 +60,19 @@ struct CutNormal {
   double standard(double x) const noexcept { return (x - mean) / deviation; }
 
   double quantile(double u) const noexcept {
-    // Starts from the smaller tail, so that neither tail loses digits: from below the share is u0 + u (1 -
-    // u0).
+    // Computes in the smaller tail, so that neither tail loses digits; measured from below the share is u0 +
+    // u (1 - u0), u0 the share that is cut off.
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
-    // Rounding could give 0 at the smallest u, and a bristle of length 0 would snap without end.
+    // Smallest length above 0: rounding could give 0 at the smallest u, and a bristle of length 0 would snap
+    // without end.
     return std::max(mean + deviation * z, mean * 0x1p-60);
   }
 
   double moment(int k) const noexcept {
-    // Integrates by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), and at k = 1 the edge term.
+    // Integrates by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2) for the moments M(k), and an edge
+    // term at k = 1.
     double before = 0.0, last = 1.0;
     for (int j = 1; j <= k; ++j) {
       const double next =
@@ -102,7 +104,7 @@ double log_ratio(double x, double reference) noexcept {
 
 /// The lognormal law with given mean and coefficient of variation.
 struct Lognormal {
-  double mean, cv, s;  // s = standard deviation of log(delta)
+  double mean, cv, s;  // s, standard deviation of log(delta)
 
   Lognormal(double mean_m, double cv_) noexcept
       : mean(mean_m), cv(cv_), s(detail::square_root(detail::log1p(cv_ * cv_))) {}
@@ -110,7 +112,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Returns the argument of the normal distribution function in E[delta^k; delta < x].
+  /// Returns the argument at which the normal distribution function gives E[delta^k; delta < x].
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -120,8 +122,8 @@ struct Lognormal {
 
 /// Returns E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
-  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x it cancels, so the series of the
-  // terms beyond x^k serves there.
+  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x its terms cancel, so the series
+  // of the terms beyond x^k is summed there.
   const double factorial = k == 2 ? 2.0 : 1.0;
   double term = 1.0;
   if (x > 2.0) {
@@ -202,7 +204,7 @@ SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   result.a_ = mean_m;
   result.b_ = deviation_m;
   result.mean_ = law.moment(1);
-  // Variance of the cut law over deviation^2: 1 + cut edge - edge^2.
+  // Variance of the cut law over deviation^2 is 1 + cut edge - edge^2.
   result.cv_ = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / result.mean_;
   result.longest_ = law.quantile(longest_share);
   BRISTLE_ASSERT(0.0 < result.mean_ && result.mean_ < result.longest_ && result.cv_ > 0.0);
@@ -239,7 +241,7 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
   require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::string name = "quantiles_m[" + std::to_string(i) + "]";
-    // Only the first value may be 0: a share of bristles of length 0 would snap without end.
+    // Only the first value may be 0, because a share of bristles of length 0 would snap without end.
     const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
     require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
                    longest_allowed_m, "m, ascending");

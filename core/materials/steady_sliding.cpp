@@ -20,8 +20,7 @@ namespace {
 
 using Node = AgedNode;
 
-/// Adds the nodes of Gauss's eight-point rule on `low` to `high`, weighted by `density` (of bristles over
-/// length).
+/// Adds the nodes of Gauss's eight-point rule on `low` to `high`; `density`: that of the law at a length.
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
   constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -35,8 +34,8 @@ void add_panel(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Integrates over panels, each of which ends at most at twice its beginning, because the integrand varies
-/// with the logarithm.
+/// Integrates over panels whose end is at most twice their beginning, because the integrand varies with the
+/// logarithm of the length.
 template <class Density>
 void add_range(std::vector<Node>& nodes, double low, double high, const Density& density) {
   double start = low;
@@ -47,7 +46,8 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Adds nodes of the trapezoid rule in the normal variable, which is exact to rounding for smooth integrands.
+/// Adds nodes of the trapezoid rule in z, the normal variable of a lognormal law, which is exact to rounding
+/// for smooth integrands.
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
   const double s = square_root(log1p(cv * cv));
@@ -58,7 +58,7 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
-  if (deviation < 1e-12 * mean) {  // a narrower law gives panels that end where they begin
+  if (deviation < 1e-12 * mean) {  // avoids panels that end where they begin
     nodes.push_back({1.0, 1.0});
     return;
   }
@@ -120,7 +120,8 @@ double expectation(Span<const Node> nodes, const Function& f) {
   return sum;
 }
 
-/// log of the expectation E in the equation of steady sliding at some growth, and its derivative.
+/// Value and slope of the logarithm of E, the expectation in the equation of steady sliding, against `growth`
+/// (lambda).
 struct LogValue {
   double value, slope;
 };
@@ -147,8 +148,8 @@ LogValue log_revolutions(Span<const Node> nodes, double growth) {
   return {log(sum), slope / sum};
 }
 
-/// Solves the equation of steady sliding (core/MODEL.md, section 26) for lambda. `mean`: the mean length at
-/// which bristles snap.
+/// Solves the equation of steady sliding (core/MODEL.md, section 26) for lambda, the rate of renewal. `mean`:
+/// mean length at which bristles snap.
 double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
   // Both logarithms fall with growth and are convex. By Jensen's inequality they start above the target, so
   // Newton's steps rise to the root and never pass it.
@@ -205,7 +206,7 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // l - length g(l) is convex, so Newton's steps fall onto the root from a start beyond it. No strength
+  // Newton's steps fall onto the root from a start beyond it, since l - length g(l) is convex. No strength
   // brings l to a thousandfold length. A start at `length` could fly off, because the slope can be 0 there
   // when path is near 0.
   constexpr double farthest = 1e3;

@@ -16,10 +16,10 @@ inline constexpr double shortest_that_counts = 1.0 / 1024;
 /// 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< 0 = no ageing
+  double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
-  /// Returns the growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its
+  /// Returns the growth g of a snap length by ageing along a path `way` (mean snap lengths); slope() is its
   /// derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
@@ -38,7 +38,7 @@ struct AgedMoments {
 };
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
 
-/// A snap length as drawn; its share of the bristles; and the length at which it snaps.
+/// A snap length as drawn, its share of the bristles, and the length at which it snaps when aged.
 struct AgedNode {
   double length, share, aged = 0.0;
 };
@@ -54,8 +54,8 @@ struct SteadySliding {
 /// tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
-/// Computes steady sliding for a law given by its nodes, and the mean length at which they snap, in their
-/// unit of length. Allocates nothing.
+/// Computes steady sliding for a law given by its nodes and by `mean`, the mean length at which they snap;
+/// all in one unit of length. Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
 /// Returns snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with SnapRule::keep.

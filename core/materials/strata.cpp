@@ -6,11 +6,12 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the law: equal steps of t give shares that lie close to each other at both
-/// ends.
+/// Maps t in [0, 1] to a share of the bristles: equal steps of t give shares that lie close to each other at
+/// both ends.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// The law that make_strata() divides, as cells of its quantiles, with the integral of p^(1/2) up to each.
+/// The law that make_strata() divides, as cells between its quantiles, with the integral of p^(1/2), p its
+/// density, up to each.
 class Cells {
  public:
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
@@ -36,7 +37,7 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds, to a few digits, where a non-decreasing function reaches 0.
+  /// Finds, to a few digits, where a non-decreasing function of the length reaches 0.
   template <class Function>
   double find_zero(Function&& function) const {
     double low = 0.0, high = law_.longest();
@@ -60,11 +61,11 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Inner ends of the first and the last stratum. On either side of each the error alternates between +e and
-/// -e.
+/// Inner ends of the first and the last stratum, for which the error of the force (make_strata()) alternates
+/// between +e and -e on either side of each.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
-  double error;        ///< the error e, m
+  double error;        ///< e, error of the force in mean deflection, m
 
   Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
     const double shortest =
@@ -77,7 +78,7 @@ struct Edges {
   }
 };
 
-/// Finds the edges at which the error e equals that of the n - 2 strata between them.
+/// Finds the edges whose error e equals the error of the n - 2 strata between them.
 Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
   double low = 0.0, high = law.mean();
   double e = cells.integral() / n;
@@ -104,14 +105,14 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
 
   const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
   const double all = cells.integral();
-  double first = 0.0, last = all, error = 0.0;  // for two strata, each gets half of the integral
+  double first = 0.0, last = all, error = 0.0;  // two strata share the integral equally
   if (n > 2) {
     const Edges edges = find_edges(law, cells, n);
     first = cells.integral_at(edges.first);
     last = cells.integral_at(edges.last);
     error = edges.error;
   }
-  double low = 0.0, above = 1.0, first_moment = 0.0;  // values at the stratum's lower end
+  double low = 0.0, above = 1.0, first_moment = 0.0;  // survival and moment at the stratum's lower end
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();
     if (i + 1 < n) {

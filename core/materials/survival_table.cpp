@@ -10,9 +10,9 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double negligible_share = 0x1p-47;  // share of bristles that is less than half a unit of mass
+constexpr double negligible_share = 0x1p-47;  // share of the bristles below half a unit of mass
 
-constexpr double farthest_end = 2048.0;  // end of a table, mean snap lengths; lies within unused_reach
+constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; below unused_reach
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
@@ -27,9 +27,9 @@ double find_end(const SnapLength& law) {
   return end;
 }
 
-/// Finds the deflection beyond which bristles carry this share of the force of steady sliding, that is of the
-/// integral of x S(x). The integral of S alone would leave out the few longest bristles of a wide law, which
-/// carry most.
+/// Finds the deflection beyond which bristles carry this share of the force of steady sliding, which is the
+/// integral of x S(x), x the deflection. (The integral of S alone would leave out the few longest bristles of
+/// a wide law, which carry most.)
 double find_tail(const SurvivalTable& table, double share) {
   double carried = 0.0;
   for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
@@ -42,15 +42,15 @@ double find_tail(const SurvivalTable& table, double share) {
   return 0.0;
 }
 
-/// Waves of the renewal equation: the path after which they have decayed, and the longest piece that resolves
-/// them.
+/// Waves of the renewal equation, in which bristles that began to slide together snap in step: the path after
+/// which they have decayed, and the longest piece that resolves them.
 ///
 /// Waves of lognormal, normal and exponential laws decay as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %,
 /// and are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have
 /// slower and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
-  double finest;  ///< value of SurvivalTable::finest
+  double finest;  ///< SurvivalTable::finest, from the waves
 };
 Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double per_square = 19.739208802178716;  // 2 pi^2
@@ -58,7 +58,7 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  constexpr double farthest = 1e5;  // mean lengths; needed because groups that snap in step never forget
+  constexpr double farthest = 1e5;  // mean lengths; limit for groups of bristles that snap in step for ever
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
   // Makes pieces as short as those of a narrow law whose waves decay as slowly, and short enough to resolve
@@ -67,15 +67,15 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
   }
-  // The shortest tenth of the bristles must not snap in one piece.
+  // Keeps the shortest tenth of the bristles from snapping in one piece.
   waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
   waves.finest = std::max(waves.finest, 1.0 / 16);
   return waves;
 }
 
 /// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
-/// older bristles carry little of the force. Counts twice the length, because bristles bent the other way
-/// snap only after that.
+/// bristles left from before carry at most the share `little` of the force. The longest of these count twice,
+/// because bristles bent the other way first move as far back.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
@@ -95,10 +95,10 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
 
 /// Returns means of S for a table law: S at each node averaged over the hat function that falls to 0 at both
 /// neighbours. The law as tabulated then has the mean of the law, and E[delta^2] within a sixth of a cell's
-/// square. An atom (one length with a probability) spreads over two cells; S at the nodes would put it in the
-/// middle of one, up to half a cell from its place.
+/// square. An atom (one length with a probability) spreads over two cells; S taken at the nodes would put the
+/// atom in the middle of one, up to half a cell from its place.
 std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres, double longest) {
-  // E[(x - delta)^2; delta < x], whose second derivative is 2 (1 - S).
+  // Returns E[(x - delta)^2; delta < x], whose second derivative is 2 (1 - S).
   const auto squares = [&](double x) {
     const auto moment = [&](int k) { return law.partial_moment(k, x * metres); };
     return x * x * moment(0) - 2.0 * x * (moment(1) / metres) + moment(2) / metres / metres;
@@ -137,8 +137,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // The corners at the shortest and the longest length are nodes too: no cohort's R is below the first
-    // (CohortLaw::sure), and no argument above the last is looked up.
+    // Starts cells at the shortest and the longest length too, where S has corners: no cohort's R is below
+    // the first (CohortLaw::sure), and no argument above the last is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);
@@ -162,8 +162,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // The tolerance is strict because strokes add up what they forget: 3e-4 each would raise friction by a
-  // twelfth in 200 strokes (spread 0.4).
+  // Uses a strict tolerance, because to-and-fro strokes add up what they forget: 3e-4 each would raise
+  // friction by a twelfth in 200 strokes (spread 0.4).
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

@@ -1,4 +1,4 @@
-// The survival function of a snap-length law as the table that cohorts read (core/cohort_table.hpp).
+// The survival function S of a snap-length law as the table that cohorts read (core/cohort_table.hpp).
 #pragma once
 
 #include <algorithm>
@@ -13,18 +13,18 @@ namespace bristle::detail {
 
 struct SurvivalTable {
   std::vector<SurvivalCell> cells;
-  std::vector<double> squares;  ///< E[delta^2; delta < start] of each cell
+  std::vector<double> squares;  ///< E[delta^2; delta < start], start that of each cell
   double end = 0.0;             ///< length at which S becomes 0
   double sure = 0.0;            ///< length up to which S is 1, to 2^-47
   double mean = 0.0;            ///< E[delta] of the law as tabulated
   double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
   double cube = 0.0;    ///< E[delta^3]
-  double weak = 0.0;    ///< share of bristles left at the deflection beyond which 1e-4 of the force lies
-  double finest = 1.0;  ///< number of pieces of path that the law needs, relative to a law of spread 0.25 or
-                        ///< more
-  bool smooth = true;   ///< whether S has no corners
+  double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force
+  double finest = 1.0;  ///< number of pieces of path per mean length that the law needs, relative to a law of
+                        ///< spread 0.25 or more
+  bool smooth = true;   ///< whether S is smooth; else it has corners, where the density of the law jumps
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
-  double follow = 0.0;  ///< straight path after which nothing that was left behind matters, however long one
+  double follow = 0.0;  ///< straight path after which nothing from before the slide matters, however long it
                         ///< goes on
 };
 
@@ -34,7 +34,8 @@ struct SurvivalTable {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {
-  double left, moment, square;  ///< S(x), E[delta; delta < x], E[delta^2; delta < x]
+  double left, moment, square;  ///< of lengths and the argument x: S(x), E[delta; delta < x], E[delta^2;
+                                ///< delta < x]
 };
 inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
   if (x <= table.sure) return {1.0, 0.0, 0.0};

@@ -21,7 +21,7 @@ inline Turn operator*(const Turn& a, const Turn& b) noexcept {
   return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
 }
 
-/// Restores length 1 after rounding, to first order.
+/// Restores the length 1 of the unit vector after rounding, to first order.
 inline Turn normalized(const Turn& t) noexcept {
   const double correction = 1.5 - 0.5 * (t.cosine * t.cosine + t.sine * t.sine);
   return {t.cosine * correction, t.sine * correction};

@@ -42,9 +42,10 @@ struct UnitLaw {
   double partial_moment(int k, double x) const {
     return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
   }
-  /// Returns f(x) while no bristle has snapped twice, for both rules; at an atom, the limit from the left.
+  /// Returns f(x), mean deflection after the path x, while no bristle has snapped twice, for both rules; at
+  /// an atom (one length with a probability) the limit from the left.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// Returns f(x) while no bristle has snapped twice, with shared renewal.
+  /// Returns f(x) while no bristle has snapped twice, with shared renewal `renewal`.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -53,8 +54,7 @@ struct UnitLaw {
   }
 };
 
-// ---------------------------------------------------------------------------------------------------
-// keep
+// ------------------------------------------------------------------------------------------------ keep
 
 /// Returns the sum of 1/k^2 over k > n.
 double tail_of_inverse_squares(double n) noexcept {
@@ -76,7 +76,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     const double rest = x - whole_part(x / a) * a;
     return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
   }
-  // The first k0 terms M1(x/k) equal the whole mean, and terms above k1 are zero.
+  // The first k0 terms M1(x/k) of the sum equal the whole mean, and terms above k1 are zero.
   const double k0 = whole_part(x / b);
   const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
   double inverse_squares, atoms_below = 0.0;
@@ -89,7 +89,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     atoms_below = a * a * (k1 - k0);
   } else {
     inverse_squares = tail_of_inverse_squares(k0);
-    if (a > 0.0) atoms_below = a * x;  // uses k1 a = x, true to rounding
+    if (a > 0.0) atoms_below = a * x;  // k1 a = x, true to rounding
   }
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
@@ -98,7 +98,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // an exponential law
+  high = 45.0;  // bound for an exponential law
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;
@@ -109,15 +109,15 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// Returns E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
-/// integral, which is E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
+/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one; the rest is its
+/// integral, E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
   constexpr double direct_terms = 100.0;
   double low, high;
   effective_support(unit, low, high);
   double k = whole_part(x / high);
   const double last = k + direct_terms;
-  double sum = k;  // each of the first k terms is the whole mean, 1
+  double sum = k;  // sum of the first k terms, each of which is the whole mean, 1
   double before = 1.0, term = 1.0;
   for (k += 1.0; k <= last; k += 1.0) {
     if (x < low * k) return x - sum;
@@ -128,7 +128,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   const double kappa = last + 0.5;
   const double share = 1.0 - unit.survival(x / kappa);
   const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
-  // First and third difference about kappa replace the derivatives.
+  // First and third differences about kappa stand for the derivatives of the corrections.
   const double next = unit.partial_moment(1, x / (last + 1.0)),
                after = unit.partial_moment(1, x / (last + 2.0));
   const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
@@ -155,8 +155,7 @@ double keep_deflection(const SnapLength& law, double x, bool from_left) {
   }
 }
 
-// ---------------------------------------------------------------------------------------------------
-// redraw
+// ---------------------------------------------------------------------------------------------- redraw
 
 struct Atom {
   double length, mass;
@@ -179,15 +178,15 @@ std::vector<Atom> find_atoms(const SnapLength& law) {
   return atoms;
 }
 
-/// f of the redraw rule on equidistant nodes, as limits from the left and from the right, which differ only
-/// for laws with atoms.
+/// Values of f, the mean deflection under SnapRule::redraw, on equidistant nodes: limits from the left and
+/// from the right, which differ only for laws with atoms.
 struct VirginGrid {
   double step = 0.0;
   std::vector<double> left, right;
 };
 
-/// A law on equidistant nodes: mass and first moment of the part without atoms up to each node, mass of the
-/// atoms at it.
+/// A law on equidistant nodes: mass and first moment up to each node of its part without atoms, and mass of
+/// the atoms at each.
 struct LawOnGrid {
   double step = 0.0;
   std::vector<double> mass, first, survival, atom_mass;  ///< survival[i]: P(delta >= node i)
@@ -195,7 +194,7 @@ struct LawOnGrid {
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Moves atoms to their nearest nodes and takes them off `survival`.
+/// Moves atoms (lengths that have a probability) to their nearest nodes and takes them off `survival`.
 void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
   law.atom_mass.assign(law.mass.size(), 0.0);
   if (atoms.empty()) return;
@@ -252,15 +251,16 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights that give the integral, over a law, of a function that is linear between nodes; exact over each
-/// cell, times `factor`. `damping`: exp(-lambda x) at the nodes, if the function is damped by it, else empty.
+/// Weights of the nodes for the integral over a law, times `factor`, of a function that is linear between
+/// nodes; exact over each cell. `damping`: exp(-lambda x) at the nodes if the function is multiplied by it,
+/// else empty.
 struct RenewalKernel {
-  std::vector<double> weight;  ///< weight of node j from both its cells
-  std::vector<double> far;     ///< share of cell j = [node j, node j + 1] that goes to its far end
+  std::vector<double> weight;  ///< weight of each node, from the cells on both sides
+  std::vector<double> far;     ///< share of cell j, from node j to node j + 1, that is given to its far end
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
-  std::size_t begin = 1, end = 0;  ///< range of the nodes with a weight
-  /// Whether too many bristles snap within the first cell for the equation to be solved on this grid.
+  std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
+  /// Whether this grid is too coarse to solve the equation: too many bristles snap within the first cell.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
 
@@ -273,7 +273,7 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   kernel.begin = n + 1;
   for (std::size_t j = 0; j < n; ++j) {
     const double cell = law.mass[j + 1] - law.mass[j];
-    if (!(cell > 1e-30)) continue;  // an empty cell, too small to divide by
+    if (!(cell > 1e-30)) continue;  // skips an empty cell, too small to divide by
     const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
     const double far = cell * std::min(std::max(share, 0.0), 1.0);
     kernel.far[j] = far * damped(j + 1);
@@ -289,8 +289,8 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   return kernel;
 }
 
-/// The source of a renewal equation at the nodes: its limit from the left, and its jump. A source that is not
-/// 0 at x = 0 jumps there.
+/// Source term of a renewal equation at the nodes: its limit from the left, and its jump. A source that is
+/// not 0 at x = 0 jumps there.
 struct Source {
   std::vector<double> left, jump;
 };
@@ -341,13 +341,14 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   return grid;
 }
 
-/// A virgin curve is the quotient of two solutions: of deflections and, with shared renewal, of bristles.
+/// Equations for a virgin curve, which is the quotient of two solutions: deflections over, with shared
+/// renewal, bristles.
 struct RenewalProblem {
   RenewalKernel kernel;
   Source deflections, bristles;
 };
 
-/// Poses the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
+/// Sets up the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
 RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   RenewalProblem problem;
@@ -375,7 +376,8 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   return problem;
 }
 
-/// Extrapolates from two grids: error O(step^4) where f is smooth. Turns the finer one into the result.
+/// Extrapolates from solutions on two grids: error O(step^4) where f is smooth. Overwrites the finer solution
+/// with the result.
 void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
     double before = 0.0;
@@ -404,17 +406,17 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Returns the largest step for an error below 1e-6: a part of the width of the law, finer where its density
-/// jumps.
+/// Returns the largest step for an error below 1e-6, in proportion to the width of the law and finer where
+/// its density jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
 }
 
-/// Returns a step, at most `largest`, at which the atoms lie nearest to the nodes of a grid of twice the
+/// Returns a step, at most `largest`, for which the atoms lie nearest to the nodes of a grid of twice that
 /// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Atoms of tiny lengths would ask for millions of cells, so they may lie half a step off.
+  // Accepts that atoms of tiny lengths lie half a step off, since they would ask for millions of cells.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
@@ -443,16 +445,16 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
-    return -detail::expm1(-x);  // z = min(age, x), and both have no
-                                // memory
+    return -detail::expm1(-x);  // z = min(age, x), and the age is exponential, as the law has no memory
   // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), here to 3e-9, unless its tail is heavy.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
   const UnitLaw unit(law);
   const std::vector<Atom> atoms = find_atoms(law);
-  // Work is the number of cells up to x times the number that the law reaches. Beyond x of about 100 the step
-  // grows to bound the time (about a second), at the cost of accuracy for wide lognormal laws and tables.
+  // Work is the number of cells up to the path x times the number that the law reaches. Beyond x of about 100
+  // the step grows to bound the time (about a second), at the cost of accuracy for wide lognormal laws and
+  // tables.
   constexpr double most_work = 2e9;
   const double reach = std::min(law.longest() / law.mean(), x);
   double step = std::max(resolving_step(law), detail::square_root(x * reach / most_work));
@@ -469,11 +471,10 @@ double redraw_deflection(const SnapLength& law, double x) {
   return grid.right[i] * (1.0 - share) + grid.left[i + 1] * share;
 }
 
-// ---------------------------------------------------------------------------------------------------
-// peaks
+// ----------------------------------------------------------------------------------------------- peaks
 
-/// Numbers of golden-section steps. Where f is smooth its error is quadratic in that of the place; at a kink
-/// it is linear.
+/// Numbers of golden-section steps. An error in the place of the peak counts in the value to second order
+/// where f is smooth, and to first order at a kink.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
 /// Finds the maximum of f on [low, high], where it has one hump, by golden section.
@@ -498,7 +499,7 @@ double maximum_between(const Function& f, double low, double high, int iteration
   return std::max(f1, f2);
 }
 
-/// Finds the maximum of f over ascending points, then within the two intervals beside the best of them.
+/// Finds the maximum of f over ascending points, then in the two intervals beside the best point.
 template <class Function>
 double maximum_over(const Function& f, const std::vector<double>& points, int iterations) {
   std::size_t best = 0;
@@ -514,8 +515,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, maximum_between(f, low, high, iterations));
 }
 
-/// Finds the peak of the curve and its place while no bristle has snapped twice. Narrow laws have their peak
-/// there.
+/// Finds the peak of the curve, and its place, while no bristle has snapped twice; narrow laws have their
+/// peak there.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -529,7 +530,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
   if (law.law() == SnapLaw::uniform) {
     const double low = law.first_parameter() / unit.mean, high = law.second_parameter() / unit.mean;
     if (renewal == 0.0) {
-      consider(std::max(low, high - low));  // the slope is 1 up to min, then 1 - x / (max - min)
+      consider(std::max(low, high - low));  // slope of the curve is 1 up to the shortest length, then 1 - x /
+                                            // (max - min)
     } else {
       consider(low);
       const double end = std::min(2.0 * low, high);
@@ -551,7 +553,7 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
-    for (int i = 0; i < 64; ++i) {  // finds the place roughly, from above
+    for (int i = 0; i < 64; ++i) {  // finds the place roughly, coming from longer paths
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -608,7 +610,7 @@ double redraw_peak(const SnapLength& law) {
     const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
     return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
   };
-  // Of the wider laws, all but tables have their only or highest hump within two mean lengths.
+  // Two mean lengths suffice for all laws but tables: their only or highest hump lies within.
   double peak = peak_up_to(2.0);
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
@@ -624,13 +626,12 @@ double paper_peak(const SnapLength& law, SnapRule rule) {
     find_first_pass_peak(unit, 0.0, peak, place);
     if (unit.partial_moment(0, 0.5 * place) < 1e-10) return peak;
   }
-  // Curves without a hump rise to the kinetic value.
+  // Takes the kinetic value for curves without a hump, which rise to it.
   const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
   return std::max(peak, paper_kinetic(law, rule));
 }
 
-// ---------------------------------------------------------------------------------------------------
-// shared renewal
+// --------------------------------------------------------------------------------------- shared renewal
 
 /// Returns exp(-growth x) at the nodes.
 std::vector<double> damping_at_nodes(double growth, double step, int cells) {
@@ -639,8 +640,7 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// A law in cells of equal density that can be read at any length: the snaps of bristles that keep their
-/// lengths.
+/// The snaps of bristles that keep their lengths: a law in cells of equal density, to be read at any length.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -662,8 +662,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Integrates by Simpson's rule, in parts near the shortest length, where a cell is as long as that
-      // length.
+      // Integrates over a cell by Simpson's rule, in eight parts near the shortest length, where a cell is as
+      // long as that length.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -681,7 +681,8 @@ class DividedLaw {
     }
   }
 
-  /// Sums over k of G(x / k) (`count`), of k M1(x / k) (`place`) and of M1(x / k) (`lost`).
+  /// Sums over k, the number of a bristle's snap: G(x / k) (`count`), k M1(x / k) (`place`) and M1(x / k)
+  /// (`lost`).
   struct Snaps {
     double count = 0.0, place = 0.0, lost = 0.0;
 
@@ -693,16 +694,17 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Beyond this number the terms are replaced by their integral over k, taken over the length u = x / k.
+    // Number of terms beyond which their integral over k replaces them, taken over the length u = x / k.
     constexpr double direct = 100.0;
     Snaps snaps;
-    snaps.lost = x * few_;  // bristles shorter than all that count are never bent
+    snaps.lost = x * few_;  // bristles too short to count are never bent
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // First moment of the cell's part below the length, at the cell's mean length for equal density.
+      // Finds the first moment of the cell's part below the length: that of equal density, corrected to the
+      // cell's mean length.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -722,7 +724,7 @@ class DividedLaw {
  private:
   struct Moments {
     double mass, first;
-    Snaps rest;  ///< integrals over u, up to the cell's start, of G / u^2, M1 / u^3 and M1 / u^2
+    Snaps rest;  ///< integrals over the length u, up to the cell's start, of G / u^2, M1 / u^3 and M1 / u^2
   };
   struct Place {
     std::size_t cell;
@@ -762,7 +764,7 @@ RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
   return problem;
 }
 
-/// Data of a virgin curve under shared renewal, from which it can be solved on any grid.
+/// Data of a virgin curve under shared renewal, with which it can be solved on any grid.
 struct RenewedCurve {
   const SnapLength& law;
   SnapRule rule;
@@ -812,7 +814,8 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Laws with atoms keep the step of the paper's curves; for others extrapolation allows twice that.
+  /// Step of the curves without renewal for laws with atoms, twice that for others, which extrapolation
+  /// allows.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// Returns a step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
@@ -831,7 +834,7 @@ double kink_in_cell(const VirginGrid& grid, std::size_t i) {
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place in cells from node i
+  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place of the crossing, in cells from node i
   return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
 }
 
@@ -871,7 +874,8 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   return peak;
 }
 
-/// Whether the waves of redrawn lengths have died over this path, in mean lengths, to the last digit.
+/// Whether the waves of redrawn lengths (bristles that snap in step) have died over this path, in mean
+/// lengths, to the last digit.
 bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
 #if BRISTLE_MINIMAL
   return false;
@@ -923,7 +927,7 @@ double slide_curve(const SnapLength& law, double drop, double growth, double x) 
 
 SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   const double mean = law.mean();
-  SlidePeak best{1.0 - drop, 0.0};  // the force after a long path
+  SlidePeak best{1.0 - drop, 0.0};  // force after a path so long that it is steady
   const auto try_at = [&](double length) {
     const double force = slide_curve(law, drop, growth, growth * length / mean);
     if (force > best.force) best = {force, length / mean * law.survival(length)};

@@ -7,7 +7,7 @@ namespace bristle::detail {
 
 /// Returns the mean deflection in slow steady sliding.
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the supremum of the virgin curve.
+/// Returns the supremum of the virgin curve: the highest mean deflection at first loading.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
 /// Returns the mean deflection after a path x > 0 from all deflections zero.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
@@ -15,7 +15,7 @@ double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal,
 /// Returns the mean deflection by SnapRule::slide after a path x > 0 from rest, of bristles that hold
 /// `growth` times their length until they slide, and (1 - drop) of it while sliding.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
-/// Supremum of slide_curve(), and its derivative by `growth`.
+/// Returns the supremum of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {
   double force, slope;
 };

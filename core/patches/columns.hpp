@@ -12,16 +12,17 @@
 
 namespace bristle::detail {
 
-/// Kind of a column's entries: their value for a bristle out of contact, and the effect of reset, save and a
-/// change of material on them.
+/// Kind of a column of a patch's record: the value of a bristle out of contact, and the effect on it of
+/// reset, save and a change of material.
 enum class Filler : unsigned char {
-  zero,          ///< 0. State: saved; a length in the units of the material
-  age,           ///< 0. State: saved; a time in the units of the material's ageing
-  first_length,  ///< the bristle's first snap length. State: saved; kept by a material of the same law
-  draw_state,    ///< goes on even out of contact. State: saved; filled from the seed
-  from_seed,     ///< first snap lengths: a function of seed and material, never changed by a step
-  block,         ///< bookkeeping of blocks, handled by functions of its own
-  cache          ///< nothing that the state depends on
+  zero,          ///< 0 out of contact. State, saved; a length in the units of the material
+  age,           ///< 0 out of contact. State, saved; a time in units of the material's ageing time
+  first_length,  ///< first snap length of the bristle when out of contact. State, saved; kept by a material
+                 ///< of the same law
+  draw_state,    ///< value that stays when out of contact. State, saved; filled from the seed
+  from_seed,     ///< function of seed and material (first snap lengths), which no step changes; not saved
+  block,         ///< bookkeeping of blocks, which functions of its own reset and save
+  cache          ///< values on which the state does not depend
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
 

@@ -1,4 +1,4 @@
-// Threads that a step of one large patch may use while its model prepares it.
+// Threads that a step of one large patch may use while its contact model prepares the step.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,8 @@ struct Crew {
   void (*run)(void* workers, int tasks, void (*task)(void* of, int k), void* of) noexcept;
   void* workers;
   std::uint32_t threads;
-  std::uint32_t pieces;  ///< number of ranges that evens out the threads without making any too small
+  std::uint32_t pieces;  ///< number of ranges into which work is best divided: enough to even out the
+                         ///< threads, none too small
 };
 
 /// Adds the total of one range to the sum over all ranges.

@@ -11,7 +11,7 @@
 #define BRISTLE_INSTANTIATE_ONE(f) template decltype(f<float>) f<float>;
 #endif
 
-// A macro does not expand itself, so each scan handles one more name.
+// Expands one name for each scan of the preprocessor, because a macro does not expand itself.
 #define BRISTLE_NONE
 #define BRISTLE_NEXT() BRISTLE_EACH
 #define BRISTLE_EACH(f, ...) BRISTLE_INSTANTIATE_ONE(f) __VA_OPT__(BRISTLE_NEXT BRISTLE_NONE()(__VA_ARGS__))

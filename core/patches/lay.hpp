@@ -1,4 +1,4 @@
-// Friction that depends on the direction (struct Lay), mapped to axes in which a patch's bristles are
+// Maps friction that depends on the direction of motion (struct Lay) to axes in which a patch's bristles are
 // isotropic.
 #pragma once
 
@@ -14,11 +14,13 @@ namespace bristle::detail {
 /// axes.
 struct LayMap {
   Turn along;              ///< direction of the lay in the axes of the patch
-  double stretch = 1.0;    ///< length across, isotropic over real: stiffness ratio over limit ratio
-  double limit = 1.0;      ///< force across, real over isotropic: Lay::limit_ratio
-  double energy = 1.0;     ///< energy across, real over isotropic; 1 where dissipation is at its maximum
-  double lean = 0.0;       ///< asymmetry: the limit is 1 + lean times the material's along the lay, 1 - lean
-                           ///< against it
+  double stretch = 1.0;    ///< stretch of lengths across the lay, isotropic over real: stiffness ratio over
+                           ///< limit ratio
+  double limit = 1.0;      ///< factor of forces across the lay, real over isotropic: Lay::limit_ratio
+  double energy = 1.0;     ///< factor of energy across the lay, real over isotropic; 1 where dissipation is
+                           ///< at its maximum
+  double lean = 0.0;       ///< asymmetry of the limit: along the lay 1 + lean times the material's, against
+                           ///< it 1 - lean times
   double stiffest = 1.0;   ///< stiffness of the stiffest direction, over the material's
   double strongest = 1.0;  ///< limit of the strongest direction, over the material's
 
@@ -26,7 +28,7 @@ struct LayMap {
   /// Whether energies differ from those of the isotropic axes. A step then dissipates its work less the
   /// energy it stored.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Returns the least energy that a slide dissipates, over that in isotropic axes.
+  /// Returns the least energy that a slide in any direction dissipates, over the energy in isotropic axes.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {

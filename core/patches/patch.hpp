@@ -18,41 +18,44 @@ namespace bristle::detail {
 
 struct ContactModel;
 
-constexpr double highest_load = 1e15;     ///< N, of a motion
-constexpr double highest_energy = 1e300;  ///< J: an energy that overflows is cut to this value, so that sums
-                                          ///< of a few stay finite
+constexpr double highest_load = 1e15;     ///< N, largest load of a motion
+constexpr double highest_energy = 1e300;  ///< J, highest energy of a response: an energy that overflows is
+                                          ///< cut to it, so that sums of a few stay finite
 
 /// Properties of a patch, fixed when it is made except seed and key. The base of every model's record.
 struct PatchRecord {
   PatchOptions options;
-  const CompiledMaterial* material = nullptr;  ///< owned by the record's memory (record_memory.hpp)
-  std::uint32_t first_seed = 0;                ///< seed that it was added with; a reset may change
+  const CompiledMaterial* material = nullptr;  ///< material of the patch, owned by the record's memory
+                                               ///< (record_memory.hpp)
+  std::uint32_t first_seed = 0;                ///< seed with which the patch was added; a reset may change
                                                ///< options.seed
   std::uint32_t largest_work = 0;              ///< largest number of bristles that a step visits
-  bool endless = false;  ///< a population without a number, of which read_bristles shows as many as are asked
-                         ///< for
+  bool endless = false;      ///< whether the population has no number (infinite brush), so that read_bristles
+                             ///< shows as many as are asked for
   double full_weight = 0.0;  ///< physical bristles per representative when all are in use; a change of
-                             ///< material keeps it
+                             ///< material leaves it
   std::size_t bytes = 0;     ///< bytes of the record and its columns
-  /// Rounding remainder, in position units, of displacements of few units (find_odd_way()); longer ones leave
-  /// none.
+  /// Rounding remainder, in units of the position, of displacements of few units (find_odd_way()); longer
+  /// displacements leave none.
   double remainder[2] = {0.0, 0.0};
-  /// The batch's clock, which advances in every step; null = it stands still at 0. A patch that ages counts
-  /// time from `epoch`. Both in clock units.
+  /// The batch's clock, which advances in every step; null = time stands still at 0. A patch that ages counts
+  /// its time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Holding times of a patch that ages: no bristle has held since before `oldest`. Times as time_of(), s.
+  /// Time for which bristles of an ageing patch can have held: none has held since before `oldest`. Times as
+  /// time_of(), s.
   struct Hold {
     double oldest = 0.0;
-    double since = 0.0;            ///< last time the patch was near its anchor; becomes the next `oldest`
-    std::int64_t way[2] = {0, 0};  ///< path from the anchor, fixed point
+    double since = 0.0;            ///< last time that the patch was near its anchor; the next value of
+                                   ///< `oldest`
+    std::int64_t way[2] = {0, 0};  ///< displacement from the anchor, fixed point
   } hold;
-  LayMap lay;  ///< axes and limits of PatchOptions::lay
+  LayMap lay;  ///< map of PatchOptions::lay, with its limits
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
 
-/// The shared part of a patch. Touched by the stepping thread and its workers only.
+/// The part of a patch that every contact model has. Touched by the stepping thread and its workers only.
 ///
 /// `sum` and `part_*` give the sum of deflections over the contact, fixed point, as a function of the
 /// position while nothing snaps, enters or leaves: sum + whole (position - here), and for bristles that count
@@ -60,33 +63,38 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
 struct alignas(64) Patch {
   // --- line 1: all that a step of a resting patch needs
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = none
-  bool rests : 1 = false;        ///< whether the numbers below answer a step without motion
+  bool rests : 1 = false;        ///< whether the numbers of this line answer a step without motion
   bool overloaded : 1 = false;
-  bool held : 1 = false;  ///< whether nothing could snap in its last step; a hint for prefetching
+  bool held : 1 = false;  ///< whether nothing could snap in the last step; a hint for prefetching
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
   std::uint64_t last_step = 0;     ///< number of the last step that named the patch; detects repeated ids
-  double normal_load = 0.0;        ///< N
-  double elastic[2] = {0.0, 0.0};  ///< N, on the body, at the end of the last step
-  double stiffness = 0.0;          ///< N/m
-  double rest_damping = 0.0;       ///< N s/m at v = 0
-  double force_limit = 0.0;        ///< N
+  double normal_load = 0.0;        ///< N, load of the last step
+  double elastic[2] = {0.0, 0.0};  ///< N, elastic force on the body at the end of the last step
+  double stiffness = 0.0;          ///< N/m, stiffness of the patch (Response::stiffness)
+  double rest_damping = 0.0;       ///< N s/m, damping of the patch at rest
+  double force_limit = 0.0;        ///< N, highest elastic force (Response::force_limit)
 
   // --- line 2
   std::int64_t position[2] = {0, 0};  ///< position of the patch, fixed point (kernel_table.hpp)
-  Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within this ball
-  std::uint32_t whole = 0;            ///< bristles that count fully, in full blocks
-  bool skips : 1 = true;              ///< whether steps within bounds skip the bristles
-  bool tracks : 1 = true;             ///< whether bounds are renewed, which pays while most visited blocks do
-                                      ///< not snap
-  bool literal : 1 = false;           ///< whether the paper's literal loop is used
-  bool damps : 1 = false;             ///< whether the damper depends on the velocity
-  bool ages : 1 = false;              ///< whether the patch ages, so that time_of(patch) matters
-  bool renews : 1 = false;            ///< whether a trial step changes the patch, and so needs a copy
-  bool laid : 1 = false;              ///< whether it has a lay, by which motions and forces are mapped
-  std::uint8_t fetched_lines = 0;     ///< cache lines of the record worth prefetching before a step
-  double part = 0.0;                  ///< bristles in contact beyond `whole`, a real number
-  double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum
+  Reach bound{{0, 0}, -1.0};          ///< ball about a position: nothing snaps while the patch stays within
+                                      ///< it
+  std::uint32_t whole = 0;            ///< number of bristles in full blocks, all fully in contact
+  bool skips : 1 = true;              ///< whether steps skip the bristles of blocks within their bounds
+  bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays while most visited blocks
+                                      ///< do not snap
+  bool literal : 1 = false;           ///< whether the patch follows the paper's literal loop
+                                      ///< (ComparisonModes)
+  bool damps : 1 = false;             ///< whether the damping depends on the velocity
+  bool ages : 1 = false;              ///< whether bristles age, so that time_of(patch) matters
+  bool renews : 1 = false;            ///< whether even a trial step changes the patch, and so is made on a
+                                      ///< copy
+  bool laid : 1 = false;              ///< whether the surface has a lay, by which motions and forces are
+                                      ///< mapped
+  std::uint8_t fetched_lines = 0;     ///< number of cache lines of the record that are worth prefetching
+                                      ///< before a step
+  double part = 0.0;                  ///< weight of the bristles in contact beyond `whole`, a real number
+  double newtons_per_unit = 0.0;      ///< N, elastic force of one unit of `sum`
 
   // --- line 3
   Int128 sum[2] = {0, 0};
@@ -96,16 +104,17 @@ struct alignas(64) Patch {
   // --- line 4
   double lengths_per_metre = 1.0;
   double zeta = 0.0;                ///< number of physical bristles in contact
-  double overload = 1.0;            ///< zeta over the patch's largest number of bristles, if above 1
-  double pending_dissipated = 0.0;  ///< J, caused by a change of material; booked with the next step
-  double pending_loss = 0.0;        ///< J, caused by a change of material or of detail; booked with the next
+  double overload = 1.0;            ///< number of physical bristles that the load asks for over the most that
+                                    ///< the patch has, if above 1
+  double pending_dissipated = 0.0;  ///< J, dissipated by a change of material; reported with the next step
+  double pending_loss = 0.0;        ///< J, lost by a change of material or of detail; reported with the next
                                     ///< step
   std::uint64_t pending_snaps = 0;
   const ContactModel* model = nullptr;
-  PatchRecord* record = nullptr;  ///< owned by the slot's batch
+  PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Representatives in contact, including the one that counts in part.
+  /// Returns the number of representatives in contact, including the one that is in contact in part.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
@@ -120,11 +129,12 @@ inline double time_of(const Patch& p) noexcept {
 
 /// Makes the shared part of a patch out of contact from its options and material.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Whether a step of the patch must book its work less the energy it stored (LayMap::books_work).
+/// Whether a step's dissipated energy is its work less the energy it stored (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }
-/// Updates the numbers of the shared part that follow from load and material. Call it after either changes.
+/// Updates the numbers of the shared part that follow from load and material. Call it after a change of
+/// either.
 void note_contact(Patch& patch) noexcept;
 /// Returns the damping of the whole patch, N s/m; times the velocity it is the force of damper, lubricant and
 /// strengthening with speed.
@@ -141,16 +151,17 @@ inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;
 }
-/// Converts as static_cast does, without its long division in the usual case.
+/// Converts to double as static_cast does, without its long division for numbers below 2^63.
 inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);
 }
-/// Returns count times a fixed-point displacement, rounded: a function of state alone.
+/// Returns count times a fixed-point displacement, rounded. It depends on the present state alone, so errors
+/// do not add up.
 inline Int128 weighted(double count, std::int64_t fixed) noexcept {
   const double x = count * static_cast<double>(fixed);
   if (std::abs(x) < 9e18) return std::llrint(x);
-  return static_cast<Int128>(x);  // already whole at this size
+  return static_cast<Int128>(x);  // a whole number already, at this size
 }
 
 /// Returns the sum of deflections at the patch's position along one axis, scaled.

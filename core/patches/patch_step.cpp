@@ -16,14 +16,15 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// Returns the largest ratio of aged to fresh snap lengths in a patch at the end of a step.
+/// Returns the largest ratio of aged to fresh snap lengths that a bristle of the patch can have at the end of
+/// a step.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates how long bristles of a patch that ages may have held: no bristle follows the patch further than
-/// twice its snap length. Ignores bristles longer than the mean plus four standard deviations. They carry
-/// 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
+/// Updates how long bristles of a patch that ages may have held: none can hold on while the patch moves
+/// further than twice its snap length. Ignores bristles longer than the mean plus four standard deviations.
+/// They carry 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
@@ -36,12 +37,12 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums displacements here, because a contact model may carry the patch's position along.
+  // Sums the displacements of steps, because a contact model may carry the position of the patch along.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // A patch within this share of the reach counts as at its anchor, so that the time of a rest counts only
-  // until the slide after it.
+  // Share of the reach within which a patch counts as at its anchor, so that a rest counts only until the
+  // slide after it.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -58,9 +59,9 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   return residual + growth * (p.force_limit - residual);
 }
 
-/// Displacements shorter than this (scaled; 2^20 position units) may have a rounding error above 5e-7 of
-/// their length, so their remainder is carried to the next one. Longer displacements drop it, so that most
-/// steps need the patch's slot alone.
+/// Length of a displacement (scaled; 2^20 units of position) below which it may have a rounding error above
+/// 5e-7 of itself. Its remainder is then carried to the next one. Longer displacements drop theirs, so that
+/// most steps need the patch's slot alone.
 constexpr double creep_length = 0x1p-24;
 
 /// Whether a displacement is neither so short that its remainder is carried, nor so long that every bristle
@@ -74,10 +75,10 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Converts the displacement of a step that is unusually short (it creeps) or long (every bristle snaps).
+/// Converts a displacement that is unusually short (its remainder is carried) or long (every bristle snaps).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
-  // Limit that keeps squares and sums finite; no snap length is near it.
+  // Largest scaled displacement, far beyond any snap length, which keeps squares and sums finite.
   constexpr double farthest = 1e290;
   for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
   const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
@@ -107,13 +108,13 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether neither time, velocity nor direction matters: the patch does not age or damp, has no lay, does not
-/// follow the literal rule, and is not stepped eagerly.
+/// Whether neither time, velocity nor direction matters: the patch neither ages nor damps, has no lay,
+/// follows no literal loop, and skips blocks within their bounds.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
 }
 
-/// A displacement in isotropic axes, m (LayMap).
+/// Displacement of a step in isotropic axes, m (LayMap).
 struct Displacement {
   double by[2];
 };
@@ -124,13 +125,14 @@ template <bool plain, class Asked>
   return d;
 }
 
-/// Maps the sums of a patch with a lay to the patch's axes, and finds the dissipated energy where it is no
-/// sum over the bristles.
+/// Maps the sums of a patch with a lay to the patch's own axes. Finds the dissipated energy from work and
+/// stored energy if it is not a sum over the bristles.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Isotropic axes count deflections from the centre of the limits, which lies `lean` limits off the root.
+    // Adds the centre of the limits, from which deflections count in isotropic axes; it lies `lean` limits
+    // off the root.
     const CompiledMaterial& m = p.material();
     const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
                          p.newtons_per_unit;
@@ -158,8 +160,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Cut at longest_time, as the clock is: bristles that aged by more in a step would be younger in the next
-    // one.
+    // Shortens the step to longest_time, at which the clock stops: bristles that aged by more would be
+    // younger in the next step.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
@@ -192,15 +194,15 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response (for a cell only its force) and, when the step is committed, the numbers that answer a
-/// next step at rest.
+/// Writes the response (for a cell of an outline only its force) and, if the step is committed, the numbers
+/// that answer a next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
                                                   Answer& out) noexcept {
   if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
-  double elastic[2];  // a copy: reading the pair back from the response would wait for its stores
-  // 0 - x, so that a patch at rest has no negative zero.
+  double elastic[2];  // copied, because reading the pair back from the response would wait for its stores
+  // Subtracts from 0, so that a patch at rest has no negative zero.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
   if constexpr (std::is_same_v<Answer, CellMotion>) {
@@ -209,7 +211,8 @@ template <bool plain, class Asked, class Answer>
     const bool mean = has(p.outputs, Outputs::mean);
     const bool energy = has(p.outputs, Outputs::energy);
     double velocity[2] = {0.0, 0.0};
-    // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
+    // Limits the velocity so that its square is finite, whatever the step length (a denormal one reads as 0
+    // here).
     for (int axis = 0; axis < 2 && !plain; ++axis)
       velocity[axis] = std::clamp(
           motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),
@@ -252,7 +255,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// Takes a step that leaves the bound or is of unusual length.
+/// Takes a step that leaves the patch's bound or is of unusual length.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
@@ -284,7 +287,8 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// Takes a step under the present load. Answers the usual step, within the bound, without another call.
+/// Takes a step under the present load. Answers the usual step, which stays within the patch's bound, without
+/// another call.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {

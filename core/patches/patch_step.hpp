@@ -1,5 +1,5 @@
-// One step of one patch, as far as all contact models share it: reading the motion, answering without the
-// model, and writing the response.
+// One step of one patch, as far as all contact models share it: reads the motion, answers without the model
+// if it can, and writes the response.
 #pragma once
 
 #include "core/patches/contact_model.hpp"
@@ -8,12 +8,13 @@ namespace bristle::detail {
 
 /// Motion of a cell of an outline under its present load; only its elastic force is computed.
 struct CellMotion {
-  PatchId id;              ///< set to PatchId{} by a step if the batch has no such patch
-  double displacement[2];  ///< m, tangential
-  double force[2];         ///< N, on the body, at the end of the step
+  PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no such
+                           ///< patch
+  double displacement[2];  ///< m, tangential displacement of the cell in the step
+  double force[2];         ///< N, force on the body at the end of the step
 };
 
-/// Checks the motion; false = bad input.
+/// Whether a motion is valid; false = bad input.
 bool is_good_motion(const Patch& patch, const Motion& motion) noexcept;
 
 /// Whether a motion leaves a resting patch at rest, so that answer_at_rest() has its response. Reads the
@@ -58,21 +59,21 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
 
 /// Takes a step from its motion to its response, on one thread. Returns the bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// Computes the response of step_patch() without a change of state, under the present load. `contact_loss`
-/// goes into the response.
+/// Computes the response of step_patch() under the present load, without a change of state. `contact_loss`:
+/// energy of bristles that left contact, which the response reports.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
-/// Begins a step of a patch whose model shares steps among threads; SharedStep::run for all blocks and
-/// end_step() follow. Returns the number of blocks; 0 = the bound answers.
+/// Begins a step of a patch whose model shares steps among threads. SharedStep::run for all blocks and
+/// end_step() follow. Returns the number of blocks; 0 = no bristle has to be stepped.
 std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const Crew& crew,
                          PatchStep& step) noexcept;
-/// Ends a step that begin_step() began. `totals`: sums over all blocks, or null where the bound answers.
-/// Returns the bristles visited.
+/// Ends a step that begin_step() began. `totals`: sums over all blocks, or null if no bristle was stepped.
+/// Returns the number of bristles visited.
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Whether a trial that the bound does not answer changes bristles.
+/// Whether a trial step changes the bristles if the patch's bound does not answer it.
 inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
 /// Whether a trial of this motion under the present load would change bristles, so that it needs a copy of
 /// the patch.

@@ -1,4 +1,5 @@
-// Memory of a record and its columns: one allocation, made and freed by the thread that adds patches.
+// Memory of a contact model's record and its columns: one allocation, made and freed by the thread that adds
+// patches.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,7 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + column_alignment - 1) / column_alignment * column_alignment;
 }
 
-/// Precedes the record in memory and owns the material, so that the record itself is plain data.
+/// Head of the memory before a record, which owns the material, so that the record itself is plain data.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
 };

@@ -15,7 +15,7 @@ constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
 constexpr std::uint32_t saved_version = 5;
 constexpr std::size_t checksum_at = 32;
 
-/// Lists the fields of a patch's head and contact, in order, for writing and for reading.
+/// Lists the fields of a saved patch that all contact models share, in order, for writing and for reading.
 template <class Io, class Head>
 void head_fields(Io& io, Head& head) noexcept {
   io(head.slot);
@@ -46,7 +46,7 @@ void remainder_fields(Io& io, Remainder& remainder) noexcept {
 }
 constexpr std::size_t remainder_size = 2 * 8;
 
-/// Times saved for a patch that ages: its own time, and the longest time that a bristle can have held.
+/// Times saved for an ageing patch: its own time, and the longest time for which a bristle can have held.
 struct SavedTime {
   Int128 time = 0;
   PatchRecord::Hold hold;

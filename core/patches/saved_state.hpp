@@ -15,7 +15,7 @@ void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
 
 /// Head of the saved state of a batch; the patches follow in slot order.
 struct SavedBatch {
-  std::uint64_t bytes = 0;  ///< size of the whole state
+  std::uint64_t bytes = 0;  ///< bytes of the whole saved state
   std::uint64_t patches = 0;
 };
 constexpr std::size_t saved_batch_size = 40;
@@ -23,14 +23,15 @@ constexpr std::size_t saved_batch_size = 40;
 /// Head of one saved patch; its contact and its model's state follow.
 struct SavedPatch {
   std::uint32_t slot = 0, generation = 0;
-  std::uint64_t signature = 0;  ///< hash of model, options and material, which must agree
+  std::uint64_t signature = 0;  ///< hash of contact model, options and material, which must agree
   std::uint64_t bytes = 0;      ///< size of this patch, head included
-  std::uint64_t key = 0;        ///< key in use; a reset may have changed key and seed
+  std::uint64_t key = 0;        ///< key of the patch at present; a reset may have changed key and seed
   std::uint32_t seed = 0;
 };
 constexpr std::size_t saved_patch_size = 36;
 
-/// Writes the head, with length and checksum, before patches that are written already: `state` is the whole.
+/// Writes the head, with length and checksum, before patches that are already written. `state`: all bytes,
+/// head included.
 void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
 /// Checks magic number, version, length and checksum. Throws bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
@@ -40,8 +41,8 @@ SavedBatch open_batch(Span<const std::byte> state);
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
-/// Returns the size of a saved patch: a function of its options and material alone, so a large enough buffer
-/// remains so.
+/// Returns the number of bytes of a saved patch. They depend on its options and material alone, so a large
+/// enough buffer remains so.
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;

@@ -9,11 +9,11 @@
 
 namespace bristle::detail {
 
-/// Returns the largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
+/// Returns the largest rounding error, in s, of `sums` sums of times up to `end`, and of `end` itself.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s: a clock stands still after running this long, and no step of a patch that ages takes
-/// longer.
+/// Longest time, s, for which a clock runs and which a step of an ageing patch takes; after it the clock
+/// stands still.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
@@ -21,44 +21,46 @@ inline bool stands_still(const Int128& clock) noexcept {
 
 /// A step of a patch, read from its motion.
 struct PatchStep {
-  /// Displacement of the step; length and direction are set only for a far step and for a model. The model
-  /// fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds`, and may shorten the travel.
+  /// Displacement of the step. Length and direction are set only for a far step (every bristle snaps) and for
+  /// a contact model, which fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds` and may shorten
+  /// the displacement.
   Advance advance;
   double scaled[2];            ///< the displacement in scaled lengths
   std::int64_t units[2];       ///< change of the position, fixed point; 0 in a far step
-  double begins, ends;         ///< time_of(patch) at both ends, s; 0 without ageing
-  double remainder[2];         ///< PatchRecord::remainder after the step, if it creeps
+  double begins, ends;         ///< the patch's time (time_of) at the start and the end of the step, s; 0
+                               ///< without ageing
+  double remainder[2];         ///< PatchRecord::remainder after the step, if `creeps`
   bool moves;                  ///< whether the patch moves; if not, nothing can snap
-  bool creeps;                 ///< whether it is so short that its remainder is carried
-  double contact_loss = 0.0;   ///< J
-  double stored = 0.0;         ///< J, energy of the bristles before the step; filled if books_work()
-  const Crew* crew = nullptr;  ///< threads for the work that precedes the last ranges; null: none
+  bool creeps;                 ///< whether the displacement is so short that its rounding remainder is
+                               ///< carried to the next one
+  double contact_loss = 0.0;   ///< J, energy of the bristles that the load of this step took out of contact
+  double stored = 0.0;         ///< J, energy of the bristles before the step; filled only if books_work()
+  const Crew* crew = nullptr;  ///< threads that may prepare the step; null = none
 };
 
-/// Result of a step for the contact.
+/// Result of a step for all bristles in contact.
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
   double twice_mean[2] = {0.0, 0.0};  ///< twice the mean of that sum over the step (Outputs::mean)
-  double dissipated = 0.0;            ///< J, lost in snaps (Outputs::energy)
+  double dissipated = 0.0;            ///< J, energy lost in snaps (Outputs::energy)
   std::uint64_t snaps = 0;
-  std::uint64_t visited = 0;  ///< bristles that a kernel visited
+  std::uint64_t visited = 0;  ///< number of bristles that a kernel visited
 };
 
-/// Kinds of motions that are answered without visiting the bristles.
+/// Kinds of motion of a patch by whether bristles have to be visited.
 enum class Bound : unsigned char {
-  none,   ///< something may snap: `ContactModel::advance` has to do it
-  rest,   ///< the patch does not move
-  ball,   ///< the motion ends within Patch::bound, so nothing snaps and the shared part carries the sums
-          ///< along
-  glide,  ///< a steady slide continues (glide.hpp)
+  none,   ///< something may snap: ContactModel::advance visits the bristles
+  rest,   ///< the patch does not move, so its last response holds
+  ball,   ///< the motion ends within Patch::bound, so nothing snaps and the sums follow from the displacement
+  glide,  ///< a steady slide continues, and no cohort is visited (glide.hpp)
 };
 
-/// Values of Patch::bound.reach if something may snap: nothing more is known (no_reach), or the patch glides
+/// Values of Patch::bound.reach without a bound: nothing is known (no_reach), or the patch is in a glide
 /// (glide_reach).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
-/// Computes length and direction of a travel that is not far.
+/// Computes length and direction of a displacement, unless a far step states them.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
   double moved[2];
@@ -68,10 +70,10 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// Finds the sums as hold(), for outputs with or without the mean.
+/// Finds the sums of a step as hold() does, for outputs with or without the mean.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {  // a fixed bound, so that the loop is unrolled
+  for (int axis = 0; axis < 2; ++axis) {  // a constant bound, so that the loop is unrolled
     if (axis == p.axes) break;
     const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
     Int128 end = whole;
@@ -90,7 +92,7 @@ inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
     p.position[axis] = t.to[axis];
   }
 }
-/// Finds the sums of a step in which nothing snaps; carries the position along when the step is committed.
+/// Finds the sums of a step in which nothing snaps; moves the patch along if the step is committed.
 inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
     carry<true>(p, t, sums);

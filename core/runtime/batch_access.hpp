@@ -15,8 +15,8 @@ struct BatchAccess {
   /// PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; nested
-  /// calls of the batch take no more.
+  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; calls of
+  /// the batch within it take none.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -36,7 +36,8 @@ struct BatchAccess {
     ~Changes();
     Changes(const Changes&) = delete;
     Changes& operator=(const Changes&) = delete;
-    void send(std::unique_ptr<Change>&& change);  ///< throws std::bad_alloc, and then does not take `change`
+    void send(std::unique_ptr<Change>&& change);  ///< Throws std::bad_alloc, and then leaves `change` to the
+                                                  ///< caller
 
    private:
     PatchBatch::Impl& impl_;
@@ -45,10 +46,10 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // Whether a patch is an infinite brush in a steady slide, which visits no cohort while it goes on.
+  // Whether a patch is an infinite brush in a steady slide of which no cohort is visited (a glide).
   static bool glides(const PatchBatch& batch, PatchId id) noexcept;
 
-  // Implementations of the functions of batch_recipe.hpp.
+  // Implement the functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
   static BatchRecipe recipe(const PatchBatch& batch);
   static void fill(PatchBatch& empty, const BatchRecipe& recipe);

@@ -80,7 +80,7 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
 void PatchBatch::Impl::attach_scratch(Command& command) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
-  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into it
+  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into this memory
 #endif
   if (bytes <= scratch_bytes) return;
   command.scratch.memory.reset(
@@ -98,7 +98,7 @@ PatchId PatchBatch::Impl::add(const Patch& made) {
   std::unique_ptr<PatchRecord, decltype(give_back)> owner(made.record, give_back);
   auto command = std::make_unique<Command>();
   command->patch = made;
-  owner.release();  // the command owns the record from here on
+  owner.release();  // the command owns the patch's record from here on
   attach_scratch(*command);
   return add_to(slots.take(), std::move(command));
 }
@@ -128,7 +128,7 @@ void PatchBatch::Impl::grow_pool() {
 
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   const SteppingCall call(impl_->adding_side);
-  const FloatModeScope mode;  // keeps the caller's rounding mode from changing our bits
+  const FloatModeScope mode;  // keeps the caller's rounding mode from changing the bits of the patch
   return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
 }
 

@@ -1,4 +1,4 @@
-// A batch inside: one side for each thread of the thread rule (patch_batch.hpp). The adding side is in
+// The inside of a batch: one side for each thread of the thread rule (patch_batch.hpp). The adding side is in
 // batch_changes.cpp, the stepping side in patch_batch.cpp and scheduler.cpp.
 #pragma once
 
@@ -29,8 +29,8 @@ struct PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  std::vector<Record> records;                                             ///< records of the patches,
-                                                                           ///< indexed by slot
+  std::vector<Record> records;                                             ///< what the adding side knows of
+                                                                           ///< each patch, indexed by slot
   std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< prepared materials, the most
                                                                            ///< recently used first
   int chunks = 1;
@@ -50,18 +50,18 @@ struct PatchBatch::Impl {
 
   // --- the stepping thread's side
   mutable detail::SteppingSide stepping_side;
-  bool is_in_turn = false;  ///< whether a Turn has taken the changes for the present call
+  bool is_in_turn = false;  ///< whether a Turn has already taken the changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
   std::unique_ptr<detail::MoveQueue> queue;
   std::uint32_t queue_length = 0;
-  detail::Scratch scratch;   ///< memory as large as the largest patch's record
-  detail::Int128 clock = 0;  ///< time that advances in every step, whichever patches it names
+  detail::Scratch scratch;   ///< memory for a copy of any patch's record, as large as the largest
+  detail::Int128 clock = 0;  ///< clock of the batch, which advances in every step, whichever patches it names
                              ///< (PatchRecord::clock)
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load, kept until anything changes, because a solver asks for many motions
-  /// under one load.
+  /// Copy of a patch under a trial load. It is kept until anything changes, because a solver asks for many
+  /// motions under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;
@@ -70,8 +70,8 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Scope of a call of the stepping side. It takes the waiting changes at its start; nested calls take no
-  /// more.
+  /// Scope of a call of the stepping side. It takes the waiting changes at its start; calls within it take
+  /// none.
   class Turn {
    public:
     explicit Turn(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
@@ -98,8 +98,8 @@ struct PatchBatch::Impl {
   /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch after the caller took the commands, so that the table of slots does not change. `cells`
-  /// as in Scheduler::step.
+  /// Steps the batch after the caller took the commands, because these may change the table of slots.
+  /// `cells`: as in Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;

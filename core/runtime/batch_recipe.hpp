@@ -12,10 +12,10 @@ namespace bristle {
 /// Options and material of a patch as it was added, without its state.
 struct PatchRecipe {
   std::uint32_t slot = 0;
-  std::uint32_t material = 0;  ///< index of its material in BatchRecipe::materials
-  PatchOptions options;        ///< options, with the seed at the time of adding
-  double full_weight = 0.0;    ///< physical bristles per representative, from the material at the time of
-                               ///< adding
+  std::uint32_t material = 0;  ///< index of the patch's material in BatchRecipe::materials
+  PatchOptions options;        ///< options of the patch, with its seed when it was added
+  double full_weight = 0.0;    ///< physical bristles per representative, by the material when the patch was
+                               ///< added
 };
 
 /// Data from which a batch with equal ids, present and future, can be made.

@@ -1,5 +1,6 @@
-// Hands changes from the thread that adds patches to the stepping thread, and returns what they replaced for
-// freeing. Unbounded, one producer, one consumer, no lock; the consumer neither allocates nor frees.
+// Hands changes from the thread that adds patches to the stepping thread, and the memory that they replaced
+// back to it for freeing. Unbounded, one producer, one consumer, no lock; the consumer neither allocates nor
+// frees.
 #pragma once
 
 #include <atomic>
@@ -23,8 +24,8 @@ struct Scratch {
   std::size_t bytes = 0;
 };
 
-/// A change to an object made over a batch (outlines). It is applied in order with the batch's own commands;
-/// memory that it replaces stays in it, for the producer to free.
+/// A change to an object made over a batch (outlines), applied in order with the batch's own commands. It
+/// keeps the memory that it replaces, for the producer to free.
 struct Change {
   virtual ~Change() = default;
   virtual void apply() noexcept = 0;
@@ -35,16 +36,19 @@ struct Command {
   // Fields used by every command, in one cache line.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
-  std::uint64_t number = 0;  ///< number of the command, set by push
+  std::uint64_t number = 0;  ///< number of the command, counted by push
   std::atomic<Command*> next{nullptr};
-  PatchRecord* removed = nullptr;     ///< record of a removed patch, returned by `remove`; owned by the
-                                      ///< command
-  Scratch scratch;                    ///< larger scratch memory, if the batch's is too small for this patch
-  std::unique_ptr<PatchChunk> chunk;  ///< chunk number `slot`, of `grow`
+  PatchRecord* removed = nullptr;     ///< record of the patch that a command of kind `remove` removed, for
+                                      ///< the producer to free
+  Scratch scratch;                    ///< scratch memory that replaces the batch's, if that is too small for
+                                      ///< the new patch
+  std::unique_ptr<PatchChunk> chunk;  ///< chunk of slots with the number `slot`, for a command of kind `grow`
 
-  Patch patch;  ///< patch of `add`; `replace` returns the replaced patch in it. The command owns its record
-  std::unique_ptr<Change> change;    ///< the change that a command of kind `change` applies
-  std::unique_ptr<MoveQueue> queue;  ///< queue of `grow`, as long as all slots; returns with the shorter one
+  Patch patch;  ///< patch of a command of kind `add`, or the replaced patch after `replace`. The command owns
+                ///< its record
+  std::unique_ptr<Change> change;    ///< change that a command of kind `change` applies
+  std::unique_ptr<MoveQueue> queue;  ///< queue as long as all slots, for a command of kind `grow`; returns
+                                     ///< with the shorter one
 
   Command() = default;
   Command(const Command&) = delete;
@@ -86,8 +90,8 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Consumer: returns the number of the last published command. Taking commands up to this number ends,
-  /// however fast the producer is.
+  /// Consumer: returns the number of the last published command. Taking commands up to it ends, however fast
+  /// the producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
   /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next
@@ -101,10 +105,10 @@ class CommandList {
   }
 
  private:
-  Command* newest_;              ///< newest command, used by the producer
-  Command* oldest_;              ///< used by the producer: first command not yet freed
+  Command* newest_;              ///< newest command, for the producer
+  Command* oldest_;              ///< first command not yet freed, for the producer
   std::atomic<Command*> taken_;  ///< last command that the consumer took; earlier ones may be freed
-  Command* current_ = newest_;   ///< command being carried out, used by the consumer
+  Command* current_ = newest_;   ///< command that the consumer is carrying out
   std::atomic<std::uint64_t> pushed_{0};
 };
 

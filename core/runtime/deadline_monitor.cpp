@@ -26,9 +26,9 @@ DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
 
 namespace {
 
-/// A sequence lock: the writer never waits, a reader may have to copy again. It has no fences, which the
-/// thread sanitizer does not support: every number is stored with release and read with acquire, so a reader
-/// that meets a number of a new tick also finds the count odd or increased.
+/// Locks the numbers by a sequence count: the writer never waits, a reader may have to copy again. There are
+/// no fences, which the thread sanitizer does not support: every number is stored with release and read with
+/// acquire, so a reader that meets a number of a new tick also finds the count odd or increased.
 class Change {
  public:
   explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {
@@ -81,12 +81,12 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// Reads clocks and counters before it writes, so that the numbers are in change for a few nanoseconds only.
+/// Reads clocks and counters before the count is odd, so that it is odd for a few nanoseconds only.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;
   if (started_late_s >= 0.0) step.started_late_s = started_late_s;
-  if (wall_s >= 0.0) step.wall_s = wall_s;  // else the clock went back or gave NaN; the time stays 0
+  if (wall_s >= 0.0) step.wall_s = wall_s;  // keeps 0 for a clock that went back or gave NaN
   step.cpu_s = cpu_s;
   step.end_s = step.started_late_s + step.wall_s;
   step.late = step.end_s > numbers_.deadline_s.get();
@@ -157,7 +157,8 @@ void DeadlineMonitor::refresh_events() noexcept {
 void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // With this order of reading, a tick recorded meanwhile cannot make the result negative; a reset can.
+  // Reads the numbers in this order, so that a tick recorded meanwhile cannot make the difference negative; a
+  // reset can.
   const std::uint64_t ours = misses_ours(), all = misses();
   return all > ours ? all - ours : 0;
 }

@@ -1,5 +1,5 @@
-// The floating-point mode of the kernels: round to nearest, denormals flushed. It is set for a task and
-// restored after it, so that the caller's mode does not change our bits, nor ours the caller's.
+// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. It is set for a call
+// and restored after it, so that neither the caller's mode changes our bits nor ours the caller's.
 #pragma once
 
 #include <cstdint>

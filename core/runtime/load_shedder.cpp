@@ -17,27 +17,30 @@ using namespace detail;
 
 namespace {
 
-/// Share of the budget below which a step says little about the time per bristle.
+/// Share of the time budget below which the time of a step says little about the time per bristle.
 constexpr double least_timed_share = 0.05;
-/// Largest share of a patch's bristles that is restored at once, and smallest share that is worth restoring.
+/// Largest share of a patch's bristles that is restored at once, and smallest share worth restoring.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
-/// Number of waits within which a restored share must not be shed again; if it is, restoring it was a
-/// mistake.
+/// Number of waits (between restorations) within which a restored share must not be shed again; if it is,
+/// restoring it was a mistake.
 constexpr std::uint64_t regret_waits = 4;
-/// Number of waits without a mistake after which the wait halves. With fewer the mistake would recur at once.
+/// Number of waits without a mistake after which the wait is halved. With fewer the mistake would recur at
+/// once.
 constexpr std::uint64_t calm_waits = 16;
-constexpr std::uint64_t longest_wait = 64;  ///< longest wait, in units of the first
+constexpr std::uint64_t longest_wait = 64;  ///< longest wait, in multiples of the first one
 
-/// Cohorts that a step visits per piece of an infinite brush, for lognormal 0.3 and uniform lengths.
+/// Number of cohorts that a step visits per piece of an infinite brush, for lognormal 0.3 and uniform
+/// lengths.
 constexpr double cohorts_per_piece = 2.0;
-/// An infinite brush keeps half of its pieces, and at least this many: with 1 or 2 it creates energy under
-/// renewal.
+/// Least number of pieces that an infinite brush keeps (and at least half of its own): with 1 or 2 it creates
+/// energy under renewal.
 constexpr std::uint32_t fewest_pieces = 4;
 
 bool is_infinite(const PatchInfo& info) noexcept { return info.weight == 0.0; }
 
-/// Returns the least number of representatives or pieces of a patch that was added with `least_bristles`.
+/// Returns the least number of representatives, or of pieces of an infinite brush, for a patch that was added
+/// with `least_bristles`.
 std::uint32_t find_floor(const PatchInfo& info, std::uint32_t least_bristles) noexcept {
   if (!is_infinite(info)) return std::min(least_bristles, info.bristles);
   const std::uint32_t half = std::max((info.bristles + 1) / 2, fewest_pieces);
@@ -51,30 +54,34 @@ struct LoadShedder::Impl {
     PatchId id;
     int priority = 0;
     std::uint32_t least_bristles = 1;
-    // --- of the last survey
+    // --- numbers from the last survey of the motions
     std::uint32_t least = 1;
     std::uint64_t survey = 0;
-    double active = 0.0;  ///< bristles or cohorts that a step of the patch may visit; 0 if it does not move
+    double active = 0.0;  ///< bristles or cohorts that a step of the patch may visit; 0 if the patch does not
+                          ///< move
     bool infinite = false;
-    bool glides = false;  ///< whether the patch slides steadily and visits no cohort
+    bool glides = false;  ///< whether the patch is in a steady slide that visits no cohort
     std::uint32_t detail = 0, bristles = 0, wanted = 0;
   };
 
   LoadShedderOptions options;
-  std::vector<Entry> entries;                                    ///< sorted by priority, lowest first
-  std::unordered_map<std::uint32_t, std::size_t> entry_of_slot;  ///< a map and not an array, because an id
-                                                                 ///< may name any slot
+  std::vector<Entry> entries;                                    ///< entries of the patches, sorted by
+                                                                 ///< priority, lowest first
+  std::unordered_map<std::uint32_t, std::size_t> entry_of_slot;  ///< index in `entries` by slot; a map,
+                                                                 ///< because an id may name any slot
   std::vector<DetailDecision> record;
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
-  double rate = 0.0;       ///< s per bristle or equivalent; 0 = not yet known
-  double last_rate = 0.0;  ///< rate of the last step that was long enough to time
-  // Estimates of the last survey, in bristles: fixed cost, visits of representatives, visits of cohorts.
+  double rate = 0.0;       ///< s per visited bristle or its equivalent; 0 = not yet known
+  double last_rate = 0.0;  ///< s per bristle in the last step that was long enough to time
+  // Costs of the last survey, in bristles: fixed cost of the patches, visits of representatives, visits of
+  // cohorts.
   double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;
   double looked_at =
-      1.0;  ///< share of `of_cohorts` that a step visits; a patch that glides or sticks visits none
-  std::uint64_t surveyed = ~std::uint64_t{0};  ///< number of the step that before_step estimated
+      1.0;  ///< share of `of_cohorts` that a step visits; patches that glide or stick visit none
+  std::uint64_t surveyed = ~std::uint64_t{0};  ///< number of the step whose cost before_step estimated
   std::uint64_t steps = 0, surveys = 0, late = 0, decided = 0, lost = 0;
-  std::uint64_t last_gift = 0;  ///< step of the last restoration; 0 = none, or already regretted
+  std::uint64_t last_gift = 0;  ///< number of the step of the last restoration; 0 = none, or already counted
+                                ///< as a mistake
   std::uint64_t last_change = 0, wait = 0;
   std::uint64_t last_wait_change = 0;
   int late_in_row = 0;
@@ -87,7 +94,7 @@ struct LoadShedder::Impl {
     return entry.id == id ? &entry : nullptr;
   }
 
-  /// Updates the index of the entries from `first` on, which moved.
+  /// Updates `entry_of_slot` for the entries from `first` on, which have moved.
   void index_entries(std::size_t first) noexcept {
     for (std::size_t i = first; i < entries.size(); ++i)
       entry_of_slot.find(static_cast<std::uint32_t>(entries[i].id.value))->second = i;
@@ -130,15 +137,15 @@ struct LoadShedder::Impl {
   }
   double units() const noexcept { return fixed + of_bristles + looked_at * of_cohorts; }
 
-  /// Updates the share of the estimated cohort visits that steps make; gliding brushes make none.
+  /// Updates the share of the estimated cohorts that a step visits, from the number it visited.
   void note_visits(std::uint64_t visits) noexcept {
     if (of_cohorts > 0.0) looked_at = std::min(static_cast<double>(visits) / of_cohorts, 1.0);
   }
 
   bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
 
-  /// Updates the estimated time per unit of a step. It rises only after two slower steps in a row, because
-  /// one may have been disturbed, and falls slowly, so that the first load after a quiet second does not make
+  /// Updates the estimated time per bristle from a step. It rises only after two slow steps in a row, because
+  /// one may have been disturbed. It falls slowly, so that the first load after a quiet second does not make
   /// a step late.
   void learn(double time_s, const StepReport& report) noexcept {
     const double units =
@@ -171,11 +178,11 @@ struct LoadShedder::Impl {
       ++lost;
   }
 
-  /// Sheds `excess` bristles from moving patches, lowest priority first, in equal shares within a priority.
+  /// Sheds `excess` bristles from moving patches: lowest priority first, equal shares within a priority.
   int shed(PatchBatch& batch, double excess) noexcept {
     for (std::size_t first = 0, last = 0; first < entries.size() && excess > 0.0; first = last) {
       while (last < entries.size() && entries[last].priority == entries[first].priority) ++last;
-      // Repeats, because entries at their least number leave the rest to the others.
+      // Repeats, because patches at their least number leave the rest to the others.
       for (int round = 0; round < 8 && excess > 0.5; ++round) {
         double can = 0.0;
         for (std::size_t i = first; i < last; ++i)
@@ -212,13 +219,13 @@ struct LoadShedder::Impl {
     last_wait_change = steps;
   }
 
-  /// Returns the number of bristles or cohorts that a patch visits at its wanted detail.
+  /// Returns the number of bristles or cohorts that a step visits in a patch at its wanted number.
   double contact(const Entry& entry) const noexcept {
     if (entry.glides) return 0.0;
     return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
   }
 
-  /// Restores bristles of the patch with the highest priority among those that lack some.
+  /// Restores bristles of one patch, which has the highest priority among those that lack some.
   int give(PatchBatch& batch, double units) noexcept {
     Entry* chosen = nullptr;
     const auto share = [](const Entry& e) { return static_cast<double>(e.detail) / e.bristles; };
@@ -228,7 +235,7 @@ struct LoadShedder::Impl {
         chosen = &entry;
     }
     if (chosen == nullptr) return 0;
-    // Number of bristles for which there is time: each costs `rate` in every step, and `change_s` once, in
+    // Number of bristles for which there is time. Each costs `rate` in every step, and `change_s` once, in
     // this step.
     const double room = options.restore_to * options.budget_s - rate * units;
     const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
@@ -237,7 +244,7 @@ struct LoadShedder::Impl {
     if (gift < 1.0 || gift < std::min(smallest_gift * chosen->detail, lacking)) return 0;
     chosen->wanted = chosen->detail + static_cast<std::uint32_t>(gift);
     decide(batch, *chosen);
-    // Shortens the wait after many waits without a mistake.
+    // Shortens the wait between restorations after many without a mistake.
     if (steps - last_wait_change >= calm_waits * wait) change_wait(wait / 2);
     last_gift = steps;
     return 1;
@@ -271,10 +278,10 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   if (!patch) throw Error("LoadShedder: patch id 0 names no patch");
   if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
   Impl& impl = *impl_;
-  impl.erase(patch);                              // also erases the entry of a removed patch whose slot this
+  impl.erase(patch);                              // erases even the entry of a removed patch whose slot this
                                                   // one took
-  impl.entries.reserve(impl.entries.size() + 1);  // reserves first, so that nothing fails once the state has
-                                                  // changed
+  impl.entries.reserve(impl.entries.size() + 1);  // reserves first, so that nothing can fail after the state
+                                                  // has changed
   impl.entry_of_slot.emplace(static_cast<std::uint32_t>(patch.value), 0);
   Impl::Entry entry;
   entry.id = patch;
@@ -316,7 +323,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (step_time_s > impl.options.shed_above * budget) {
     if (++impl.late_in_row < impl.options.late_steps) return 0;
     double keep = impl.options.shed_to * budget / step_time_s;
-    // The first late step may be an accident, so it sheds at most half.
+    // Sheds at most half in the first late step, which may be an accident.
     if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
     impl.survey(batch, in);
     impl.note_visits(report.bristles_visited);
@@ -326,7 +333,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (impl.decided == 0 || impl.rate <= 0.0 || impl.steps - impl.last_change < impl.wait) return 0;
   impl.survey(batch, in);
   const int given = impl.give(batch, impl.units());
-  // Looks again only after a whole wait if nothing could be restored.
+  // Waits for a whole wait before the next attempt if nothing could be restored.
   if (given == 0) impl.last_change = impl.steps;
   return given;
 }
@@ -339,7 +346,7 @@ std::uint64_t LoadShedder::steps() const noexcept { return impl_->steps; }
 
 ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
   ShedReport report;
-  double of_bristles = 1.0, of_pieces = 1.0;  // least shares of bristles and of pieces
+  double of_bristles = 1.0, of_pieces = 1.0;  // smallest shares of bristles and of pieces that a patch keeps
   for (const Impl::Entry& entry : impl_->entries) {
     const PatchInfo info = batch.info(entry.id);
     if (info.bristles == 0) continue;

@@ -57,7 +57,7 @@ StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<cons
   report = scheduler.step(dt_s, cells, motions, responses);
   if (!stands_still(clock)) {
     const double units = std::min(dt_s, longest_time) * clock_units_per_second;
-    // A short step avoids the slow conversion to 128 bits.
+    // Avoids the slow conversion to 128 bits for a short step.
     clock += units < 9e18 ? Int128{static_cast<std::int64_t>(units)} : static_cast<Int128>(units);
   }
   BRISTLE_ASSERT(is_sound());
@@ -116,8 +116,8 @@ StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> o
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   const Impl::Turn impl(*impl_);
   if (impl->pool.find(id) == nullptr) return;
-  // Keeps one entry per slot: a patch that follows a removed one in its slot takes over its entry in the
-  // queue.
+  // Keeps one entry of the queue per slot: a patch that follows a removed one in its slot takes over the
+  // entry.
   std::uint32_t& queued = impl->pool.note(slot_of(id)).queued;
   if (queued == 0) queued = ++impl->queue_length;
   Motion& motion = impl->queue->motions[queued - 1];
@@ -184,14 +184,14 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  if (changes_in_trials(*p)) {  // this trial is a step of a copy
+  if (changes_in_trials(*p)) {  // a trial that changes the patch is a step of a copy
     Patch copy;
     p->model->copy(*p, copy, impl->scratch.memory.get());
     impl->trial.of = nullptr;
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // Tries another load on a copy, because it moves bristles in and out of contact.
+  // Tries another load on a copy, because a load moves bristles in and out of contact.
   Impl::Trial& trial = impl->trial;
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, impl->scratch.memory.get());
@@ -304,7 +304,7 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
   const Impl::Turn impl(*impl_);
-  const FloatModeScope mode;  // needed because first snap lengths may be recomputed
+  const FloatModeScope mode;  // sets the kernels' mode, because first snap lengths may be recomputed
   const SavedBatch head = open_batch(from);
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +

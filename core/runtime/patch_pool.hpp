@@ -23,25 +23,25 @@ constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
-/// Copies the fields that a slot keeps when its patch is rebuilt or gets another material.
+/// Copies the fields of a slot that stay when its patch is rebuilt or gets another material.
 inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.generation = before.generation;
   made.last_step = before.last_step;
   made.skips = before.skips;
 }
 
-/// Fields of a slot for move(), step(dt) and force(), separate from the data that a step reads.
+/// Numbers of a slot for move(), step(dt) and force(), kept apart from the data that a step reads.
 struct SlotNote {
-  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set; 0 = none
-  Response last;             ///< response that force() returns
+  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set for the slot; 0 = none
+  Response last;             ///< response of the last step(dt), which force() returns
 };
 
-/// Estimate of the cost of a slot's next step, made without reading its patch, by which work is shared out.
+/// Estimate of the cost of a slot's next step, by which work is shared out without reading patches.
 struct Outlook {
   double normal_load = -1.0;   ///< N, load of the last step
   std::uint32_t bristles = 0;  ///< number of bristles in contact
   std::uint32_t last_counted =
-      0;  ///< low bits of the number of the last step that named it; detects repeated ids
+      0;  ///< low bits of the number of the last step that named the slot; detects repeated ids
 };
 
 struct PatchChunk {
@@ -65,7 +65,7 @@ class PatchPool {
   static constexpr std::uint32_t first_of(int chunk) noexcept {
     return chunk == 0 ? 0 : first_slots << (chunk - 1);
   }
-  /// Slots of a chunk.
+  /// Slots of a chunk: the patches and what belongs to each.
   static constexpr std::uint32_t slots_of(int chunk) noexcept {
     return chunk == 0 ? first_slots : first_slots << (chunk - 1);
   }
@@ -91,8 +91,8 @@ class PatchPool {
   }
   /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);  // for PatchId{} this is the largest number, which is never a
-                                             // slot
+    const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which is
+                                             // never one
     if (slot >= capacity_) return nullptr;
     Patch& p = patch(slot);
     return p.generation == generation_of(id) && p.generation != 0 ? &p : nullptr;
@@ -100,7 +100,7 @@ class PatchPool {
 
  private:
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
-  std::array<Patch*, most_chunks> patches_{};  ///< patches of each chunk, which saves one look-up
+  std::array<Patch*, most_chunks> patches_{};  ///< patches of each chunk, copied here to save one look-up
   std::uint32_t capacity_ = 0;
 };
 

@@ -10,7 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-thread_local char this_thread;  // variable whose address identifies the thread
+thread_local char this_thread;  // variable of each thread, whose address identifies the thread
 
 /// Distances, in patches, at which memory is prefetched: the slot, then its record.
 constexpr std::size_t slots_ahead = 4;
@@ -28,7 +28,7 @@ constexpr std::size_t resting_row = 16;
 
 }  // namespace
 
-/// Items of a step of PatchBatch: motions of patches.
+/// A step's items as PatchBatch has them: motions of patches.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -74,7 +74,7 @@ struct Scheduler::Motions {
   }
 };
 
-/// Items of a step of outlines: cells.
+/// A step's items as outlines have them: cells.
 struct Scheduler::Cells {
   double dt;
   Span<CellMotion> cells;
@@ -104,7 +104,8 @@ struct Scheduler::Cells {
     status = status | status_of(p);
     return visited;
   }
-  // Returns the motion of a cell that is large enough to be shared among threads as a patch is.
+  // Returns the motion of a cell that is stepped as a patch is, because it is large enough to be shared among
+  // threads.
   Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
     Motion motion;
     motion.id = cells[i].id;
@@ -121,12 +122,12 @@ struct Scheduler::Cells {
   }
 };
 
-/// A task of a model that prepares a step on several threads (Crew).
+/// A task of a contact model that prepares a step on several threads (Crew).
 struct Scheduler::Errand {
   void (*task)(void* of, int k);
   void* of;
   const void* caller;
-  double own_end;  ///< time at which the caller ended its last task, s
+  double own_end;  ///< time at which the caller's thread ended its last part of the task, s
 
   static void run(void* errand, int k) {
     Errand& e = *static_cast<Errand*>(errand);
@@ -145,7 +146,7 @@ struct Scheduler::Errand {
   }
 };
 
-/// A step of all motions of one kind (Motions or Cells).
+/// One step of all items of one kind (Motions or Cells).
 template <class Items>
 class Scheduler::Step {
  public:
@@ -190,7 +191,7 @@ class Scheduler::Step {
   void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = s.workers.count() > 1;
     const PatchPool& pool = s.pool;
-    const Items items = items_;  // a copy that stores through other pointers cannot change
+    const Items items = items_;  // copied, because a store through other pointers cannot change the copy
     const std::uint64_t step_number = s.step_number_;
     int next_split = range.next_split;
     std::size_t fetch_until = range.first;
@@ -199,7 +200,8 @@ class Scheduler::Step {
         ++next_split;
         continue;
       }
-      // Stops prefetching in a long row of resting patches, which the processor reads as fast without.
+      // Stops prefetching in a long row of resting patches, which the processor's own prefetching reads as
+      // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = pool.find(items.id(i));
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
@@ -225,7 +227,7 @@ class Scheduler::Step {
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
-      Totals totals{};  // not in `task`, whose neighbours in memory belong to other threads
+      Totals totals{};  // kept out of `task`, whose neighbours in memory belong to other threads
       split.patch->model->shared->run(*split.patch, split.step, task.range.first, task.range.last, totals);
       task.totals = totals;
     } else {
@@ -234,8 +236,8 @@ class Scheduler::Step {
     task.end = DeadlineMonitor::wall_now();
   }
 
-  /// Returns the bristles that the step may visit, plus the fixed cost of a patch in bristles; 0 = nothing to
-  /// do.
+  /// Returns the bristles that the step of an item may visit, plus the fixed cost of a patch in bristles; 0 =
+  /// nothing to do.
   std::uint64_t cost_of(std::size_t i) const noexcept {
     const std::uint32_t slot = slot_of(items_.id(i));
     if (slot >= s.pool.capacity()) return 0;
@@ -277,7 +279,7 @@ class Scheduler::Step {
     const Crew crew{&Errand::run_all, &s, static_cast<std::uint32_t>(s.workers.count()),
                     static_cast<std::uint32_t>(pieces)};
     const std::uint32_t blocks = begin_step(p, motion, items_.dt, crew, split.step);
-    // Gives each task whole groups of blocks, because bounds are kept by group.
+    // Gives each task whole groups of blocks, because bounds are kept by group of blocks.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
     for (std::uint32_t k = 0; k < parts; ++k) {
@@ -342,7 +344,8 @@ class Scheduler::Step {
     s.note_held(start, own_end);
     s.retreat_.judge(s.worked_, s.waited_);
     for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
-    // If every shareable patch held still, the calling thread did all the work.
+    // Does not judge sharing if every shareable patch stayed within its bound: then the calling thread did
+    // all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }

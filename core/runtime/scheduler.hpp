@@ -31,21 +31,22 @@ class Scheduler {
 
   struct Range {
     std::uint32_t first = 0, last = 0;
-    int next_split = 0;  ///< first of the splits that may lie in this range of motions
+    int next_split = 0;  ///< index in `splits_` of the first large patch that may lie in this range of
+                         ///< motions
   };
-  /// Result of stepping a range of motions.
+  /// Result of stepping a range of motions or cells.
   struct Outcome {
     std::uint64_t visited = 0;
     std::uint32_t stepped = 0;
     Status status = Status::ok;
   };
-  /// A piece of a shared step: a range of blocks of one large patch, or a range of motions.
+  /// A task of a shared step: a range of blocks of one large patch, or a range of motions.
   struct Task {
     int split = -1;
     Range range;
     Totals totals;
     Outcome outcome;
-    const void* thread = nullptr;  ///< thread that did the task
+    const void* thread = nullptr;  ///< thread that did the task, by the address of `this_thread`
     double end = 0.0;              ///< time when the task was done, s
   };
   struct Split {
@@ -67,12 +68,12 @@ class Scheduler {
 
   const Sharing sharing_ = chosen_sharing();
   Retreat retreat_;
-  double last_sizable_step_ = -1.0;  ///< end of the last step that may have been worth sharing, s
+  double last_sizable_step_ = -1.0;  ///< time at the end of the last step that may have been worth sharing, s
   std::uint64_t step_number_ = 0;
   std::array<Task, max_tasks> tasks_;
   std::array<Split, max_split> splits_;  ///< large patches split into ranges, sorted by motion
   int split_count_ = 0;
-  /// Time that the calling thread worked in a shared step, and time it then waited for others, s.
+  /// Time for which the calling thread worked in a shared step, and for which it then waited for others, s.
   double worked_ = 0.0, waited_ = 0.0;
 };
 

@@ -7,7 +7,8 @@
 
 namespace bristle::detail {
 
-/// Measured by `bristle_bench --benchmark_filter='^threads/'`; see bench/README.md for figures.
+/// Constants by which work is shared, measured by `bristle_bench --benchmark_filter='^threads/'`; see
+/// bench/README.md for figures.
 struct Sharing {
   /// Least number of bristles to visit for which a step is shared, for steps back to back: a worker that has
   /// just worked starts within a microsecond (measured break-even below 20,000 bristles).
@@ -16,16 +17,17 @@ struct Sharing {
   /// servo loop: a sleeping worker starts after 30 us, in which the calling thread steps some
   /// 100,000 bristles alone (measured break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
-  /// Time after the last step, s, from which workers are taken to sleep; they spin for some ten microseconds.
+  /// Time since the last step, s, after which workers count as asleep; they spin for some ten microseconds.
   double awake = 20e-6;
-  /// Least size of a piece of work, in bristles.
+  /// Least size of a piece of work of one thread, in bristles.
   std::uint64_t smallest_piece = 8192;
-  /// Fixed cost of a patch, in bristles.
+  /// Cost of stepping a patch beside its bristles, as a number of bristles.
   std::uint64_t patch_overhead = 280;
 };
 
-/// Returns the values above, or those in BRISTLE_SHARING ("parallel_from,smallest_piece,patch_overhead"), for
-/// measuring. Ignores anything else in it. Bits do not depend on it.
+/// Returns the default values, or those in the environment variable BRISTLE_SHARING
+/// ("parallel_from,smallest_piece,patch_overhead"), for measuring. Ignores the variable if it holds anything
+/// else. Bits do not depend on the values.
 inline Sharing chosen_sharing() noexcept {
   Sharing sharing;
   const char* text = std::getenv("BRISTLE_SHARING");
@@ -42,9 +44,10 @@ inline Sharing chosen_sharing() noexcept {
   return {from, from, 0.0, piece, patch};
 }
 
-/// A pause in sharing after workers have made the caller wait. A worker that the system takes off its core
-/// within a piece holds the caller up until it is back, up to tens of milliseconds; nobody can take over that
-/// piece. In that case others want the cores, and sharing would lose more than it gains.
+/// A pause during which steps are not shared, after workers have made the caller wait. A worker that the
+/// system takes off its core within a piece holds the caller up until it is back, up to tens of milliseconds;
+/// nobody can take over that piece. Other programs then want the cores, and sharing would lose more than it
+/// gains.
 class Retreat {
  public:
   /// Whether the pause is over. Call it once for each step that is worth sharing.
@@ -64,14 +67,15 @@ class Retreat {
     }
   }
 
-  static constexpr std::uint32_t first = 32, longest = 8192;  ///< lengths of a pause, in steps
+  static constexpr std::uint32_t first = 32, longest = 8192;  ///< first and longest length of a pause, in
+                                                              ///< steps
   /// Longest wait that counts as harmless, s: with equal shares nobody waits longer than for the last piece.
   static constexpr double grace = 200e-6;
 
  private:
   std::uint32_t steps_alone_ = 0;
   std::uint32_t length_ = first;
-  std::uint32_t good_ = 0;  ///< steps since the last pause
+  std::uint32_t good_ = 0;  ///< number of shared steps since the last pause
 };
 
 }  // namespace bristle::detail

@@ -47,7 +47,7 @@ class Temporary {
     if (!file_.is_open()) fail_system(path, "cannot be written");
   }
   ~Temporary() {
-    file_.close();  // because Windows does not remove an open file
+    file_.close();  // closed first, because Windows does not remove an open file
     if (!name_.empty()) remove_file(name_);
   }
   Temporary(const Temporary&) = delete;

@@ -1,5 +1,5 @@
 // Checks the thread rule (patch_batch.hpp) in builds with asserts: one call at a time on each side of a
-// batch. A call may make others on its thread.
+// batch. A call may make further calls on its thread.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -32,8 +32,8 @@ class SteppingSide {
     return &here;
   }
 
-  std::atomic<const void*> owner_{nullptr};  ///< thread whose call it is
-  int depth_ = 0;                            ///< number of nested calls of the owner
+  std::atomic<const void*> owner_{nullptr};  ///< thread whose call is under way on this side
+  int depth_ = 0;                            ///< number of nested calls of that thread
 };
 #else
 class SteppingSide {

@@ -31,8 +31,8 @@ namespace {
 
 thread_local bool steps_here = false;  // whether this thread called step, and so belongs to the host
 
-/// Binds each worker that enters the arena. It stays bound when it leaves: if it were given back the servo
-/// core, it would be woken there at the next tick, and moving a thread costs more than a small step.
+/// Binds each worker that enters the arena, and leaves it bound when it leaves. If it got the servo core
+/// back, it would be woken there at the next tick, and moving a thread costs more than a small step.
 class KeepOff final : public tbb::task_scheduler_observer {
  public:
   KeepOff(tbb::task_arena& arena, int core) : tbb::task_scheduler_observer(arena), core_(core) {
@@ -78,11 +78,11 @@ class alignas(64) Share {
 }  // namespace
 
 struct Workers::Impl {
-  // Raises TBB's limit of one thread per core, for tests that ask for more.
+  // Raises TBB's limit of one thread per core, for tests that ask for more threads.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
   std::optional<KeepOff> keep_off;
-  std::vector<Share> shares;  ///< tasks left for each thread
+  std::vector<Share> shares;  ///< tasks left for each thread, by its slot in the arena
 
   Impl(int threads, int servo_core) : arena(threads), shares(static_cast<std::size_t>(threads)) {
     if (threads > tbb::this_task_arena::max_concurrency())
@@ -124,8 +124,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // Makes the body before the fork and passes it by reference and index, so that workers read only memory of
-  // ours that was written before the fork.
+  // Makes the loop's body before the fork and passes it by reference and index, so that workers read only
+  // memory of ours that was written before the fork.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();
@@ -136,7 +136,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   __tsan_release(&fork_tag);
   steps_here = true;
   impl_->arena.execute([&] {
-    // Isolated, because a thread that waits here must not pick up a host's unrelated work.
+    // Isolates the loop, because a thread that waits here must not pick up unrelated work of the host.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
   steps_here = false;
@@ -145,7 +145,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
 
 void Workers::warm_up() noexcept {
   if (!impl_) return;
-  // oneTBB makes 34 allocations in the first 100 loops (measured), then none.
+  // Runs more loops than the first 100, in which oneTBB makes its 34 allocations (measured).
   std::atomic<int> done{0};
   const auto spin = [](void* counter, int) {
     static_cast<std::atomic<int>*>(counter)->fetch_add(1, std::memory_order_relaxed);

@@ -33,7 +33,7 @@ namespace bristle {
 /// Names a bed of one batch, as PatchId names a patch. 0 = none.
 struct BedId {
   std::uint64_t value = 0;
-  /// Id that a full pool (KeyedBeds) gives a new contact.
+  /// Id that a full pool (KeyedBeds) gives a new contact, for which it has no bed.
   static constexpr BedId no_capacity() noexcept { return {PatchId::no_capacity().value}; }
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }
@@ -56,8 +56,9 @@ enum class BedGrowth : unsigned char {
 
 /// A bristle of BedShape::list.
 struct BedCell {
-  double position[2] = {0.0, 0.0};  ///< m, from the centre, 0 to 1e3 in magnitude
-  double stiffness = 1.0;           ///< relative to the other cells, > 0: usually its area
+  double position[2] = {0.0, 0.0};  ///< m, place of the bristle from the centre, 0 to 1e3 in magnitude
+  double stiffness = 1.0;           ///< stiffness relative to the other bristles, > 0: usually the area that
+                                    ///< it stands for
   double load = 1.0;                ///< share of the normal load, relative to the other cells, >= 0
 };
 
@@ -67,7 +68,7 @@ struct BedShape {
   Kind kind = Kind::row;
   BedPressure pressure = BedPressure::parabolic;
   BedGrowth growth = BedGrowth::fixed;
-  bool rolls = false;           ///< Whether bristles are carried through the contact.
+  bool rolls = false;           ///< Whether the bed rolls: bristles are carried through the contact.
   double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = calculated from the
                                 ///< material's radius
   int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
@@ -156,17 +157,20 @@ struct BedShape {
 
 /// Friction and elasticity of a bed. Exactly one of the elasticities must be given.
 struct BedMaterial {
-  double static_friction = 0.0;   ///< > 0, at most 100, not below the kinetic one
+  double static_friction = 0.0;   ///< coefficient of static friction; > 0, at most 100, not below
+                                  ///< kinetic_friction
   double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle holds this limit
                                   ///< until it has stuck for a whole step
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
-  double normal_modulus = 0.0;  ///< Pa, E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
-  double shear_modulus = 0.0;   ///< Pa, G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
-  double radius = 0.0;          ///< m, 1/R = 1/R1 + 1/R2; 0 where the shape states its size
+  double normal_modulus = 0.0;  ///< Pa, combined modulus E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
+  double shear_modulus = 0.0;   ///< Pa, combined modulus G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
+  double radius = 0.0;          ///< m, combined radius R: 1/R = 1/R1 + 1/R2; 0 where the shape states its
+                                ///< size
   ///@}
-  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's L1, L2, L3 (x, y, spin) at full load
-  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip at full load, along x and y; for a shape that
+  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's flexibilities L1, L2, L3 (x, y, spin) at full
+                                            ///< load
+  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip, along x and y at full load, for a shape that
                                             ///< rolls
   double presliding = 0.0;                  ///< m: the displacement at which every bristle slides, under full
                                             ///< load
@@ -183,7 +187,7 @@ struct BedMaterial {
     radius = radius_m;
     return *this;
   }
-  /// Sets two elastic bodies of equal modulus and ratio.
+  /// Sets two elastic bodies of equal shear modulus and Poisson's ratio.
   BedMaterial& with_elastic_pair(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
     with_elastic(0.5 * shear_modulus_pa, poisson, radius_m);
     return *this;
@@ -217,14 +221,15 @@ struct BedOptions {
 /// above 1e15 N, and rolling that the bed cannot do set Status::bad_input.
 struct BedMotion {
   BedId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body's surface against the other, where they
-                                        ///< touch. A wheel of radius r that rolls over the ground by x and
-                                        ///< turns by w has x - w r
-  double spin = 0.0;                    ///< rad, of the moving body against the surface about the normal
-  /// m, by which the bristles' surface has been carried through the contact, positive where the contact moves
-  /// to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is locked.
+  double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body's surface against the other,
+                                        ///< where they touch. A wheel of radius r that rolls over the ground
+                                        ///< by x and turns by w has x - w r
+  double spin = 0.0;                    ///< rad, turn of the moving body against the surface about the normal
+  /// m, distance by which the bristles' surface has been carried through the contact, positive where the
+  /// contact moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is
+  /// locked.
   double rolled[2] = {0.0, 0.0};
-  double normal_load = 0.0;  ///< N
+  double normal_load = 0.0;  ///< N, load on the bed
 };
 
 /// Output of one bed for one step, ON the moving body.
@@ -232,14 +237,14 @@ struct BedResponse {
   BedId id;
   Status status = Status::ok;
   std::uint32_t reserved = 0;    ///< padding with a value, so that responses may be compared by memcmp
-  double force[2] = {0.0, 0.0};  ///< N, at the end of the step
-  double torque = 0.0;           ///< N m, about the centre, at the end
-  double mean[2] = {0.0, 0.0};   ///< N, averaged over the step. The energy put in is -(mean . displacement +
-                                 ///< mean_torque spin), exactly without rolling, by the trapezoidal rule with
-                                 ///< it
-  double mean_torque = 0.0;      ///< N m
-  double dissipated = 0.0;       ///< J, energy put in and not stored
-  double stored = 0.0;           ///< J, elastic energy at the end
+  double force[2] = {0.0, 0.0};  ///< N, force at the end of the step
+  double torque = 0.0;           ///< N m, torque about the centre, at the end of the step
+  double mean[2] = {0.0, 0.0};   ///< N, force averaged over the step. The energy put in is -(mean .
+                                 ///< displacement + mean_torque spin), exactly without rolling, by the
+                                 ///< trapezoidal rule with it
+  double mean_torque = 0.0;      ///< N m, torque averaged over the step
+  double dissipated = 0.0;       ///< J, energy that was put in during the step and not stored
+  double stored = 0.0;           ///< J, elastic energy at the end of the step
   double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, from the bristles that
                                  ///< stick
   double slipping_share = 0.0;   ///< share of the contact that slips, by stiffness, 0 to 1
@@ -249,7 +254,7 @@ struct BedInfo {
   std::uint32_t bristles = 0;
   double half[2] = {0.0, 0.0};      ///< m, half widths under the last load
   double normal_load = 0.0;         ///< N, load of the last step
-  double stiffness = 0.0;           ///< N/m along x, sum over all bristles at full load
+  double stiffness = 0.0;           ///< N/m, stiffness along x, the sum over all bristles at full load
   double longest_deflection = 0.0;  ///< m, largest deflection at which a bristle slides at full load
   std::uint64_t memory_bytes = 0;
 };

@@ -18,8 +18,8 @@ namespace bristle {
 /// Properties that headers and library must share: major and minor version, options, sizes in bytes.
 struct BuildSignature {
   std::uint32_t signature_bytes;
-  std::uint32_t version;  ///< value of BRISTLE_VERSION_NUMBER
-  std::uint32_t options;  ///< value of BRISTLE_BUILD_OPTIONS
+  std::uint32_t version;  ///< value of BRISTLE_VERSION_NUMBER in the headers
+  std::uint32_t options;  ///< value of BRISTLE_BUILD_OPTIONS in the headers
   std::uint32_t material_bytes, patch_options_bytes, motion_bytes, response_bytes, patch_info_bytes;
   std::uint32_t batch_options_bytes, step_report_bytes, deadline_monitor_bytes;
 };

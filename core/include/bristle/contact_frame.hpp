@@ -60,7 +60,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
   int doublings = 0;
   for (; half.squaredNorm() > 0.0625 && doublings < 64; ++doublings) half *= 0.5;
   const double x = half.squaredNorm();
-  // cos(a) and sin(a)/a to 1e-17 for a <= 1/4.
+  // Computes cos(a) and sin(a)/a to 1e-17, for an angle a <= 1/4 rad.
   const double c =
       1.0 -
       x * 0.5 *
@@ -70,7 +70,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
       x * (1.0 / 6) *
           (1.0 - x * (1.0 / 20) * (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110)))));
   Quaternion q(c, s * half[0], s * half[1], s * half[2]);
-  if (doublings == 0) return q;  // normalises the quaternion, to rounding
+  if (doublings == 0) return q;  // makes the quaternion a unit one, to rounding
   for (; doublings > 0; --doublings) q = q * q;
   q.normalize();
   return q;
@@ -135,8 +135,7 @@ class ContactFrame {
     // reached to the new one.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24))
-      along = carried_by(turn_b, n);  // the two are half a turn apart, so
-                                      // they have no mean
+      along = carried_by(turn_b, n);  // axes that the two bodies carry are half a turn apart and have no mean
     const Axes before = now_;
     now_ = make_axes(n, along);
     midway_ = half_way(before, now_);
@@ -216,7 +215,7 @@ class ContactFrame {
       unit = v / std::sqrt(square);
       return true;
     }
-    const double largest = v.cwiseAbs().maxCoeff();  // scaled first, because the square of 1e-200 m is zero
+    const double largest = v.cwiseAbs().maxCoeff();  // scales first, because the square of 1e-200 m is zero
     if (!v.allFinite() || !(largest > 0.0)) return false;
     unit = v / largest;
     unit /= std::sqrt(unit.squaredNorm());
@@ -249,7 +248,7 @@ class ContactFrame {
   }
 
   Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
-    if (turn.vec().isZero(0.0))  // a body that does not turn, such as the ground
+    if (turn.vec().isZero(0.0))  // body that does not turn, such as the ground
       return detail::carry_along(now_.along, now_.normal, to, now_.along);
     const Eigen::Vector3d along = turn * now_.along;
     const Eigen::Vector3d from = turn * now_.normal;
@@ -268,8 +267,8 @@ class ContactFrame {
                                                       // sines / (4 w)
     const Eigen::Vector3d u = sines / (4.0 * w);
     const double h = 1.0 + w,
-                 share = 2.0 / (h * h + u.squaredNorm());  // normalises the quaternion of half of R, (1 + w,
-                                                           // u)
+                 share = 2.0 / (h * h + u.squaredNorm());  // makes the quaternion of half of R, (1 + w, u), a
+                                                           // unit one
     const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
       const Eigen::Vector3d across = u.cross(v);
       return v + share * (h * across + u.cross(across));

@@ -21,7 +21,7 @@ struct Identity {
   using type = T;
 };
 }  // namespace detail
-/// T in a context where Dof is not deduced, so that arrays and Eigen expressions convert to it.
+/// T as an argument from which Dof is not deduced, so that arrays and Eigen expressions convert to it.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
@@ -32,22 +32,23 @@ using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
 template <int Dof>
 struct MovingBody {
   Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass =
-      Eigen::Matrix<double, Dof, Dof>::Identity();                   ///< kg, kg m^2; positive definite
-  BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s
+      Eigen::Matrix<double, Dof, Dof>::Identity();                   ///< kg, kg m^2: mass matrix, positive
+                                                                     ///< definite
+  BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s: velocity u
 };
 
 /// One patch under a body. The caller sets the first four members; the rest is working memory.
 template <int Dof>
 struct BodyContact {
-  std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
+  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
-      Eigen::Matrix<double, 2, Dof>::Identity();  ///< slip velocity = jacobian u - ground_velocity
+      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, in slip velocity = J u - ground_velocity
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
-      Eigen::Vector2d::Zero();  ///< m/s, of the other surface, in the tangent plane
+      Eigen::Vector2d::Zero();  ///< m/s, velocity of the other surface in the tangent plane
 
   double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
-  double plain_damping = 0.0;  ///< damping without the strengthening with speed
+  double plain_damping = 0.0;  ///< damping without the part from strengthening with speed
   bool ages = false;
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
                                                 trial_force = Eigen::Vector2d::Zero();
@@ -56,8 +57,9 @@ struct BodyContact {
 
 /// The effort and the result of solving the equation of motion.
 struct SolveReport {
-  int evaluations = 0;    ///< evaluations of the friction force of all contacts
-  double residual = 0.0;  ///< divided by the largest force in the equation, both in the norm sqrt(f M^-1 f)
+  int evaluations = 0;    ///< number of evaluations of the friction of all contacts
+  double residual = 0.0;  ///< error of the equation over the largest force in it, both in the norm sqrt(f
+                          ///< M^-1 f)
 };
 
 namespace detail {
@@ -102,7 +104,7 @@ double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {
   const Eigen::Matrix<double, Dof, Dof> m = body.mass;
   const Eigen::LLT<Eigen::Matrix<double, Dof, Dof>> mass(m);
-  double c = 0.0;  // a bound on the fastest decay by damping
+  double c = 0.0;  // bound on the fastest decay of the velocity by damping
   for (const BodyContact<Dof>& contact : contacts) {
     double mobility = 0.0;
     for (int a = 0; a < contact.axes; ++a) {
@@ -142,7 +144,7 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
   const double theta = implicit_share<Dof>(dt_s, body, contacts);
   Vector mean = body.velocity;
-  // Each pass releases the patches that exceed their limit; they stay released.
+  // Repeats, because each pass releases the patches that exceed their limit; they stay released.
   for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
@@ -207,7 +209,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
-// `Follow` for contacts whose Jacobians do not depend on the velocity.
+// Stands for `Follow` if the contacts' Jacobians do not depend on the velocity.
 struct FixedPlaces {
   template <class Vector>
   bool operator()(const Vector&) const noexcept {
@@ -287,9 +289,9 @@ class Effort {
  private:
   static constexpr int usual_evaluations = 8;
   static constexpr int most_evaluations = 50;
-  static constexpr double tolerance = 1e-10;        // relative to the largest force in the equation
-  static constexpr double single_tolerance = 1e-7;  // relative to the largest force, for patches in single
-                                                    // precision
+  static constexpr double tolerance = 1e-10;        // tolerance of the residual, relative to the largest
+                                                    // force in the equation
+  static constexpr double single_tolerance = 1e-7;  // tolerance for patches in single precision
   double force_scale_;
   int evaluations_ = 0;
 };
@@ -307,9 +309,10 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   const auto at = [&](double x) { return Point{x, residual_at(x)}; };
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Point last = at(start), best = last;
-  Point low{-infinity, infinity}, high{infinity, -infinity};  // residual > 0 at low, < 0 at high
+  Point low{-infinity, infinity}, high{infinity, -infinity};  // ends of the bracket: residual > 0 at low, < 0
+                                                              // at high
   double slope = slope_bound_so_far();
-  int slow = 0;  // steps in a row that did not halve the interval
+  int slow = 0;  // number of steps in a row that did not halve the bracket
   while (effort.unsolved(std::fabs(best.residual))) {
     const double slope_bound = slope_bound_so_far();
     (last.residual > 0.0 ? low : high) = last;
@@ -320,11 +323,10 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     double next = last.x + last.residual / slope;
     if (bracketed && (slow > 3 || !(next > low.x && next < high.x))) next = low.x + 0.5 * width;
     if (next == last.x || (bracketed && !(next > low.x && next < high.x)))
-      break;  // no double between the
-              // two ends
+      break;  // stops where no double lies between the two ends
     const Point point = at(next);
-    // Clamps the secant's slope to the bounds, against rounding in tiny steps and falling branches of the
-    // friction curve.
+    // Keeps the secant's slope within the bounds, in spite of rounding in tiny steps and falling branches of
+    // the friction curve.
     slope =
         std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
     const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
@@ -356,7 +358,7 @@ class MidpointSolver {
         follow_(follow),
         effort_(weight_of(external_)) {}
 
-  /// Solves; leaves the midpoint velocity in `u`, and the displacements in the motions.
+  /// Solves the equation; leaves the midpoint velocity in `u`, and the displacements in the motions.
   SolveReport solve(Vector& u) noexcept {
     u = start_;
     double residual = 0.0;
@@ -371,8 +373,7 @@ class MidpointSolver {
   }
 
  private:
-  static constexpr double load_share = 1e-3;  // forces smaller than this share of the load count as this
-                                              // large
+  static constexpr double load_share = 1e-3;  // share of the load that the scale of forces is at least
 
   // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
@@ -404,8 +405,8 @@ class MidpointSolver {
   }
   Vector residual(const Vector& u) noexcept { return external_ + friction(u) - inertia_ * (u - start_); }
 
-  // Returns a bound on the slope of friction with velocity: the mean deflection of a stuck bristle changes by
-  // half the displacement, and dampers get the whole velocity.
+  // Returns a bound on the slope of friction against velocity: the mean deflection of a stuck bristle changes
+  // by half the displacement, and dampers get the whole velocity.
   double slope_bound(const BodyContact<Dof>& c) const noexcept {
     return 0.5 * dt_s_ * c.stiffness + c.damping;
   }
@@ -429,15 +430,15 @@ class MidpointSolver {
     return best;
   }
 
-  // Solves for one contact of one axis, as for a body on a rail: its one velocity is that of the contact, its
-  // mass the one seen there.
+  // Solves for one contact of one axis as for a body on a rail: the velocity is that at the contact, the mass
+  // the one that the contact feels.
   double solve_along_contact(Vector& u) noexcept {
     BodyContact<Dof>& c = contacts_[0];
     const Vector along = c.jacobian.row(0).transpose();
-    const Vector per_force = mass_.solve(along);  // velocity per impulse along the contact
+    const Vector per_force = mass_.solve(along);  // change of velocity per impulse along the contact
     const double mobility = along.dot(per_force);
     const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
-    if (!(mobility > 0.0)) {  // a contact that cannot move the body
+    if (!(mobility > 0.0)) {  // returns for a contact that cannot move the body
       u = free;
       return 0.0;
     }
@@ -463,7 +464,7 @@ class MidpointSolver {
   void forget_damping() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.damping = 0.0;
   }
-  // Sets all slopes to their bounds, times a factor.
+  // Sets all slopes of friction to their bounds, times a factor.
   void bound_slopes(double factor) noexcept {
     for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
   }
@@ -565,7 +566,7 @@ class MidpointSolver {
   PatchBatch& batch_;
   double dt_s_;
   Vector external_, start_;
-  Matrix inertia_;  // inertia of the midpoint equation, 2 M / T
+  Matrix inertia_;  // inertia matrix of the midpoint equation, 2 M / T
   Eigen::LLT<Matrix> mass_;
   Span<BodyContact<Dof>> contacts_;
   Span<Motion> motions_;

@@ -11,11 +11,12 @@ namespace bristle {
 /// Events that the system has counted for the calling thread so far; the difference of two counts shows what
 /// disturbed it. All zero on systems that do not count (other than Linux).
 struct BRISTLE_API ThreadEvents {
-  std::uint64_t involuntary_switches = 0;  ///< times the thread was preempted (taken off its core)
-  std::uint64_t other_switches = 0;        ///< preemptions of all other threads of the process, such as
-                                           ///< workers
-  std::uint64_t minor_faults = 0;          ///< first accesses to pages already in memory
-  std::uint64_t major_faults = 0;          ///< accesses to pages that had to be read from disk
+  std::uint64_t involuntary_switches = 0;  ///< number of times that the thread was preempted (taken off its
+                                           ///< core)
+  std::uint64_t other_switches = 0;        ///< number of preemptions of all other threads of the process,
+                                           ///< such as workers
+  std::uint64_t minor_faults = 0;          ///< number of first accesses to pages already in memory
+  std::uint64_t major_faults = 0;          ///< number of accesses to pages that had to be read from disk
 
   /// Makes two system calls, about a microsecond: call it between ticks, not in a step.
   static ThreadEvents now() noexcept;
@@ -23,8 +24,8 @@ struct BRISTLE_API ThreadEvents {
     return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
             a.minor_faults + b.minor_faults, a.major_faults + b.major_faults};
   }
-  /// Differences are cut at 0: `other_switches` is the difference of two counters that are read one after the
-  /// other.
+  /// Returns the events between two counts, 0 where a count fell: `other_switches` is the difference of two
+  /// counters that are read one after the other.
   friend ThreadEvents operator-(const ThreadEvents& a, const ThreadEvents& b) noexcept {
     const auto since = [](std::uint64_t x, std::uint64_t y) { return x > y ? x - y : 0; };
     return {since(a.involuntary_switches, b.involuntary_switches), since(a.other_switches, b.other_switches),
@@ -34,9 +35,9 @@ struct BRISTLE_API ThreadEvents {
 
 /// One turn of a loop. Times of DeadlineMonitor::wall_now, s.
 struct Tick {
-  double due_s = 0.0;    ///< time at which it should have started, by the time grid
+  double due_s = 0.0;    ///< time at which the step should have started, by the time grid
   double start_s = 0.0;  ///< time at which the step started
-  double end_s = 0.0;    ///< time at which the step was done
+  double end_s = 0.0;    ///< time at which the step ended
   double cpu_s = -1.0;   ///< CPU time of the stepping thread in the tick, s; negative: not measured
 };
 
@@ -118,12 +119,12 @@ class BRISTLE_API DeadlineMonitor {
   /// The tick that ended the longest after it was due.
   struct WorstTick {
     std::uint64_t number = 0;    ///< number of the tick, counted from 0
-    double end_after_due = 0.0;  ///< s
-    double started_late = 0.0;   ///< s after it was due
-    double step = 0.0;           ///< s, wall time
-    double cpu = -1.0;           ///< s; negative: not measured
+    double end_after_due = 0.0;  ///< s, time from when the tick was due to its end
+    double started_late = 0.0;   ///< s, time from when the tick was due to the start of its step
+    double step = 0.0;           ///< s, wall time of the step
+    double cpu = -1.0;           ///< s, CPU time of the step; negative: not measured
     bool late = false;
-    ThreadEvents events;  ///< its events if it was late, counted as in late_events
+    ThreadEvents events;  ///< events of the tick if it was late, counted as in late_events
   };
   WorstTick worst() const noexcept;
 
@@ -155,14 +156,14 @@ class BRISTLE_API DeadlineMonitor {
   struct Step {
     double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
     bool late = false, reads_events = false;
-    ThreadEvents events;  // event counters after the last late tick
+    ThreadEvents events;  // event counters as the last late tick left them
   };
   Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
   void keep(const Step& step) noexcept;
   ThreadEvents events_until(const ThreadEvents& now) noexcept;
   void count_missed(std::uint64_t ticks) noexcept;
 
-  Shared<std::uint64_t> changes_;  // odd while numbers are written
+  Shared<std::uint64_t> changes_;  // count of changes, odd while numbers are written
   Numbers numbers_;
 };
 

@@ -39,12 +39,12 @@ namespace bristle {
 /// One extended patch, of two axes, under a body.
 template <int Dof>
 struct ExtendedContact {
-  std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
-  /// m/s, m/s, rad/s: slip of the outline's centre and spin = jacobian u - ground_velocity
+  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
+  /// J, in (slip of the outline's centre, spin) = J u - ground_velocity; m/s, m/s, rad/s
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
   Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity =
-      Eigen::Vector3d::Zero();  ///< velocity of the other surface at the outline's centre, in the tangent
-                                ///< plane; its spin
+      Eigen::Vector3d::Zero();  ///< m/s, m/s, rad/s: velocity of the other surface at the outline's centre,
+                                ///< in the tangent plane, and its spin
 };
 
 /// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
@@ -61,12 +61,12 @@ inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen
   return contact;
 }
 
-/// Working memory of the two solves; its contents mean nothing between calls.
+/// Working memory of the two solves; nothing in it lasts from call to call.
 template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;
   std::vector<Motion> motions;
-  std::vector<PatchCell> places;  ///< cells' places at the beginning of the step
+  std::vector<PatchCell> places;  ///< places of the cells at the beginning of the step
 
   void reserve(std::size_t cells) {
     contacts.reserve(cells);
@@ -77,13 +77,13 @@ struct CellContacts {
 
 namespace detail {
 
-/// An outline half-way through a turn.
+/// An outline when it has made half of a turn.
 struct HalfTurn {
   double cosine, sine;
-  double share;  ///< chord over arc: 2 sin(spin / 2) / spin
+  double share;  ///< chord of the turn over its arc: 2 sin(spin / 2) / spin
 };
 inline HalfTurn half_turn(double spin) noexcept {
-  constexpr double most = 3.141592653589793;  // no trial turns further than a step may
+  constexpr double most = 3.141592653589793;  // largest spin of a step, which trial spins are cut to
   spin = std::clamp(spin, -most, most);
   const auto q = rotation_by({0.0, 0.0, 0.5 * spin});
   const double sine = 2.0 * q.w() * q.z();

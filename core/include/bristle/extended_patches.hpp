@@ -31,11 +31,13 @@ namespace bristle {
 /// than half a turn: split such a step.
 struct ExtendedMotion {
   PatchId id;
-  double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: of the outline's centre, then about the normal,
-                                             ///< of the moving body against the surface
-  double normal_load = 0.0;                  ///< N, 0 to 1e15, of the whole patch
-  std::uint8_t has_velocity = 0;             ///< not 0: `velocity` is given; else it is displacement / dt
-  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: for the damper and viscous terms only
+  double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
+                                             ///< about the normal, of the moving body against the surface
+  double normal_load = 0.0;                  ///< N, load on the whole patch, 0 to 1e15
+  std::uint8_t has_velocity = 0;             ///< whether `velocity` is given (not 0); else it is displacement
+                                             ///< / dt
+  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the same point, for the damper
+                                             ///< and viscous terms only
 };
 
 /// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
@@ -47,16 +49,17 @@ struct ExtendedResponse {
   double end[3] = {0.0, 0.0, 0.0};
   double elastic[3] = {0.0, 0.0, 0.0};
   double damper[3] = {0.0, 0.0, 0.0};
-  double mean[3] = {0.0, 0.0, 0.0};  ///< mean . displacement is the work of the step, exactly
+  double mean[3] = {0.0, 0.0, 0.0};  ///< averages over the step, of which mean . displacement is the work,
+                                     ///< exactly
   /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
   /// of the cells that carry force is left out; it would add force times the bristles' deflection to the last
   /// element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
-  double force_limit = 0.0;   ///< N, sum over the cells: the highest elastic force at first loading
-  double torque_limit = 0.0;  ///< N m: the highest elastic torque at first loading by a pure turn about the
+  double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
+  double torque_limit = 0.0;  ///< N m, highest elastic torque at first loading by a pure turn about the
                               ///< centre
-  double dissipated = 0.0;    ///< J, as in Response, summed over the cells
+  double dissipated = 0.0;    ///< J, as in Response, summed over the cells; likewise the next two
   double contact_loss = 0.0;
   double damper_work = 0.0;
   std::uint64_t snaps = 0;  ///< snaps of all cells' representatives; an estimate where they jump
@@ -68,7 +71,7 @@ struct ExtendedInfo {
   double scale = 0.0;  ///< scale of the outline's given size, from set_scale and growth with the load
   double along[2] = {1.0, 0.0};  ///< the outline's x axis in the axes of the surface, a unit vector
   double normal_load = 0.0;      ///< N, load of the last step
-  double max_normal_load = 0.0;  ///< N
+  double max_normal_load = 0.0;  ///< N, load up to which forces are not scaled
   std::uint64_t memory_bytes = 0;
   const char* kernel = "";  ///< name of the kernel that steps its cells
 };
@@ -100,7 +103,8 @@ class BRISTLE_API ExtendedPatches {
   PatchId add(const Material& material, const PatchOptions& options, const Outline& outline);
   void remove(PatchId id);                                  ///< throws bristle::Error if there is no such
                                                             ///< patch
-  void set_material(PatchId id, const Material& material);  ///< as PatchBatch::set_material, for all cells
+  void set_material(PatchId id, const Material& material);  ///< changes the material of all cells, as
+                                                            ///< PatchBatch::set_material
   /// Scales the given size of the outline from the next step on; 0 to 1e6. Deflections stay: only the area
   /// that each cell stands for grows. Returns false, and changes nothing, for another number or an unknown
   /// id.
@@ -136,10 +140,11 @@ class BRISTLE_API ExtendedPatches {
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
   ExtendedInfo info(PatchId id) const noexcept;         ///< state of a patch; zeros for an unknown id
-  double stored_energy(PatchId id) const noexcept;      ///< J
+  double stored_energy(PatchId id) const noexcept;      ///< elastic energy of a patch, J
   std::uint64_t state_hash(PatchId id) const noexcept;  ///< hash of the cells, the turn and the scale; for a
-                                                        ///< point that of its patch
-  std::uint64_t state_hash() const noexcept;            ///< hash of all patches in the order of their slots
+                                                        ///< point, hash of its patch
+  std::uint64_t state_hash() const noexcept;            ///< hash of all extended patches in the order of
+                                                        ///< their slots
 
   /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
   /// of the same names. state_file.hpp writes it to a file.

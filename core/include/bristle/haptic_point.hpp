@@ -46,7 +46,7 @@ namespace bristle {
 /// Velocity from positions, by an adaptive window. Constant memory, no allocation.
 class WindowedVelocity {
  public:
-  static constexpr int longest = 32;  ///< longest window of positions, in ticks
+  static constexpr int longest = 32;  ///< ticks, longest window of positions
 
   WindowedVelocity() noexcept {
     for (Eigen::Vector3d& place : places_) place.setZero();
@@ -66,7 +66,7 @@ class WindowedVelocity {
     return velocity;
   }
   void restart() noexcept { count_ = 0; }
-  int window() const noexcept { return window_; }  ///< ticks in the window of the last velocity
+  int window() const noexcept { return window_; }  ///< number of ticks in the window of the last velocity
 
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
@@ -90,7 +90,8 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force for the device
+  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force that the device
+                                                                 ///< may get
   double peak_coefficient = 1.0;  ///< Material::peak_coefficient, which shares the limit between wall and
                                   ///< friction; too large a value only caps the wall lower
   double resolution = 0.0;        ///< m, resolution of the device's positions; 0 = the damper uses
@@ -177,9 +178,9 @@ class HapticPoint {
     velocity_.restart();
   }
 
-  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
-  double wall_force() const noexcept { return wall_; }                    ///< N, the last load, after the cap
-  /// Whether the last force was at the limit.
+  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, friction force
+  double wall_force() const noexcept { return wall_; }                    ///< N, last wall force, capped
+  /// Whether the last force was cut to the limit.
   bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
@@ -195,7 +196,7 @@ class HapticPoint {
     limited_ = true;
     const double size = elastic.norm();
     if (size >= room) {
-      elastic *= size > 0.0 ? room / size : 0.0;  // avoids 0/0 where there is no room and nothing elastic
+      elastic *= size > 0.0 ? room / size : 0.0;  // avoids 0/0 where there is no room and no elastic force
       damper.setZero();
       return;
     }

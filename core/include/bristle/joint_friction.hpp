@@ -32,17 +32,17 @@ enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 
 /// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
-  double base = 0.0;               ///< N m, 0 to 1e9
-  double motor[2] = {0.0, 0.0};    ///< share of the torque lost, by JointDirection, 0 to 100
-  double outside[2] = {0.0, 0.0};  ///< share of the torque lost, by JointDirection, 0 to 100
+  double base = 0.0;               ///< N m, constant part of the friction, 0 to 1e9
+  double motor[2] = {0.0, 0.0};    ///< share of the motor's torque that is lost, by JointDirection, 0 to 100
+  double outside[2] = {0.0, 0.0};  ///< share of the outside torque that is lost, by JointDirection, 0 to 100
 };
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
-  double stiffness = 0.0;       ///< N m/rad of the joint while it sticks, 1e-9 to 1e12
-  double viscous = 0.0;         ///< N m s/rad, 0 to 1e9
+  double stiffness = 0.0;       ///< N m/rad, stiffness of the joint while it sticks, 1e-9 to 1e12
+  double viscous = 0.0;         ///< N m s/rad, viscous friction, 0 to 1e9
   JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
-  JointLosses static_part;      ///< torque that it holds in addition while it sticks
+  JointLosses static_part;      ///< additional torque that a joint holds while it sticks
   double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9: while sliding, exp(-(speed/stribeck_speed)^2) of
                                 ///< the static part is left; at 0 none is
 };
@@ -59,24 +59,25 @@ struct JointOptions {
 /// Input of a step: one number for each joint, in the caller's arrays. An empty `speed`, `motor` or `outside`
 /// counts as zeros.
 struct JointInput {
-  Span<const double> angle = {};    ///< rad, -1e6 to 1e6, not wrapped
-  Span<const double> speed = {};    ///< rad/s, -1e9 to 1e9
-  Span<const double> motor = {};    ///< N m, -1e12 to 1e12, of the motor at the output
-  Span<const double> outside = {};  ///< N m, -1e12 to 1e12, of gravity and contacts
+  Span<const double> angle = {};    ///< rad, angle of the joint, -1e6 to 1e6, not wrapped
+  Span<const double> speed = {};    ///< rad/s, speed of the joint, -1e9 to 1e9
+  Span<const double> motor = {};    ///< N m, torque of the motor at the output, -1e12 to 1e12
+  Span<const double> outside = {};  ///< N m, torque of gravity and contacts, -1e12 to 1e12
 };
 
 /// Output of a step: one number for each joint, in the caller's arrays. An empty array is not computed.
 /// Derivatives are those of `torque` as a function of this step's input; they jump where a bristle begins or
 /// ends to slide.
 struct JointOutput {
-  Span<double> torque = {};      ///< N m, of friction ON the joint, at the end of the step
-  Span<double> mean = {};        ///< N m, averaged over the step: -mean x (angle - last angle) is the energy
-                                 ///< taken
-  Span<double> by_angle = {};    ///< N m/rad, 0 or negative
-  Span<double> by_speed = {};    ///< N m s/rad; positive where friction falls with speed
-  Span<double> by_motor = {};    ///< N m per N m of motor torque
-  Span<double> by_outside = {};  ///< N m per N m of outside torque
-  Span<Status> status = {};      ///< Status::ok or Status::bad_input of each joint
+  Span<double> torque = {};      ///< N m, torque of friction ON the joint, at the end of the step
+  Span<double> mean = {};        ///< N m, torque averaged over the step: -mean x (angle - last angle) is the
+                                 ///< energy taken
+  Span<double> by_angle = {};    ///< N m/rad, derivative of the torque by the angle, 0 or negative
+  Span<double> by_speed = {};    ///< N m s/rad, derivative by the speed; positive where friction falls with
+                                 ///< speed
+  Span<double> by_motor = {};    ///< N m per N m, derivative by the motor torque
+  Span<double> by_outside = {};  ///< N m per N m, derivative by the outside torque
+  Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
   /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
   /// through all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};
@@ -107,7 +108,7 @@ class BRISTLE_API JointFriction {
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
 
   void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles
-  bool reset(std::size_t joint) noexcept;  ///< false if there is no such joint
+  bool reset(std::size_t joint) noexcept;  ///< resets one joint; false if there is no such joint
 
   std::uint64_t state_hash(std::size_t joint) const noexcept;  ///< hash of one joint's state, 0 if there is
                                                                ///< no such joint

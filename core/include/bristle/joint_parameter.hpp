@@ -1,4 +1,4 @@
-// The order of the numbers of a JointMaterial.
+// The order of the numbers of a JointMaterial (joint_friction.hpp).
 #pragma once
 
 namespace bristle {

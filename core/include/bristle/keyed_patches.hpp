@@ -30,9 +30,11 @@ namespace bristle {
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
-  std::uint32_t capacity = 1024;  ///< patches, all made at once; 1 to 2^24
-  std::uint32_t keep_steps = 0;   ///< steps that a key may be missing before its patch returns to the pool
-  bool seed_from_key = true;      ///< false: all patches have PatchOptions::seed, and a new key costs less
+  std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24
+  std::uint32_t keep_steps = 0;   ///< number of steps that a key may be missing before its patch returns to
+                                  ///< the pool
+  bool seed_from_key = true;      ///< whether each key gives its patch a seed of its own; if not, all have
+                                  ///< PatchOptions::seed, and a new key costs less
 
   KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
   KeyedOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
@@ -41,9 +43,9 @@ struct KeyedOptions {
 
 /// Contact in a pool, as KeyedPatches::find_or_add_contact returns it.
 struct KeyedContact {
-  PatchId id;               ///< PatchId::no_capacity() if there is no patch for it
+  PatchId id;               ///< id of the contact's patch, or PatchId::no_capacity() if there is none
   std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
-                            ///< lasts; capacity if there is no patch for it
+                            ///< lasts; capacity if it has no patch
   bool is_new = false;      ///< whether the key is new: data at `place` then belong to another contact
 };
 
@@ -82,7 +84,7 @@ class BRISTLE_API KeyedPatches {
   PatchId find(std::uint64_t key) const noexcept;
   /// Returns the patch of this contact to the pool now. False if there is none.
   bool remove(std::uint64_t key) noexcept;
-  void clear() noexcept;  ///< returns all to the pool; refused() becomes 0
+  void clear() noexcept;  ///< returns all patches to the pool; refused() becomes 0
 
   /// Returns patches of keys not seen for more than keep_steps to the pool, and their number. Call it once
   /// per step, after the last find_or_add.
@@ -106,10 +108,10 @@ class BRISTLE_API KeyedPatches {
   /// bristle::Error, and changes nothing, if it does not fit the pool or the present state of its patches.
   void restore_state(Span<const std::byte> from);
 
-  std::uint32_t size() const noexcept;      ///< number of current contacts
+  std::uint32_t size() const noexcept;      ///< number of contacts that have a patch at present
   std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
-  std::uint64_t refused() const noexcept;   ///< how often find_or_add had no patch, so far
-  /// Returns the seed of a contact's patch.
+  std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
+  /// Returns the seed that a contact's patch has.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
   struct Impl;
@@ -120,17 +122,17 @@ class BRISTLE_API KeyedPatches {
 
 /// A contact as an engine lists it.
 struct ContactPoint {
-  std::uint64_t pair = 0;  ///< names the two bodies or geoms, in every step alike
-  /// m, in a frame in which the point hardly moves: at the centre of the smaller body, with that body's axes
-  /// or, where it is round and may roll, the world's. In the world frame the points of a fast pair would move
-  /// out of reach.
+  std::uint64_t pair = 0;  ///< name of the two bodies or geoms, the same in every step
+  /// m, place of the contact in a frame in which the point hardly moves: at the centre of the smaller body,
+  /// with that body's axes or, where it is round and may roll, the world's. In the world frame the points of
+  /// a fast pair would move out of reach.
   double point[3] = {0.0, 0.0, 0.0};
 };
 
 struct MatcherOptions {
-  std::uint32_t capacity = 1024;  ///< contacts of one step; 1 to 2^24
+  std::uint32_t capacity = 1024;  ///< largest number of contacts of one step; 1 to 2^24
   double reach = 1e-3;            ///< m, > 0: largest distance at which a contact is found again
-  std::uint32_t keep_steps = 0;   ///< steps that a contact may be missing and still be found again
+  std::uint32_t keep_steps = 0;   ///< number of steps that a contact may be missing and still be found again
 
   MatcherOptions& with_capacity(std::uint32_t contacts) { return detail::set(*this, capacity, contacts); }
   MatcherOptions& with_reach(double metres) { return detail::set(*this, reach, metres); }

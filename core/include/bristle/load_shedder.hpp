@@ -21,13 +21,14 @@ struct DetailDecision {
 };
 
 struct LoadShedderOptions {
-  double budget_s = 0.5e-3;   ///< s, for one step; 1e-9 to 1e3
+  double budget_s = 0.5e-3;   ///< s, time budget of one step; 1e-9 to 1e3
   double shed_above = 0.95;   ///< share of the budget above which bristles are left out
   double shed_to = 0.75;      ///< share of the budget to which the step is then reduced
   double restore_to = 0.85;   ///< share of the budget that a step may take after bristles are restored
-  int late_steps = 1;         ///< steps in a row above `shed_above` before bristles are left out
-  int wait_steps = 100;       ///< steps between two restorations; more after one that had to be undone
-  double rate_s = 0.0;        ///< s per bristle visited, first estimate; 0 = unknown
+  int late_steps = 1;         ///< number of steps in a row above `shed_above` before bristles are left out
+  int wait_steps = 100;       ///< number of steps between two restorations; more after one that had to be
+                              ///< undone
+  double rate_s = 0.0;        ///< s per bristle visited, a first estimate; 0 = unknown
   double change_s = 6e-9;     ///< s per restored bristle, spent once: see PatchBatch::set_detail
   std::size_t record = 4096;  ///< number of decisions remembered until clear_decisions
 
@@ -42,20 +43,20 @@ struct LoadShedderOptions {
 
 /// Report on the bristles that are left out at present, and their effect.
 struct ShedReport {
-  std::uint32_t patches = 0;     ///< patches that use fewer representatives than they have
+  std::uint32_t patches = 0;     ///< number of patches that use fewer representatives than they have
   std::uint64_t bristles = 0;    ///< number of representatives left out
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
   double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
                                  ///< least share of its representatives: share^-1/2
   double rate_s = 0.0;           ///< s per bristle, estimated; until measured, a gliding patch counts as 280
                                  ///< bristles
-  std::uint64_t late_steps = 0;  ///< steps that took more than the budget, so far
-  std::uint64_t decisions = 0;   ///< changes of the number of representatives, so far
-  std::uint64_t decisions_lost = 0;  ///< decisions missing from the record because it was full
+  std::uint64_t late_steps = 0;  ///< number of steps so far that took more than the budget
+  std::uint64_t decisions = 0;   ///< number of changes so far of the number of representatives
+  std::uint64_t decisions_lost = 0;  ///< number of decisions missing from the record, because it was full
   double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
                               ///< pieces: share^-2
-  std::uint32_t at_least = 0;  ///< patches of the shedder that are at their least; if all are, a late step
-                               ///< stays late
+  std::uint32_t at_least = 0;  ///< number of the shedder's patches that are at their least; if all are, a
+                               ///< late step stays late
 };
 
 /// Sheds load when steps would exceed their time budget: patches, lowest priority first, use fewer

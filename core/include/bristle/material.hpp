@@ -42,8 +42,8 @@ enum class AgeingForm : unsigned char {
 
 struct Ageing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< 0 = no ageing
-  double time = 1.0;      ///< s
+  double strength = 0.0;  ///< beta or gain, by which snap lengths grow; 0 = no ageing
+  double time = 1.0;      ///< s, tau, cut-off time of the logarithm or time constant
 
   static Ageing logarithmic(double beta, double cutoff_s) {
     return {AgeingForm::logarithmic, beta, cutoff_s};
@@ -56,8 +56,8 @@ constexpr double largest_ageing = 1.0;
 constexpr double shortest_ageing_time = 1e-9;
 constexpr double longest_ageing_time = 1e9;
 
-/// m/s: with logarithmic ageing friction has no limit as the speed falls to 0. Below this speed, an atom's
-/// diameter in a century, closed forms take this speed.
+/// m/s, speed below which closed forms take this speed: an atom's diameter in a century. With logarithmic
+/// ageing friction has no limit as the speed falls to 0.
 constexpr double slowest_sliding = 1e-19;
 
 /// Value of Coefficients::kinetic_speed for sliding so fast that nothing ages.
@@ -78,16 +78,16 @@ struct Coefficients {
   /// least spread that has none, some 0.4 for redrawn lognormal lengths. 0: follows from `spread`.
   double peak = 0.46;
   double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
-  double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
+  double bristles_per_newton = 900.0;  ///< 1/N, bristles in contact over normal load: zeta / N of eq. (9)
   SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is `spread`, or solved from peak / kinetic
   SnapRule rule = SnapRule::redraw;
   double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
-  double viscous_friction = 0.0;    ///< N s/m, sigma2
+  double viscous_friction = 0.0;    ///< N s/m, sigma2, lubricant term
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
   double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
-  double kinetic_speed = beyond_ageing;  ///< m/s: `kinetic` and `peak` hold at this speed
+  double kinetic_speed = beyond_ageing;  ///< m/s, speed at which `kinetic` and `peak` hold
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
   /// beyond_ageing, the slope of slow sliding, to first order: ln 10 times beta, of the part beyond the
   /// residual.

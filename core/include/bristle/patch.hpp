@@ -65,7 +65,8 @@ constexpr std::uint32_t automatic = 0;
 /// and every slide still takes energy. Equations: core/MODEL.md, section 33.
 struct Lay {
   double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
-  double limit_ratio = 1.0;  ///< limit across over along, 0.01 to 100; along it is the material's
+  double limit_ratio = 1.0;  ///< limit of the force across over the limit along, 0.01 to 100; the limit along
+                             ///< is the material's
   /// Stiffness of a bristle across over along, 1e-4 to 1e4; 0 = limit_ratio squared. Another ratio needs
   /// representatives and a material without residual.
   double stiffness_ratio = 0.0;
@@ -90,7 +91,8 @@ struct Lay {
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
-  double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
+  double max_normal_load = 1.0;  ///< N, > 0, load at which zeta_max bristles are in contact; a larger load
+                                 ///< scales the forces of all
   /// n, representatives at max load; automatic: one per physical bristle, at most 4096. Population::automatic
   /// reads any other number as a request for representatives. SnapRule::slide: strata of the law, all in
   /// contact under every load; automatic: 32.
@@ -99,7 +101,7 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of lengths and draws: patches that differ in it are independent
-  std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
+  std::uint64_t key = 0;   ///< name that the caller gives the contact (a body pair and a point)
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
@@ -136,11 +138,11 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; small ones add up without
-                                        ///< loss
-  double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
-  std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
-  double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
+  double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body over the step; small ones add
+                                        ///< up without loss
+  double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
+  std::uint8_t has_velocity = 0;        ///< whether `velocity` is given (not 0); else it is displacement / dt
+  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for the damper and viscous terms only
 };
 
 /// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
@@ -184,7 +186,8 @@ struct Response {
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
   double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< representatives' snaps (Outputs::energy); an estimate where they jump
+  std::uint64_t snaps = 0;    ///< number of representatives' snaps (Outputs::energy); an estimate where they
+                              ///< jump
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.

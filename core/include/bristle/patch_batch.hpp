@@ -24,8 +24,9 @@ struct SteppingModes {
 }  // namespace detail
 
 struct BatchOptions {
-  int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
-  const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the best available
+  int threads = 1;            ///< number of threads that may step, the caller included; 0 = one per core
+  const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the
+                              ///< best available
   int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
   detail::SteppingModes compared;
 
@@ -48,11 +49,12 @@ BRISTLE_API Population choose_population(const Material& material, const PatchOp
 
 /// The result of a step as a whole.
 struct StepReport {
-  Status status = Status::ok;          ///< flags of all responses together
-  std::uint32_t patches_stepped = 0;   ///< motions that were carried out
-  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = step refused
-  std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
-  std::uint64_t bristles_visited = 0;  ///< bristles that a kernel visited
+  Status status = Status::ok;          ///< flags of all responses, combined
+  std::uint32_t patches_stepped = 0;   ///< number of motions that were carried out
+  std::uint32_t tasks = 0;             ///< number of pieces of work; 1 = all on the calling thread, 0 = step
+                                       ///< refused
+  std::uint32_t threads = 0;           ///< number of threads that took a piece of work, the caller included
+  std::uint64_t bristles_visited = 0;  ///< number of bristles that a kernel visited
 };
 
 /// Contact patches of the brush model.

@@ -11,7 +11,7 @@
 namespace bristle {
 
 struct TypicalMaterial {
-  const char* name;   ///< "wood on wood"; lives for ever, as `about`
+  const char* name;   ///< name such as "wood on wood"; lives for ever, as `about`
   const char* about;  ///< source of the numbers
   Coefficients coefficients;
 };

@@ -1,5 +1,5 @@
-// The clock of an infinite brush whose bristles age. A cohort's birth is stored as a time after a base; the
-// base is moved along with the clock.
+// The clock of an infinite brush whose bristles age. A cohort's birth (when its bristles were last straight)
+// is stored as a time after a base, and the base is moved along with the clock.
 #include <algorithm>
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Farthest that the base of births may lie in the past when something snaps, in ageing times: the ages of
-/// the newest cohorts then keep 32 bits.
+/// Largest distance of the base of births behind the present time when something snaps, in ageing times. The
+/// ages of the newest cohorts then keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }

@@ -13,54 +13,59 @@
 
 namespace bristle::detail {
 
-constexpr double default_resolution = 8.0;  ///< pieces of path per mean snap length
+constexpr double default_resolution = 8.0;  ///< pieces of path per mean snap length, unless the options say
+                                            ///< otherwise
 constexpr double highest_resolution = 128.0;
-constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch at the default resolution
-constexpr double bound_margin = 0x1p-40;        ///< scaled length above the rounding error of a deflection
-constexpr double least_cohort_spread = 0.05;    ///< cv below which too many bristles of a brush snap in step
+constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch of default_resolution
+constexpr double bound_margin = 0x1p-40;        ///< scaled length that exceeds the rounding error of a
+                                                ///< deflection
+constexpr double least_cohort_spread = 0.05;    ///< least cv of a law for an infinite brush; with less, too
+                                                ///< many bristles snap in step
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass, the mass at the highest load
-/// Units of mass that the shared part counts as one bristle: Patch::whole is 256 at the highest load, the
-/// cost of a step in bristles.
+/// Units of mass that Patch::whole counts as one bristle. At the highest load it is 256, the cost of a step
+/// in bristles.
 constexpr double mass_per_count = 274877906944.0;                          // 2^38
-constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // units of the shared part's sum
-                                                                           // per unit of mass x length, 2^6
+constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // units of Patch::sum per unit of
+                                                                           // mass x length, 2^6
 
-/// State of a patch that ages, beside its cohorts. The births of the cohorts follow it in memory.
+/// Ageing state of a patch. The births of its cohorts follow it in memory.
 struct alignas(64) CohortAgeing {
-  Int128 base = 0;          ///< time from which births count, clock units from PatchRecord::epoch
+  Int128 base = 0;          ///< time from which births count, in clock units from PatchRecord::epoch
   double per_length = 0.0;  ///< s per scaled length of the straight slide that the patch is in
-  double until = 0.0;       ///< end of that slide, s from base
-  double oldest = 0.0;      ///< birth of the oldest cohort at the start of that slide
-  // Cache: snaps of a bristle per scaled length of a steady slide (`snap_rate`), and the speed to which it
-  // belongs; 0 = not known.
+  double until = 0.0;       ///< end of that slide, s from `base`
+  double oldest = 0.0;      ///< birth of the oldest cohort at the start of that slide, s from `base`
+  // Cache: snaps of a bristle per scaled length of steady sliding (`snap_rate`), and the time per length at
+  // which they hold; 0 = not known.
   double rate_per_length = 0.0, snap_rate = 0.0;
 };
 
-/// The infinite brush of one patch. CohortState has mass and cohorts; Patch has zeta and overload.
+/// Record of an infinite brush. CohortState has mass and cohorts; Patch has zeta and overload.
 struct Cohorts : PatchRecord, CohortState {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
   /// Noise of a patch that fluctuates (fluctuation.hpp), else null.
   const CohortNoise* noise = nullptr;
-  std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
-  double follow = 0.0;               ///< scaled path of a slide after which its cohorts are carried along
-                                     ///< unchanged
-  /// Scaled path after which a step from straight bristles slides steadily; 0 = `follow`.
+  std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the straight slide of length `run`
+  double follow = 0.0;               ///< scaled path of a slide after which its cohorts are carried: they
+                                     ///< stay the same relative to the patch
+  /// Scaled path after which a long step from straight bristles is in steady sliding; 0 = `follow`.
   double forget = 0.0;
-  Glide glide;          ///< The glide that the patch is in, with the course of the path behind the patch.
-  bool glides = false;  ///< whether the patch may glide, which needs no ageing and no fluctuation
-  // Constants of glides, scaled lengths (glide.cpp, make.cpp).
-  double memory = 0.0;             ///< path that bristles remember: mean square over mean length
-  double long_step = 0.0;          ///< chord length of a step after which no turn before it matters
+  Glide glide;          ///< state of a glide (glide.hpp) if the patch is in one, and the recent path of the
+                        ///< patch
+  bool glides = false;  ///< whether the patch may glide; it does not if it ages or fluctuates
+  // Constants of glides, in scaled lengths (glide.cpp, make.cpp).
+  double memory = 0.0;             ///< path that bristles remember: mean square over mean of the deflection
+  double long_step = 0.0;          ///< length of a step after which no earlier turn of the path matters
   double node_distance = 0.0;      ///< path between two measurements of the curvature
-  double per_lag = 0.0;            ///< one over the path by which the force lags behind the curvature
-  double highest_curve = 0.0;      ///< largest curvature of a glide, rad per scaled length
-  double chord_share = 0.0;        ///< chord share that find_arc() takes, see Glide::chord_share
-  double snap_rest = 0.0;          ///< bristles that snapped and are not yet reported, a fraction below one
-  std::uint32_t pieces = 0;        ///< resolution, rounded up; reported as PatchInfo::bristles
-  std::uint32_t detail = 0;        ///< pieces in use, of these
-  double* rows = nullptr;          ///< columns in rows of 8 cohorts, 8 columns each
-  CohortAgeing* ageing = nullptr;  ///< null if the material does not age
+  double per_lag = 0.0;            ///< one over the path by which the force lags behind a change of curvature
+  double highest_curve = 0.0;      ///< largest curvature at which a patch glides, rad per scaled length
+  double chord_share = 0.0;        ///< factor that Glide::chord_share is calculated from
+  double snap_rest = 0.0;          ///< bristles that snapped and are not yet reported, less than one
+  std::uint32_t pieces = 0;        ///< pieces of path per mean snap length, rounded up; reported as
+                                   ///< PatchInfo::bristles
+  std::uint32_t detail = 0;        ///< number of `pieces` in use (PatchBatch::set_detail)
+  double* rows = nullptr;          ///< cohorts in rows of 8, with 8 columns each (CohortColumn)
+  CohortAgeing* ageing = nullptr;  ///< state of ageing; null if the material does not age
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -71,7 +76,7 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
-  /// Returns the number of cache lines of the record and of the rows in use.
+  /// Returns the number of cache lines to prefetch: the record and the rows in use, 63 at most.
   std::uint8_t fetched_lines() const noexcept {
     const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
     return static_cast<std::uint8_t>(lines < 64 ? lines : 64);
@@ -92,52 +97,50 @@ inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
 
 // --------------------------------------------------------------------------------------- time (ageing.cpp)
 
-/// Returns the births of a patch's cohorts and the time since their base; all 0 where the material does not
-/// age.
+/// Returns births of the cohorts and present time, from their base; all 0 where the material does not age.
 CohortTimes times_of(const Patch& p) noexcept;
 /// Sets the base of births to the present time, for a patch without cohorts, or whose births are set next.
 void begin_time(const Patch& p) noexcept;
-/// Moves the base of births close to the present time, with the births unchanged in time.
+/// Moves the base of births close to the present time; the births stay where they are in time.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
-/// Returns g of cohort i, 1 where the material does not age.
+/// Returns g, the growth of snap lengths by ageing, of cohort i; 1 where the material does not age.
 double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) noexcept;
 
 // ---------------------------------------------------------------------------------------- rows (state.cpp)
 
-/// Takes the patch out of contact, with no cohort left.
+/// Removes all cohorts of a patch that leaves contact.
 void clear_cohorts(Cohorts& r) noexcept;
 /// Removes cohorts without mass; the last cohorts take their places. `births`: null where the material does
 /// not age.
 void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
-/// Recomputes the sums of mass x place over the cohorts.
+/// Recomputes the sums over the cohorts of mass x place.
 void find_moment(CohortState& s, const double* rows) noexcept;
 /// Returns the sum of mass x |z|^2, including the spread that merging removed from the places
 /// (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
-/// Returns the energy of a unit of mass x length^2, J.
+/// Returns the energy of a unit of mass x squared scaled length, J.
 double joules_per_unit(const Patch& p) noexcept;
-/// Returns the sum of deflections along one axis, in units of the shared part, rounded.
+/// Returns the sum of deflections along one axis, in the units of Patch::sum, rounded.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
 /// Updates count, sums and unit of force in the shared part after cohorts, load or material changed outside a
 /// step.
 void note_cohorts(Patch& p) noexcept;
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
-// --------------------------------------------------------------------------- make, load, step, material,
-// state
+// ----------------------------------------------------- make, load, step, material, state
 
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
-/// Whether a move is so long that the state at its end does not depend on that at its start. `forget`: the
-/// least such path.
+/// Whether a move is so long that the state at its end does not depend on the state at its start. `forget`:
+/// least length of such a move.
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
-/// Whether a move that forgets its start is stepped in pieces before slide_far(): with shared renewal
+/// Whether a move that forgets its start has its pieces stepped before slide_far(). With shared renewal
 /// slide_far() gives the state at the end, but not the sums along the path.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
-/// Returns the snaps of a bristle per scaled length of steady sliding at the speed of a move.
+/// Returns the snaps of a bristle per scaled length of steady sliding, at the speed of a move.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
 /// Takes a step that forgets its start: sets the cohorts of steady sliding at its end, and adds the sums
 /// along its path.
@@ -153,7 +156,7 @@ void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Whether an infinite brush can have this material.
+/// Whether an infinite brush is possible with this material.
 bool allows_cohorts(const Material& material) noexcept;
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,

@@ -68,8 +68,8 @@ void draw_cut(Cohorts& r, double* kept) noexcept {
     variance += lost > 0.0 ? kept[i] * (lost / mass) : 0.0;
   }
   if (variance == 0.0) return;
-  // Corrects independent draws so that their sum is the mean: each takes a share of the excess in proportion
-  // to its variance. If a cohort cannot take its whole share, the rest goes to the next.
+  // Corrects independent draws so that their sum is the expected one: each takes a share of the excess in
+  // proportion to its variance. If a cohort cannot take its whole share, the rest goes to the next.
   const double share = excess / variance;
   double owed = 0.0;
   for (int turn = 0; turn < 2; ++turn)

@@ -11,20 +11,20 @@
 
 namespace bristle::detail {
 
-/// Sets the constants of random draws in the patch's law, from its options.
+/// Sets the constants of random draws in the law of the patch (CohortLaw), from the patch's options.
 void set_fluctuation(Cohorts& r) noexcept;
 
-/// Assigns each of n bristles to a cohort at random, after a slide that forgot its start: bristles without
-/// shared renewal are independent. Books the change of stored energy.
+/// Assigns each of n bristles to a cohort at random, after a slide that forgot its start, when bristles
+/// without shared renewal are independent. Adds the change of stored energy to the energy lost.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
-/// Returns the mean deflection of steady sliding, which replaces the momentary, noisy one along a carried
-/// path.
+/// Returns the mean deflection of steady sliding, which stands for the momentary, noisy one along a carried
+/// path (one whose cohorts stay the same).
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept;
 
-/// Draws the mass of cohort i that survives a change of the law: bristles whose fresh length exceeds their
-/// deflection. `mass`: mass of the cohort; `mean_kept`: expected result.
+/// Draws the mass of cohort i that survives a change of law: bristles whose fresh length exceeds their
+/// deflection. `mass`: mass of the cohort before; `mean_kept`: its expected mass after.
 double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
 
 /// Draws the cuts of a falling load: `kept` is the mean mass that each cohort keeps. The number of bristles
@@ -32,7 +32,7 @@ double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noe
 /// their sum.
 void draw_cut(Cohorts& r, double* kept) noexcept;
 
-// --- saved state and hash; a patch that does not fluctuate adds nothing
+// --- saved state and hash; a patch that does not fluctuate adds nothing to them
 constexpr std::size_t fluctuation_fields_size = 2 * 8;
 template <class Io, class State>
 void fluctuation_fields(Io& io, State& s) noexcept {

@@ -1,4 +1,4 @@
-// Steps a steady slide along a path that turns slowly.
+// Steps a glide: a steady slide along a path that turns slowly.
 #include "core/patches/cohorts/glide.hpp"
 
 #include <algorithm>
@@ -9,32 +9,35 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double bend = 0x1p-10;        // rad by which the path may leave the arc within a step
-constexpr double long_bend = 1.0 / 32;  // rad by which a step longer than all memory may leave the arc
+constexpr double bend = 0x1p-10;        // rad, largest angle between path and arc within a step
+constexpr double long_bend = 1.0 / 32;  // rad, the same bound for a step longer than all that bristles
+                                        // remember
 
-/// Scaled: rounding of positions turns a shorter step by more than 2^-14, so its direction is not measured.
+/// Shortest step whose direction is measured (scaled): rounding of positions turns a shorter one by more than
+/// 2^-14.
 constexpr double shortest_chord = 0x1p-30;
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// The arc of the path along which the cohorts of a patch were bent.
+/// The arc of the path along which the cohorts of a patch are bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
-/// Finds the arc that gives the mean deflection of a path of chords. Its tangent is the last chord turned by
-/// a small angle (COHORTS.md, "Glides"). `chord_share`: Glide::chord_share.
+/// Finds the arc along which bristles have the mean deflection that the last steps, the chords of the path,
+/// give. Its tangent is the last chord turned by a small angle (COHORTS.md, "Glides"). `chord_share`:
+/// Glide::chord_share.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
   const double rest = 1.0 - turned * turned;
-  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // skips the root on a straight path
+  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // skips the square root on a straight path
   return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
           c.curve};
 }
 
-/// Finds the mean deflection of the bristles at the end of an arc.
+/// Finds the mean deflection of the bristles on a path that ends with an arc.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -74,7 +77,7 @@ void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   find_glide_means(p, g);
 }
 
-/// Moves the patch along an axis, and the base of its rows with it.
+/// Moves the patch along an axis, and the base of its cohorts' places with it.
 void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
   r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
   p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;
@@ -111,7 +114,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // A path of steps of at least `long_step` counts as straight, since its curvature is not known.
+  // Takes a path of steps of at least `long_step` for straight, since its curvature is not known.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -124,7 +127,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
-    // Approximates 1 - exp(-x).
+    // Share of the new curvature that has reached the force, 1 - exp(-x), x the path in lags; approximated.
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;
@@ -190,7 +193,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   double twice_mean[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // Along most of a long step the force equals that at its end, so the mean is taken from the end alone.
+    // Takes the mean from the end alone for a long step, along most of which the force equals that at its
+    // end.
     const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
     twice_mean[axis] = before + sums.end[axis];
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];
@@ -199,7 +203,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     const double along =
         twice_mean[0] * a.direction[0] + (p.axes == 2 ? twice_mean[1] * a.direction[1] : 0.0);
     const double stored = r.mass * (squares_at(g, arc) - squares_at(g, find_arc(r, r.glide, g.chord_share)));
-    const double length = std::min(a.length, 1e140);  // keeps the products finite
+    const double length = std::min(a.length, 1e140);  // limit that keeps the products finite
     const double lost = length * (along / sum_per_mass_length) - stored;
     sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
     const double snapped =
@@ -212,7 +216,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // A far step states only a length, so position and places stay.
+    // Keeps position and places in a far step, which has a length but no displacement.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;
@@ -234,8 +238,8 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Checks the end alone: deflections are convex along the step, so a cohort within its reach at the end
-  // never exceeds it on the way.
+  // Checks the end of the step alone: deflections are convex along it, so a cohort that is within its reach
+  // at the end does not exceed it on the way.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
                         to_lengths(difference(t.to[1], r.base[1]))};

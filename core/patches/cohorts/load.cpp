@@ -1,4 +1,4 @@
-// Load on an infinite brush: bristles that entered last leave first.
+// Changes the load of an infinite brush: bristles that came into contact last leave first.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Finds the rank above which `wanted` of the mass lies, by Newton's method on a piecewise linear sum, within
-/// bounds that close in.
+/// Finds the rank (order of coming into contact) above which `wanted` of the mass lies. Newton's method, on a
+/// piecewise linear sum, within bounds that close in.
 double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   double low = 0.0;
   double high = r.mass;
@@ -28,8 +28,8 @@ double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   return cut;
 }
 
-/// Cuts the interval of ranks of cohort i at `cut` and returns the mass left. `all` is the highest rank after
-/// the fall of the load.
+/// Cuts the interval of ranks of cohort i at `cut` and returns the mass left. `all` is the highest rank left
+/// after the load has fallen.
 double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -47,7 +47,7 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Removes the mass that a fallen load cannot hold, and adds its sum of mass x |z|^2 to `lost`.
+/// Removes the mass that a fallen load cannot hold, and adds its sum of mass x squared deflection to `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (mass_now == 0.0) {
@@ -69,8 +69,8 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     missing -= kept_of[i];
     if (kept_of[i] > kept_of[largest]) largest = i;
   }
-  // Masses were rounded, and a cut through many bristles of nearly one rank falls between two doubles. The
-  // largest cohort takes the difference, and the next ones the rest that it cannot take.
+  // Gives the largest cohort the difference to the wanted mass, and the next ones what it cannot take: masses
+  // are rounded, and a cut through many bristles of nearly one rank falls between two doubles.
   for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
     const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));
@@ -91,7 +91,7 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
-/// Rebases the places of a patch out of contact that has moved far from their base.
+/// Moves the base of places to a patch out of contact that is far from it.
 void come_near(const Patch& p, Cohorts& r) noexcept {
   constexpr double far = 4096.0;
   for (int axis = 0; axis < 2; ++axis)
@@ -109,22 +109,22 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
-  // Entering mass joins the last cohort only if the patch has hardly moved: joining over a whole piece mixes
-  // ranks (load at random each step: error 1.3 % instead of 0.3 %).
+  // Lets entering mass join the last cohort only if the patch has hardly moved since: joining within a whole
+  // piece would mix ranks (error 1.3 % instead of 0.3 % with a load at random in each step).
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
   const int ages = r.ageing != nullptr ? 1 : 0;
   const CohortTimes times = times_of(p);
-  // Newcomers do not join bristles that have aged noticeably.
+  // Does not let newcomers join bristles that have aged noticeably.
   if (joins && ages) joins = (strength_of(p, times, r.open[1]) - 1.0) * r.law.mean <= r.law.piece / 8.0;
   if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
   lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Scales deflections while the load rises above the maximum: the bristles in contact carry more load, and at
-/// rest no force changes.
+/// Scales deflections with a load that rises above the maximum. The bristles in contact then carry more load,
+/// and at rest no force changes.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};

@@ -44,7 +44,7 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
 }
 constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 * 8;
 
-/// Lists the fields that a patch with ageing saves beside its births.
+/// Lists the fields that an ageing patch saves beside its cohorts' births.
 template <class Io>
 void ageing_fields(Io& io, CohortAgeing& a) noexcept {
   io(a.base);
@@ -54,7 +54,7 @@ void ageing_fields(Io& io, CohortAgeing& a) noexcept {
 }
 constexpr std::size_t ageing_fields_size = 5 * 8;
 
-/// Returns the size of the saved ageing, 0 where the material does not age.
+/// Returns the number of bytes of the saved ageing state, 0 where the material does not age.
 std::size_t saved_ageing_size(const Cohorts& r) noexcept {
   return r.ageing == nullptr ? 0 : ageing_fields_size + std::size_t{r.capacity} * sizeof(double);
 }
@@ -71,7 +71,7 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // Growth of snap lengths at the largest age: 1 + 60 beta for the logarithmic form.
+  // Allows for the growth of snap lengths at the largest age: 1 + 60 beta for the logarithmic form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   const SurvivalTable& survival = r.material->survival();
@@ -82,7 +82,7 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Refuses a stored S below that of the law: looking S up later would give more mass.
+    // Refuses a stored S below that of the law at this R: a later look-up of S would then raise the mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -112,7 +112,7 @@ const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
   CohortAgeing saved;
   ageing_fields(read, saved);
-  constexpr double ever = 1e17;  // s, longer than any clock runs
+  constexpr double ever = 1e17;  // s, longer than any clock runs for
   if (saved.base < 0 || saved.base > static_cast<Int128>(ever * clock_units_per_second))
     return "base of time";
   if (!within(saved.per_length, 0.0, 1e300)) return "speed";
@@ -178,8 +178,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Stores the sum of deflections, shifted from position `noted`, where it was computed, to the present
-/// position.
+/// Writes Patch::sum, the sum of deflections: computed at the position `noted`, then shifted to the present
+/// one.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -243,7 +243,7 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
   const CohortTimes times = times_of(p);
-  // Lists cohorts in the order of their rows, spread by mass over the number of bristles asked for.
+  // Assigns cohorts in the order of their rows to the bristles asked for, in proportion to their mass.
   std::uint32_t at = 0;
   double passed = 0.0;
   for (std::size_t i = 0; i < count; ++i) {

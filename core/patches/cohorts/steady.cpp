@@ -1,5 +1,5 @@
-// A straight step so long that it forgets how it began: its end is steady sliding, and no piece of the path
-// is computed. Renewal theory gives the sums along the path.
+// Takes a straight step so long that it forgets how it began. Its end is steady sliding, no piece of its path
+// is computed, and renewal theory gives the sums along the path.
 #include <algorithm>
 #include <cmath>
 
@@ -9,10 +9,9 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double gauss = 0.57735026918962576;  // Gauss points of the two-point rule are at -gauss and gauss
-                                               // on [-1, 1]
+constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds how much pieces must grow per length of distance for `room` cohorts to suffice. Under a wide law
+/// Finds by how much pieces must grow per length of distance so that `room` cohorts suffice. Under a wide law
 /// pieces grow with the age of their newborns.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
@@ -25,18 +24,18 @@ double find_growth(double piece, double farthest, double room) noexcept {
 }
 
 struct Node {
-  double age;    ///< path since the bristles' birth
+  double age;    ///< share of the bristles, relative to the sum over all nodes
   double share;  ///< share of the bristles, before division by the sum of all
-  double reach;  ///< R: `age` over the growth g at that age
-  Survival at;   ///< S and M at `reach`
+  double reach;  ///< R of the bristles: `age` over g, the growth at that age
+  Survival at;   ///< S, M1 and M2 of the law at `reach`
 };
 
 /// Law of steady sliding at the speed of a move.
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
-  double per_length;  ///< s per scaled length; 0 where the material does not age
-  double end;         ///< path after which all bristles have snapped
+  double per_length;  ///< time per scaled length of path, s; 0 where the material does not age
+  double end;         ///< path since their birth after which all bristles have snapped
 
   double reach_at(double path) const noexcept {
     return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
@@ -47,7 +46,7 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // Iterates upwards: g is concave, so no iterate passes the solution.
+  // Iterates upwards: g, the growth of snap lengths, is concave, so no iterate passes the solution.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -55,8 +54,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// Makes one cohort of the bristles born between the paths `begin` and `end` ago, at their mean age. This is
-/// exact where the law has corners. Takes g as linear between the two.
+/// Makes one cohort, at their mean age, of the bristles born between the paths `begin` and `end` ago. Exact
+/// even where the law has corners. Takes g, the growth by ageing, as linear between the two.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
   const double last_reach = std::min(law.reach_at(end), law.table.end);
@@ -72,7 +71,7 @@ Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   return {age, stretch * share, law.reach_at(age), survival_at(law.table, law.reach_at(age))};
 }
 
-/// Lists the cohorts of steady sliding: two at Gauss points for a pair of pieces, or one for each piece where
+/// Lists the cohorts of steady sliding: two at Gauss points for a pair of pieces, or one for each piece if
 /// the law has corners. Returns their number.
 std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) noexcept {
   const SurvivalTable& table = law.table;
@@ -105,10 +104,10 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the bristles of one cohort until they have snapped once.
+/// Path of the patch until the bristles of a cohort have snapped once.
 struct Passage {
-  double path;         ///< mean path to the first snap
-  double half_square;  ///< half the mean of its square
+  double path;         ///< mean of that path over the bristles
+  double half_square;  ///< half the mean of its square over the bristles
 };
 Passage find_passage(const SurvivalTable& table, double residual, double reach, double along, double across2,
                      double strength) noexcept {
@@ -125,7 +124,7 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// Finds the passage of a cohort that ages as it moves, by four fixed-point iterations of find_passage().
+/// Finds the passage of a cohort that ages on the way, by four fixed-point iterations of find_passage().
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
   Passage passage{0.0, 0.0};
@@ -135,8 +134,8 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// Constants of the renewal process of steady sliding: mean snap length, mean deflection (`force`), and the
-/// transient of the path integral of the age.
+/// Constants of steady sliding as a renewal process: mean snap length, mean deflection beyond the residual
+/// (`force`), and transient of the path integral of the age (path since the last snap).
 struct Renewals {
   double mean, force, transient;
 };
@@ -157,8 +156,8 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
                                                               // integral of the age
 }
 
-/// Adds path integral, energy and snaps of the path: the first snap of each cohort, followed by a renewal
-/// process.
+/// Adds integral of deflection, energy and snaps along the path. Each cohort snaps once, and then follows a
+/// renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
   const auto [mean, force, transient] = renewals;
@@ -191,7 +190,7 @@ double squares_at(const CohortState& s, const double* rows, const double (&at)[2
   return sum;
 }
 
-/// Writes the cohorts with integer masses; the youngest cohort takes the rounding remainder.
+/// Writes the cohorts with integer masses.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
   double all = 0.0;
@@ -217,20 +216,20 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   // Writes the youngest cohort first, because it takes the rounding remainder.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a mass of a few units, too small to divide among all cohorts, at the mean age of bristles.
+  // Puts a mass of a few units, too small to be divided among all cohorts, at the mean age of bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
   for (; i < before; ++i) clear_lane(rows, i);
 }
 
-/// Finds nu, the snap rate of steady sliding: without shared renewal one over the mean snap length, with it
-/// from (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r).
+/// Finds nu, the snap rate of steady sliding: one over the mean snap length without shared renewal. With it,
+/// nu solves (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), r the deflection beyond the residual.
 double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
   double rate = 1.0 / ((1.0 + kappa) * all);
-  // Newton's method from below, on a concave sum: no iterate passes the root.
+  // Approaches the root from below by Newton's method: the sum is concave, so no iterate passes the root.
   for (int i = 0; kappa > 0.0 && i < 8; ++i) {
     double sum = 0.0;
     double slope = 0.0;
@@ -281,7 +280,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // A slide of this length mixes the ranks of all bristles.
+  // Mixes the ranks of all bristles, as a slide of this length does.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

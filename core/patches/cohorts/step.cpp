@@ -9,25 +9,28 @@
 namespace bristle::detail {
 namespace {
 
-// Scaled distance between patch and base of places beyond which the base follows the patch.
+// Distance (scaled) of the patch from the base of its cohorts' places, beyond which the base follows the
+// patch.
 constexpr double farthest_base = 16.0;
 constexpr double straight = 0x1p-12;   // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;  // s, beyond which no clock runs
-constexpr double same_speed = 0x1p-8;  // relative change of speed, with ageing, within which a slide goes on
+constexpr double longest_step = 1e16;  // s, longer than any clock runs for
+constexpr double same_speed = 0x1p-8;  // largest relative change of speed at which a slide of an ageing patch
+                                       // goes on
 
-/// Returns the middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
+/// Returns the middle of a step along an axis. A ball about it contains both ends, so a patch that trembles
+/// stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step continues the slide at its speed and without a rest; otherwise the ages differ from those
+/// Whether a step continues the slide at its speed and without a rest. If it does not, ages differ from those
 /// of steady sliding.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Returns the length of the straight slide that this step of an ageing patch continues; 0: a slide begins.
+/// Returns the length of the straight slide that this step of an ageing patch continues; 0 = a slide begins.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -38,19 +41,20 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
 
 /// A step along which bristles may snap: the move of the cohorts, and the position at its end.
 struct Slide {
-  CohortMove move;  ///< its times are filled if the material ages
+  CohortMove move;  ///< move of the cohorts; its times are filled if the material ages
   std::int64_t to[2];
-  double run = 0.0;       ///< length of the slide that it continues
-  Course course;          ///< course of the path after the step, of a patch that may glide
-  double followed = 0.0;  ///< path that is simulated in pieces
-  double forget = 0.0;    ///< a step with a longer followed path does not depend on its start
-  double carried = 0.0;   ///< path along which the cohorts are carried along unchanged
+  double run = 0.0;       ///< length of the slide that the step continues, scaled
+  Course course;          ///< recent path of the patch after the step, if the patch may glide
+  double followed = 0.0;  ///< path whose pieces are simulated, scaled
+  double forget = 0.0;    ///< followed path above which the end does not depend on the start, scaled
+  double carried = 0.0;   ///< path along which cohorts stay the same relative to the patch, scaled
   // For patches that age only:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
-  double growth = 1.0;  ///< g of that cohort at the end, by which forgetting takes longer
+  double growth = 1.0;  ///< g (growth of snap lengths) of that cohort at the end, by which forgetting takes
+                        ///< longer
 };
 
-/// Fills times, oldest birth and growth of a slide, for a patch that ages.
+/// Fills move.times, `oldest` and `growth` for a patch that ages.
 [[gnu::noinline]] void age(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   CohortTimes& times = slide.move.times;
   times = times_of(p);
@@ -63,7 +67,7 @@ struct Slide {
 }
 
 /// Finds the length of the slide that this step continues, along a path that may turn. For patches that may
-/// glide.
+/// glide (glide.hpp).
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
   const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
@@ -102,8 +106,8 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // A glide that begins here is determined by its last chord. Where the path turns, the whole path that
-  // bristles remember is followed.
+  // Follows the whole path that bristles remember where the path turns, so that the last step alone
+  // determines a glide that begins here.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
   if (followed > 0.0 && r.forget > 0.0 && a.length >= r.forget) {
@@ -117,14 +121,15 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step states only its length
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // position follows from the length, which is all that a far
+                                                  // step states
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
 }
 
-/// Moves the base of the places near the patch. `to`: the patch's place.
+/// Moves the base of the cohorts' places near the patch. `to`: place of the patch relative to the base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -137,13 +142,13 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
-/// Returns the sum of deflections as a rounded double; deflections_at() gives it in 128 bits.
+/// Returns the sum of deflections as a rounded double; deflections_at() gives it exactly, in 128 bits.
 double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Returns the snaps of a bristle per scaled length of the slide.
+/// Returns the snaps of a bristle per scaled length of this slide.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;
@@ -156,21 +161,21 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// Returns the index of the kernels for a law with or without residual or renewal, and with or without
+/// Returns the offset of kernels that suit the law: with or without residual or renewal, and with or without
 /// ageing.
 int kind_of(const Cohorts& r) noexcept {
   if (r.ageing != nullptr) return 4;
   return r.rubs() ? 2 : 0;
 }
 
-/// Simulates the carried part of a slide in short moves until the force is that of steady sliding, or for
-/// some three mean lengths. The force rises with the path until a cohort snaps, so a move ends where it would
-/// have made up for the lack. The limit on the length keeps moves from meeting the snaps at the same few
-/// phases for ever.
+/// Simulates part of a path whose cohorts would stay the same in short moves, until the force is that of
+/// steady sliding or for some three mean lengths. The force rises with the path until a cohort snaps, so a
+/// move ends where it would have made up for the lack of force. A limit on its length keeps moves from
+/// meeting the snaps at the same few phases for ever.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  constexpr double share =
-      0.38;  // share of a piece; cohorts lie a piece apart, and moves must not meet their snaps in step
+  constexpr double share = 0.38;  // length of a move over a piece; cohorts lie a piece apart, and moves must
+                                  // not meet their snaps in step
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
@@ -192,9 +197,10 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds path integral, dissipated energy and snaps of the carried part, at the present force.
+/// Adds integral of deflection, dissipated energy and snaps of the carried path, along which deflections stay
+/// as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
-  const double far = std::min(slide.carried, 1e140);  // keeps the products finite
+  const double far = std::min(slide.carried, 1e140);  // limit that keeps the products finite
   for (int axis = 0; axis < 2; ++axis) {
     const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
                                                   : s.mass * carried_deflection(r, slide.move, axis));
@@ -204,10 +210,11 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// Stores speed and time of a committed step of a patch that ages.
+/// Stores speed and time of a committed step of an ageing patch.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Time passes while the cohorts are carried unchanged, but their ages must stay, so all births move later.
+  // Moves all births later by the time of the path along which cohorts stay the same, so that their ages stay
+  // too.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -228,7 +235,7 @@ void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const 
   }
 }
 
-/// Returns the whole number of snaps to report and leaves the fraction in `rest`.
+/// Returns the whole number of snaps to report, and stores the fraction in `rest`.
 std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   const double all = std::min(snapped + rest, 9e18);
   const double whole = std::floor(all);
@@ -236,7 +243,7 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-/// Advances the patch by a step, on its own cohorts or on a copy of them.
+/// Advances the patch by a step. `state`, `rows`, `births`: its own cohorts or a copy of them.
 void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
              StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
@@ -258,8 +265,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, though the bound could not exclude
-                                                       // it
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, although the bound could not tell
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -293,7 +299,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Advances a copy of the cohorts for a trial: only the rows in use, and one more for a newborn.
+/// Advances a copy of the cohorts, for a trial. Copies only the rows in use and one more for a newborn.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
@@ -301,7 +307,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // A trial may make more newborns than the copied rows have free lanes.
+  // Empties the rest of the rows, since a trial may make more newborns than the copied rows have room for.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
@@ -317,7 +323,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
-  if (r.count == 0)  // out of contact: answers as within a bound without end
+  if (r.count == 0)  // out of contact nothing can snap, so any motion is answered
     hold(p, step.advance, sums);
   else if (try_glide(p, step.advance, sums))
     return;

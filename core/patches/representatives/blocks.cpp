@@ -5,7 +5,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the weight of the last, partly filled block, in bristles: a real number.
+/// Returns the weight of the last, partly filled block: a number of bristles, not always whole.
 template <class T>
 double tail_weight(const Representatives<T>& r) noexcept {
   return static_cast<double>(r.whole - r.full_blocks() * block_size) +
@@ -27,7 +27,8 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Straight bristles do not snap until the patch has moved by the shortest snap length.
+  // Sets the bound of a block of straight bristles: none snaps until the patch has moved by the shortest snap
+  // length.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];

@@ -15,19 +15,19 @@
 namespace bristle::detail {
 
 struct Corner {
-  std::int64_t at[2];   ///< patch position as a fixed-point number; a corner does not change it
+  std::int64_t at[2];   ///< patch position, fixed point; turning the bristles does not change it
   double direction[2];  ///< unit vector of the motion after the corner
   double before[2];     ///< unit vector of the motion before the corner
   double length;        ///< path along which the patch is carried, scaled, > 0
-  double residual;      ///< deflection after a snap, as Advance::residual
-  double unit;          ///< value of Advance::energy_unit, unit of RenewalTotals::twice_integral
+  double residual;      ///< deflection of a bristle after a snap, scaled
+  double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
 };
 
-/// Sums over a block, by lane.
+/// Sums over a block, for each of its 16 lanes.
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  T lag[2][lane_count] = {};  ///< integral along the path of weight x (deflection - |z| along the motion)
+  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection less |z| along the motion)
 };
 
 /// Turns the deflections of a row of bristles round the corner and adds them to `lanes`, including
@@ -40,7 +40,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Local copies cannot alias other pointers, which lets the compiler vectorise the loop.
+  // Copies the row, because local copies cannot alias other pointers, which lets the compiler vectorise the
+  // loop.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const T x = zx[k] + shift_x;
@@ -48,8 +49,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = std::sqrt(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // The bristle took hold `path` ago. At the end, `low` of its deflection dates from before the corner (if
-    // any does) and keeps its share of the bend.
+    // `path`: how far the patch has gone since the bristle took hold. `low`: what is left at the end of the
+    // deflection from before the corner, if any; it keeps its share of the bend.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
     const T low = bent - (path < length ? path : length);
@@ -61,9 +62,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // While the patch is carried, the old part t of the deflection falls from `bent` to `low`. Computes the
-      // integrals of t and of t times its share, then the addition along the motion from keeping |z|, of
-      // second order in the angle.
+      // t, the deflection from before the corner, falls from `bent` to `low` while the patch is carried.
+      // Computes the integrals of t and of t times its share, then what |z|, which stays, adds along the
+      // motion: of second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);
@@ -91,9 +92,9 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last), none of which is all zero, and rewrites them at the patch's position.
-/// Two axes. Adds to `stored` the change of the sum over full blocks of Block::stored and 256 displacements
-/// and, where asked for, to `twice_integral` twice the integral that CornerLanes::lag sums.
+/// Carries the blocks [first, last) along the corner's path and rewrites them at the patch's position; none
+/// may be all zero. For two axes. `stored` gains the change of the sum over full blocks of Block::stored and
+/// 256 displacements; `twice_integral` gains, if asked for, twice the integral in CornerLanes::lag.
 template <class T>
 void carry_blocks(const Representatives<T>& r, const Corner& corner, bool sums_lag, std::uint32_t first,
                   std::uint32_t last, RenewalTotals& totals) noexcept {

@@ -1,6 +1,6 @@
-// Detail: a population shrinks to a prefix of itself, since every prefix is well spread, and grows by copies
-// of the bristles that stayed. The sum of deflections then has a small error, which a common shift of some
-// bristles corrects (core/MODEL.md, "Detail").
+// Changes the number of representatives in use. A population shrinks to a prefix of itself, since every
+// prefix is well spread, and grows by copies of the bristles that stayed. The sum of deflections then has a
+// small error, which a common shift of some bristles corrects (core/MODEL.md, "Detail").
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +12,9 @@
 namespace bristle::detail {
 namespace {
 
-/// Part of a shift that bristles at their snap length could not take.
+/// Shift that bristles bent to their snap length could not take.
 struct Clipped {
-  double lack[2] = {0.0, 0.0};  ///< sum of weight x deflection not taken
+  double lack[2] = {0.0, 0.0};  ///< sum of weight x shift that was not taken
   double weight = 0.0;
 };
 
@@ -30,9 +30,9 @@ class Shifter {
         end(r.in_contact()),
         fraction(static_cast<T>(r.fraction)) {}
 
-  /// Shifts all bristles from `first` on together until the weighted sum of their deflections has grown by
-  /// `lack`, none beyond its snap length. Returns false if they cannot take it all, and leaves the rest in
-  /// `lack`.
+  /// Shifts all bristles from `first` on in common, none beyond its snap length, until the weighted sum of
+  /// their deflections has grown by `lack`. Returns false if they cannot take all of it, and leaves the rest
+  /// in `lack`.
   bool run(double (&lack)[2]) {
     if (first >= end) return false;
     const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
@@ -121,7 +121,7 @@ bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&l
                              : Shifter<T, 2, false>(r, first).run(lack);
 }
 
-/// Rewrites every block in contact and returns the sums over them.
+/// Rewrites all blocks in contact, and returns the sums of deflections in `sums`.
 template <class T>
 void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -134,7 +134,7 @@ void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) sums[axis] = deflection_sum(p, axis);
 }
 
-/// Shifts all bristles in common until the sums are `wanted`.
+/// Shifts all bristles in common until the sums of deflections are `wanted`.
 template <class T>
 void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   double sums[2];
@@ -144,7 +144,7 @@ void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   rewrite_all<T>(p, sums);
 }
 
-/// Removes the last bristles, whose share of the load the others take over.
+/// Removes the last bristles; the others take over their share of the load.
 template <class T>
 void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -158,7 +158,7 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Puts a copy at the same fraction of its path from the residual to its snap, for SnapRule::keep with a
+/// Bends a copy to the same fraction of its path from the residual to its snap, for SnapRule::keep with a
 /// residual.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
@@ -174,7 +174,7 @@ void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_
   if (r.zy != nullptr) r.zy[to] = static_cast<T>(y * factor);
 }
 
-/// Copies the bristles from `from` on, of one block, to [to, to + count).
+/// Copies `count` bristles from `from` on, all of one block, to places from `to` on.
 template <class T>
 void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -187,7 +187,7 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     const auto moved = static_cast<T>(moved_since(p, block, axis));
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
-      // A copy with another snap length is bent by the same fraction of it.
+      // Bends a copy with another snap length to the same fraction of it.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }
@@ -200,10 +200,10 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
   if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
 }
 
-/// Returns the first bristle to copy, 0 or 1. Bristle i and its copy i + `count` may have nearly equal
-/// stratified lengths, and would snap in step for long; starting one bristle later changes the difference of
-/// their shares. With the plain seed that difference is frac(count / golden ratio); with any other seed the
-/// shares have as many bits in common as `count` ends in zeros.
+/// Returns the number of the first bristle to copy, 0 or 1. Bristle i and its copy i + `count` may have
+/// nearly equal stratified lengths, and would snap in step for long; starting one bristle later changes the
+/// difference of their shares. With the plain seed that difference is frac(count / golden ratio); with any
+/// other seed the shares have as many bits in common as `count` ends in zeros.
 template <class T>
 std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {
   if (r.redraws() || count < 2) return 0;
@@ -258,7 +258,8 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   }
   if (r.has_tail()) rewrite_block<T>(p, old_full);
   note_tail<T>(p);
-  double stay[2] = {0.0, 0.0};  // sum over the bristles that counted whole before and after
+  double stay[2] = {0.0, 0.0};  // sum of deflections over the bristles that count fully before and after the
+                                // change
   double edge[2] = {0.0, 0.0};
   add_bristles(r, old_whole, edge);
   for (int axis = 0; axis < 2; ++axis) stay[axis] = deflection_sum(p, axis) - edge[axis];

@@ -1,5 +1,5 @@
-// Bristles enter and leave contact with the load; the last to enter is the first to leave (core/MODEL.md,
-// section 5).
+// Changes the load of a patch of representatives: bristles come into contact or leave it, the last to enter
+// first (core/MODEL.md, section 5).
 #include <algorithm>
 #include <cmath>
 
@@ -15,8 +15,8 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Removes bristles from contact: the last ones leave with their energy, and the new last one counts by its
-/// fraction.
+/// Removes bristles from contact: the last ones leave with their energy, and the last one that stays counts
+/// in part.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -29,7 +29,7 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
   for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
 
-  // Rewrites the block under the old count, so that its displacement is 0 before bristles enter or leave.
+  // Rewrites the block, which makes its displacement 0, before bristles enter or leave it.
   if (edge < old_blocks) rewrite_block<T>(p, edge);
   r.whole = now.whole;
   r.fraction = now.fraction;
@@ -43,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds bristles, which start straight. The deflection of the old last one shrinks as its weight grows, so
-/// that no force changes.
+/// Adds straight bristles. The bristle that counted in part is bent less as its weight grows, so that no
+/// force changes.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -68,7 +68,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales every deflection, for a load that rises further above the maximum.
+/// Scales every deflection with a load that rises further above the maximum.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -95,7 +95,7 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
   active = std::min(active, all);
   const double whole = std::floor(active);
   double fraction = active - whole;
-  if (fraction < 1e-30) fraction = 0.0;  // below the smallest float weight
+  if (fraction < 1e-30) fraction = 0.0;  // fraction below the smallest float weight
   return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
 }
 

@@ -1,4 +1,4 @@
-// A live change of material (core/MODEL.md, section 6).
+// Changes the material of a patch of representatives while it is in use (core/MODEL.md, section 6).
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -13,9 +13,9 @@ namespace {
 /// stays, draw states unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
-  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the
-                                                                                           // length units, a
-                                                                                           // power of two
+  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the two
+                                                                                           // units of length,
+                                                                                           // a power of two
   const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
   const bool same_residual = to.material->residual == from.material->residual;
   const bool both_draw = to.redraws() && from.redraws();
@@ -30,7 +30,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
-      // A bristle keeps its age in seconds; if the old material did not age, its age begins now.
+      // Keeps a bristle's age in seconds, or starts it at 0 if the old material did not age.
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
@@ -47,7 +47,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
     if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
-  // Pairs the columns of the two records, which both list them in one order.
+  // Pairs the columns of the two records, which both list them in the same order.
   const void* columns_of_from[16];
   int count = 0;
   Representatives<T>::columns(
@@ -58,7 +58,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Snaps the bristles beyond their new snap length. The patch does not move, so they slip along their own
+/// Lets bristles beyond their new snap length snap. The patch does not move, so they slip along their own
 /// deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
@@ -87,7 +87,7 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // Takes seed and key of the last reset, from which the bristles were made.
+  // Takes seed and key from the last reset, which made the bristles.
   r.options.key = old.options.key;
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);

@@ -34,10 +34,10 @@ void fill(const CompiledMaterial& material, bool random, std::uint32_t seed, Spa
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // multiples of 2^64 / golden ratio, whose wrapping gives the fractional part
+  // Returns the fractional part of (i + 1) / golden ratio, which wrapping of the integer product leaves.
   if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
-  // The bits of i in reverse, 0.b0 b1 b2 ..., each group of four changed by four random bits that depend on
-  // the seed and on the bits before them.
+  // Reverses the bits of i to the share 0.b0 b1 b2 ..., and changes each group of four bits by four random
+  // bits that depend on the seed and on the bits before.
   std::uint64_t share = 0;
   std::uint64_t random = mix64(mix64(seed) + 0x5DEECE66Du);
   for (int at = 60; at >= 32; at -= 4, i >>= 4) {
@@ -48,7 +48,7 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
 }
 
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // SplitMix64, with the stream chosen by the seed. (Its step is the golden ratio too, but here it is mixed.)
+  // Draws by SplitMix64; the seed chooses the stream.
   return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
 }
 

@@ -14,16 +14,17 @@ namespace bristle::detail {
 /// The default seed, that of the reference tables: its stratified lengths follow the golden-ratio sequence.
 constexpr std::uint32_t plain_seed = 1;
 
-/// Returns u_i in (0, 1). For one seed the first k of them are spread over the unit interval to order 1/k, so
-/// any active prefix is a stratified sample; for two seeds they are independent. The van der Corput sequence
-/// with its bits scrambled by the seed (core/MODEL.md, section 5); for plain_seed the golden-ratio sequence.
+/// Returns u_i in (0, 1), the share of the law at which bristle i has its first length. For one seed the
+/// first k of them are spread over the unit interval to order 1/k, so any active prefix is a stratified
+/// sample; for two seeds they are independent. The van der Corput sequence with its bits scrambled by the
+/// seed (core/MODEL.md, section 5); for plain_seed the golden-ratio sequence.
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// Returns u_i in (0, 1) as independent numbers, a hash of seed and i.
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
-/// Returns the least scaled snap length in the number type T beyond the residual. Anything shorter is lost in
-/// the rounding of residual + length, and must not be divided by.
+/// Returns the least part of a deflection at a snap beyond the residual, scaled, in the number type T. A
+/// shorter one would be lost in the rounding of residual + length, and must not be divided by.
 template <class T>
 double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   const double least = 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * material.residual;

@@ -12,32 +12,36 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
-// Sine of the angle by which a slide may turn, within a mean snap length or one step, and still count as one
+constexpr double straight = 0x1p-12;  // largest sine of the angle at which a slide counts as straight
+// Sine of the angle up to which a slide may turn, within a mean snap length or a step, and still count as one
 // slide.
 constexpr double gentle = 0.4;
-constexpr double most_young = 0.25;   // share of the bristles; if more are young, all are followed together
-constexpr double least_apart = 0.05;  // share of a piece; a shorter path is not followed apart
-/// Number of bristles at which the longest pieces have an error as large as the noise; patches with more
-/// bristles take shorter pieces.
+constexpr double most_young = 0.25;   // largest share of young bristles (new in contact) that are followed
+                                      // apart; if more are young, all are followed together
+constexpr double least_apart = 0.05;  // least path, as a share of a piece, for which young bristles are
+                                      // followed apart
+/// Number of bristles of a patch at which the error of the longest pieces is as large as the noise; patches
+/// with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-constexpr double snaps_followed = 8;  // number of snaps; a step of a steady slide without one then has a
-                                      // probability of 1 in 3000
+constexpr double snaps_followed = 8;  // number of expected snaps for which a steady slide is followed, so
+                                      // that one in 3000 steps has none
 
-/// Finds the draws per bristle in a piece along which `snaps` of a bristle would occur without renewals.
-/// Renewals prevent some: at y draws, s (1 - exp(-y)) / y of them occur. Of the bristles that restart, by
-/// snap or renewal, a share `again` snaps within the piece as well. All snaps together cause y.
+/// Finds the number of draws per bristle for a piece along which a bristle would snap `snaps` times without
+/// renewals. With y draws renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that
+/// restart, by snap or renewal, a share `again` snaps once more within the piece. All snaps together cause
+/// the draws y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
-  for (int i = 0; i < 4; ++i) {  // solves y^2 = x (1 - exp(-y)), which is convex, from the right
+  for (int i = 0; i < 4; ++i) {  // Newton's method for y^2 = x (1 - exp(-y)), convex, from the right
     const double stay = exp(-y);
     y -= (y * y - x * (1.0 - stay)) / (2.0 * y - x * stay);
   }
   return y;
 }
 
-/// Returns RenewalLaw::again for a piece of this length, in mean snap lengths.
+/// Returns the share of restarted bristles that snap again within a piece (RenewalLaw::again); `length` in
+/// mean snap lengths.
 double share_again(const RenewalLaw& law, double length) noexcept {
   const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
   const int k = std::min(static_cast<int>(at), law.again_knots - 1);
@@ -52,7 +56,7 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// Counts the bristles that the piece ahead would carry beyond their length.
+/// Counts the bristles that the next piece would bend beyond their snap length.
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -65,11 +69,11 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
                                   });
 }
 
-/// Returns the unit of the sums over draws. `energy_unit` holds path x longest length below 2^51, and a draw
-/// adds at most twice that, which kernels/renew.hpp takes in coarse units of 2^40 of these.
+/// Returns the fixed-point units of the sums over draws. `energy_unit` keeps path x longest length below
+/// 2^51, and a draw adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Makes `draws` draws at once, for the piece ahead.
+/// Makes `draws` draws at once, before the next piece is stepped.
 template <class T>
 void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (!(draws > 0.0)) return;
@@ -94,7 +98,7 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  // One range for each thread and no more, because every range passes over all draws.
+  // Uses one range for each thread and no more, because every range passes over all draws.
   const RenewalTotals totals =
       share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
                                [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
@@ -113,8 +117,8 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (totals.tail_changed) note_tail<T>(p);
 }
 
-/// Makes the renewals of the piece ahead: those that its foreseen snaps will cause, and those still owed.
-/// Makes none if no snap is foreseen. Returns the number of bristles that the piece would carry beyond their
+/// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those still owed.
+/// Makes none if no snap is foreseen. Returns the number of bristles that the piece would bend beyond their
 /// length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
@@ -132,8 +136,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Returns the run of a slide of ageing bristles, shortened for a change of speed or a rest: deflections then
-/// differ from steady sliding by the relative change of friction.
+/// Returns the length that a slide of ageing bristles counts as, which is shorter after a change of speed or
+/// a rest. Deflections then differ from steady sliding by the relative change of friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -149,8 +153,8 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
 }
 
 /// Finds the length of the slide that a step continues (0 = a slide begins), and whether the step turns off
-/// its line. A step on the line of the slide continues it wherever the patch went meanwhile without a snap; a
-/// turn must begin where the slide ended. With ageing every turn begins a slide.
+/// the slide's line. A step on that line continues it, even if the patch went elsewhere meanwhile without a
+/// snap. A turn must begin where the slide ended. With ageing every turn begins a slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -171,7 +175,7 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// Stores the slide after a step in which something snapped.
+/// Stores length, direction and end of the slide after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -186,7 +190,7 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   }
 }
 
-/// Rewrites the deflections of block b at the position of the patch.
+/// Rewrites the deflections of block b relative to the patch's present position.
 template <class T>
 void write_down(Patch& p, std::uint32_t b) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -198,9 +202,9 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end) round a corner: along `length` in the direction of the step, before its
-/// last piece, after a motion in the direction `before`. Sums by how much the deflections on this path differ
-/// from steady sliding along the motion.
+/// Carries the blocks [begin, end) round a corner of the path: along `length` in the direction of the step,
+/// ahead of its last piece; `before` is the direction before the corner. Adds to the sums how much the
+/// deflections differ there from steady sliding along the motion.
 template <class T>
 void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
                  std::uint32_t begin, std::uint32_t end) noexcept {
@@ -236,7 +240,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// Updates state and sums after the kernels of a piece.
+/// Updates the state and adds up the sums after the kernels have stepped a piece.
 template <class T>
 void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -250,7 +254,8 @@ void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   walked.visited += t.visited;
 }
 
-/// Returns the first block with a young bristle, or the number of blocks in contact.
+/// Returns the number of the first block with a young bristle, or the number of blocks in contact if none is
+/// young.
 template <class T>
 std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
@@ -265,7 +270,7 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// Makes a patch of the blocks of `p` from `begin` on. `record` receives its record.
+/// Makes a patch of the blocks of `p` from number `begin` on. `record` receives its record.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -286,9 +291,9 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
   return part;
 }
 
-/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece, and then
-/// shifts them back to the patch, where they meet the other blocks, which are carried that far. Renewals come
-/// at the rate of steady sliding, because most snaps are those of the other blocks; the draws owed stay.
+/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece. Then shifts
+/// them back to the patch, since the other blocks are only carried that far. Renewals come at the rate of
+/// steady sliding, because most snaps are those of the other blocks; the draws owed stay.
 template <class T>
 void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
   Representatives<T> record;
@@ -303,7 +308,7 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   find_direction(a);
   a.skips_blocks = 0;
   prepare_kernel<T>(young, apart);
-  // The unit of integrals over draws must grow with the length of the piece, because the square of that
+  // Makes the unit of integrals over draws grow with the length of the piece, because the square of that
   // length may exceed the square of every snap length.
   int lengths = 0;
   std::frexp(a.length * record.shared->inverse_mean, &lengths);
@@ -329,8 +334,9 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Takes the part of a step along which a steady slide is carried, before its last piece, which ends at
-/// `way`: round a corner if the path turns, and with young bristles followed as far as they need it.
+/// Takes the path of a steady slide along which bristles are only carried, before the last piece (its end at
+/// `way`): turns the bristles round a corner if the path turns, and follows young bristles as far as they
+/// need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -347,16 +353,16 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the part of a step that is followed bristle by bristle: the path that its slide lacks to steady
-/// sliding, and at least the path that makes the end independent of the start. A patch of few bristles is
-/// followed until some have snapped.
+/// Returns the path of a step along which every bristle is followed: what the slide lacks to steady sliding,
+/// and at least what makes the end independent of the start. A patch of few bristles is followed until some
+/// have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Carrying the patch round a corner costs as much as following it for `goes_on`, so it pays only for a
-  // longer path.
+  // Follows the bristles along the whole step unless the rest is longer than `goes_on`: carrying the patch
+  // round a corner costs as much as following it for that path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -375,7 +381,7 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
 }
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // log of 1000, the decay of a disturbance over `forget`
+  constexpr double per_forget = 6.907755278982137;  // ln 1000, by which a disturbance decays over `forget`
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
@@ -407,7 +413,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
   r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
-  // Bristles bent the other way unbend by twice the residual before they snap.
+  // Adds twice the residual, by which bristles bent the other way unbend before they snap.
   r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.shared->goes_on = longest_piece * mean;
   r.shared->inverse_mean = 1.0 / mean;
@@ -439,8 +445,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
-  // The error of a piece falls with its square, the noise of a patch with the root of its bristles. Carrying
-  // round a bend needs the long piece after it.
+  // Makes pieces shorter in patches of many bristles: the error falls with the square of a piece, the noise
+  // with the root of the number of bristles. A carried corner needs a long piece after it.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));
@@ -471,8 +477,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
-    // A patch in which nothing has snapped does not slide yet, so its bristles are bent further instead of
-    // carried.
+    // Carries the patch only if something has snapped; until then it does not slide, so its bristles are bent
+    // further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
@@ -484,7 +490,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move its block; if
+/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move its block: if
 /// every bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind for
 /// ever. Ages are not rewritten.
 template <class T>
@@ -513,7 +519,7 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Returns twice the mean over a step in which nothing changed, to the bits of hold().
+/// Returns twice the mean sum of deflections over a step in which nothing changed, to the bits of hold().
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
@@ -525,8 +531,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps along the path on which the patch is carried: whole, and unbiased over many
-/// steps.
+/// Returns the number of snaps along a path on which bristles are only carried and keep their |z|: whole, and
+/// unbiased over many steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -546,11 +552,11 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Carried bristles must not age, so the time passes for their blocks.
+    // Moves the time of the blocks' last rewrite on, so that carried bristles do not age.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // The path along which the patch is carried adds the mean of steady sliding.
+  // Adds the mean of steady sliding for the path along which bristles are only carried and keep their |z|.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
@@ -562,8 +568,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Bristles whose deflection lags behind a turn are bent less along the motion, so they dissipate less and
-  // snap less often.
+  // Counts the carried path as shorter for bristles whose deflection lags behind a turn: they are bent less
+  // along the motion, so they dissipate less and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

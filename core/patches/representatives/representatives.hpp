@@ -11,33 +11,34 @@
 
 namespace bristle::detail {
 
-/// Number of representatives of a patch in contact.
+/// Number of representatives in contact at a load.
 struct ContactCount {
-  double active = 0.0;    ///< zeta / w, at most `detail`
-  double overload = 1.0;  ///< zeta / (detail w) if above 1
-  double fraction = 0.0;  ///< share by which the last one counts
+  double active = 0.0;    ///< zeta / w, number of representatives in contact, at most `detail`
+  double overload = 1.0;  ///< zeta / (detail w) if above 1: factor by which deflections are scaled under
+                          ///< overload
+  double fraction = 0.0;  ///< share by which the last bristle in contact counts
   std::uint32_t whole = 0;
 };
 ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
 
-/// State that changes with load and detail. Saved unchanged; `position`, `zeta` and `overload` are in Patch.
+/// Numbers that change with load and detail. Saved unchanged; `position`, `zeta` and `overload` are in Patch.
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
   double weight = 0.0;       ///< w = zeta_max / detail, physical bristles per representative
-  std::uint32_t detail = 0;  ///< representatives that stand for the patch, at most its n
+  std::uint32_t detail = 0;  ///< number of representatives in use, at most n
   std::uint32_t whole = 0;
 };
 
-/// State of shared renewal. Saved and hashed where the material has it.
+/// State of shared renewal. Saved and hashed if the material has shared renewal.
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less the draws made
-  std::uint64_t draws = 0;  ///< draws made so far, the number of the next draw
-  // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
-  // not change it.
+  std::uint64_t draws = 0;  ///< number of draws so far, which is the number of the next draw
+  // Slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do not
+  // change it.
   double run = 0.0;  ///< length of the slide, at most `forget`; 0 = none
-  // Young bristles came into contact during the slide, if they are few: those from `young_from` on have slid
-  // for `young_run`, as far as the force of the patch shows it.
+  // Young bristles came into contact during the slide, and are few: those from number `young_from` on.
+  // `young_run`: path that they have slid, as far as the patch's force shows it.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
@@ -50,55 +51,57 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // For bristles that age, numbers at the end of the slide:
-  double run_ageing = 0.0;           ///< value of AgedSliding::per_length in the slide
+  // Numbers at the end of the slide; the first two for bristles that age.
+  double run_ageing = 0.0;           ///< AgedSliding::per_length of the slide
   double run_until = 0.0;            ///< the patch's time at the end of the slide, s
-  double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend
+  double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend, a unit vector
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the slide
 };
 
-/// Sliding of ageing bristles at one speed, for long steps (ageing.cpp). A cache of what follows from the
-/// material and `per_length`.
+/// Constants of sliding at one speed for ageing bristles, for long steps (ageing.cpp). A cache: they follow
+/// from the material and `per_length`.
 struct AgedSliding {
-  KernelLaw law{};              ///< law of the fresh length, with the jumps of the path from snap to snap
+  KernelLaw law{};              ///< law of the fresh snap length, with constants of jumps for aged lengths
   double per_length = -1.0;     ///< age gained per length, in units of the ageing time; < 0: not computed
-  double largest_growth = 1.0;  ///< aged over fresh length, for the longest snap length
-  double steady_at = -1.0;      ///< `per_length` to which the next two belong
-  double steady_bend = 0.0;     ///< mean deflection under shared renewal
-  double steady_snaps = 0.0;    ///< snaps of a bristle per length
+  double largest_growth = 1.0;  ///< aged over fresh length of the longest bristle
+  double steady_at = -1.0;      ///< value of `per_length` for which the next two fields were computed
+  double steady_bend = 0.0;     ///< mean deflection in steady sliding under shared renewal, scaled
+  double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length
 };
 
-/// Sums over the pieces of a step under shared renewal.
+/// Sums and numbers of one step under shared renewal, over its pieces. The patch is carried along a path if
+/// its bristles' lengths |z| stay unchanged, as in steady sliding on average.
 struct PieceSums {
-  double length = 0.0;                 ///< length of the whole step, scaled
-  double until = 0.0, duration = 0.0;  ///< end and duration of the step, s
-  double forget = 0.0;                 ///< path after which a straight slide is steady at its speed
-  double per_length = 0.0;             ///< with ageing: value of AgedSliding::per_length
-  double carried = 0.0;                ///< part of `length` along which the patch is carried
-  double run = 0.0;                    ///< length of the slide that the step continues
-  double young_run = 0.0;              ///< length of the slide of its young bristles
-  double apart = 0.0;  ///< path that young bristles were followed apart, times their share; a part of
-                       ///< `carried`
-  double lag = 0.0;    ///< energy that carrying round a corner lacks to steady sliding, in the unit of
+  double length = 0.0;                 ///< length of the step, scaled
+  double until = 0.0, duration = 0.0;  ///< time at the end of the step, and its duration, s
+  double forget = 0.0;                 ///< path after which a straight slide is steady at this speed
+  double per_length = 0.0;             ///< AgedSliding::per_length of the step, with ageing
+  double carried = 0.0;                ///< part of `length` along which the patch is carried, scaled
+  double run = 0.0;                    ///< length of the slide that the step continues, scaled
+  double young_run = 0.0;              ///< length of the slide that its young bristles continue
+  double apart = 0.0;  ///< path for which young bristles are followed apart, times their share of the weight;
+                       ///< a part of `carried`
+  double lag = 0.0;    ///< energy that bristles carried round a corner lack to steady sliding, in the unit of
                        ///< `squares`
-  double twice_integral[2] = {0.0, 0.0};  ///< path integral of twice the sum of deflections, in units of
+  double twice_integral[2] = {0.0, 0.0};  ///< twice the path integral of the sum of deflections, in units of
                                           ///< StepSums x scaled length
-  double squares = 0.0;                   ///< energy that slips dissipated, as a scaled sum of squares
+  double squares = 0.0;                   ///< energy dissipated, as a sum of scaled squared deflections
   std::uint64_t snaps = 0, visited = 0;
   std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
-  bool changed = false;           ///< whether a bristle snapped, was renewed or carried round a corner
-  bool turns = false;             ///< whether the step continues a slide in another direction
+  bool changed = false;           ///< whether a bristle snapped, was renewed or was carried round a corner
+  bool turns = false;             ///< whether the step continues a slide in another direction than before
 };
 
-/// Shared renewal of a patch: its state, constants of the material (scaled), and the sums of the step under
+/// Shared renewal of a patch: its state, scaled constants of the material, and the sums of the step under
 /// way.
 struct SharedRenewal : RenewalState {
-  double piece = 0.0;         ///< longest piece of path that is taken at once
-  double inverse_mean = 0.0;  ///< one over the mean snap length
-  double forget = 0.0;        ///< path after which a straight slide is steady
-  double goes_on = 0.0;       ///< least path along which a step of a steady slide is followed
-  double steady_bend = 0.0;   ///< mean deflection in steady sliding
-  double steady_snaps = 0.0;  ///< snaps of a bristle per length
+  double piece = 0.0;         ///< longest piece of path that is taken at once, scaled
+  double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
+  double forget = 0.0;        ///< path after which a straight slide is steady, scaled
+  double goes_on = 0.0;       ///< least path that is followed bristle by bristle in a step of a steady slide,
+                              ///< scaled
+  double steady_bend = 0.0;   ///< mean deflection in steady sliding, scaled
+  double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
   PieceSums walked;
 };
 
@@ -113,23 +116,23 @@ struct Representatives : PatchRecord, RepresentativeCount {
   std::uint32_t bristles = 0;  ///< n, number of representatives
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
-  int variant = 0;  ///< variant of the step kernel
+  int variant = 0;  ///< index of the step kernel in KernelSet::step
   const KernelSet<T>* kernels = nullptr;
 
   Block* blocks = nullptr;
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
-  // Deflections at which bristles snap, residual + snap length:
-  T* first = nullptr;               ///< deflections at which bristles snap with their first snap length
-  T* delta = nullptr;               ///< deflections at which they snap with the present length; equals
-                                    ///< `first` with SnapRule::keep
-  std::uint32_t* draw = nullptr;    ///< draw states; null with SnapRule::keep
-  SharedRenewal* shared = nullptr;  ///< a single entry, or null without shared renewal
-  // Column of ages (PatchView), null without ageing.
+  // Deflections at which bristles snap, residual + snap length, scaled:
+  T* first = nullptr;               ///< deflections at which bristles snap the first time
+  T* delta = nullptr;               ///< deflections at which bristles snap the next time; equals `first` with
+                                    ///< SnapRule::keep
+  std::uint32_t* draw = nullptr;    ///< states of the bristles' random draws; null with SnapRule::keep
+  SharedRenewal* shared = nullptr;  ///< a single entry; null without shared renewal
+  // Columns of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
-  AgedSliding* aged = nullptr;  ///< constants of ageing, a single entry
+  AgedSliding* aged = nullptr;  ///< constants of ageing bristles, a single entry; null without ageing
 
   /// Visits every column in the order in which columns are laid out, saved and hashed.
   template <class Self, class Visit>
@@ -143,13 +146,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // The state of shared renewal is saved and hashed by functions of its own.
+    // Lists no saved column for shared renewal, whose state is saved and hashed by functions of its own.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Completes the pointers after the columns were placed: with keep the present length is the first one.
+  /// Completes the pointers after the columns were placed: with SnapRule::keep the present snap lengths are
+  /// the first ones.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -192,21 +196,21 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 /// Rewrites block b with its deflections at the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
-/// Initialises block b, which is out of contact or has only straight bristles.
+/// Initialises block b, all of whose bristles are out of contact or straight.
 template <class T>
 void enter_block(const Patch& p, std::uint32_t b) noexcept;
-/// Adds block b to the sum over full blocks (+1), or subtracts it (-1).
+/// Adds the deflections of block b to the sum over full blocks (`sign` +1), or subtracts them (-1).
 template <class T>
 void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
-/// Returns the sum of weight |z|^2 over the bristles in contact of block b, scaled.
+/// Returns the sum of weight x |z|^2 over the bristles of block b in contact, scaled.
 template <class T>
 double block_squares(const Patch& p, std::uint32_t b) noexcept;
 template <class T>
 double all_squares(const Patch& p) noexcept;
-/// Returns the energy of a unit of |z|^2, scaled, J.
+/// Returns the energy of a unit of weight x scaled |z|^2, J.
 template <class T>
 double joules_per_square(const Patch& p) noexcept;
-/// Resets the bristles [from, to) of one block, which are out of contact, to their first snap lengths.
+/// Resets bristles of one block, [from, to), which are out of contact, to their first snap lengths.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
 /// Recomputes the bounds of groups and patch after a block changed outside a step.
@@ -216,18 +220,18 @@ void forget_upper_bounds(Patch& p) noexcept;
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Updates the shared part after the number in contact, the weight or the tail block changed: sums over the
-/// tail, unit of force, response at rest.
+/// Updates the shared part after a change of the number in contact, the weight or the tail block (the last,
+/// partly filled one): sums over the tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Updates the sums over the tail block after it was rewritten.
+/// Updates the sums over the tail block in the shared part after the block was rewritten.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
 constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the ageing time
-/// Returns the largest growth g of a snap length.
+/// Returns the largest growth g of a snap length by ageing.
 double largest_ageing_factor(const Material& material) noexcept;
 /// Returns the longest deflection that a bristle can have.
 template <class T>
@@ -235,16 +239,16 @@ double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// Returns the age that the bristles of block b have gained since its last rewrite.
+/// Returns the age that bristles of block b have gained since its last rewrite, in units of the ageing time.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Rewrites the ages of block b. Bristles out of contact have age 0.
+/// Rewrites the ages of block b to the present time. Bristles out of contact get age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps, for ages that are up to date.
+/// Returns the deflection at which bristle i snaps. Its stored age must be up to date.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
-/// Initialises AgedSliding for a patch that has not slid yet.
+/// Sets AgedSliding of a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing for the kernels of a step.
@@ -252,10 +256,11 @@ template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
 /// Returns the age gained per length in a step, in units of the ageing time.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Returns the mean path from snap to snap in steady sliding without renewal, over that without ageing.
+/// Returns the mean path from snap to snap in steady sliding, over the mean path without ageing; both without
+/// renewal.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
-/// Finds steady sliding under shared renewal at one speed (AgedSliding).
+/// Finds mean deflection and snap rate of steady sliding under shared renewal at one speed, for AgedSliding.
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
@@ -267,7 +272,7 @@ void fill_first(Representatives<T>& r) noexcept;
 /// Resets the columns: straight bristles, first lengths, no draw made.
 template <class T>
 void fill_columns(Representatives<T>& r) noexcept;
-/// Sets the first snap lengths of another seed; deflections and draws stay.
+/// Sets the first snap lengths of another seed; deflections and draw states stay.
 template <class T>
 void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept;
 
@@ -284,35 +289,36 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates state and sums after the kernels, as finish() does, without renewals, bounds and the response of a
-/// step in pieces.
+/// Updates state and sums after the kernels, as finish() does, but without renewals, bounds, and the response
+/// of a step in pieces.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
 /// Fills the kernels' constants for a step or a piece of it.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// Finds, after a step that visited blocks, how far the patch may move before a block must be visited again.
+/// Finds, after a step that visited blocks, the patch's bound: how far it may move before a block must be
+/// visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
 /// Whether the stored sum over full blocks equals the sum of its blocks.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
-// Shared renewal (renewal.cpp). `advance_pieces` takes all pieces of a step but the last, which it leaves in
-// `step` with its renewals made; `finish_piece` ends a piece; `finish_walk` gives the sums over all of them.
+// Shared renewal (renewal.cpp). `advance_pieces` steps all pieces but the last, whose renewals it makes and
+// which it leaves in `step`; `finish_piece` ends a piece; `finish_walk` gives the sums over all pieces.
 template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// Returns the run of a straight slide after the share `share` of its deflections was disturbed. Undisturbed
-/// deflections are within 1e-3 of steady sliding after `forget`; the disturbance decays exponentially with
-/// the path.
+/// Returns the length that a slide counts as after the share `share` of its deflections was disturbed.
+/// Without disturbance they are within 1e-3 of steady sliding after `forget`; a disturbance decays
+/// exponentially with the path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Updates the young bristles after some came into contact or left it. Before the change `active` were in
-/// contact, `whole` of them fully.
+/// Updates the young bristles after bristles came into contact or left it. `active`, `whole`: number in
+/// contact before the change, and those of them that counted fully.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>

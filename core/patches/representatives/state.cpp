@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields saved beside the shared part and the columns.
+/// Lists the fields saved beside the shared part and the columns, for writing and for reading.
 template <class Io, class Count>
 void count_fields(Io& io, Count& c) noexcept {
   io(c.active);
@@ -44,13 +44,14 @@ void block_fields(Io& io, AnyBlock& block) noexcept {
   for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
 }
 constexpr std::size_t block_fields_size = 4 * 8;
-/// Returns the saved size of a block. Where bristles age it includes the time of the block's last rewrite.
+/// Returns the number of bytes saved for a block; where bristles age, with the time of its last rewrite.
 template <class T>
 std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
 }
 
-/// Number of bristles of block b, and the number whose columns are saved; the others read as their filler.
+/// Number of bristles of block b, and number of those whose columns are saved; the others read as their
+/// column's filler.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -82,13 +83,13 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// Upper bound of the snaps of a bristle in a piece, which bounds the renewals that a state may owe.
+/// Largest number of snaps of a bristle in a piece, which limits the renewals that a saved state may owe.
 constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Checks a block. A renewed bristle is written relative to its own place while its block stays, so two
-/// bounds are needed: `longest`, of deflections, and `farthest`, of the distances at which they are written.
+/// Checks a saved block. A renewed bristle is written relative to its own place while its block stays, so
+/// there are two bounds: `longest` of deflections, and `farthest` of the distances at which they are written.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -99,8 +100,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses a number in contact that does not follow from the load: it would give forces without load, or
-/// infinite ones.
+/// Refuses a number in contact that does not follow from the load, because it would give forces without load,
+/// or infinite ones.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -115,8 +116,8 @@ const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
   return nullptr;
 }
 
-/// Rebuilds the sums over blocks after a patch out of contact was given another count, position and columns.
-/// Blocks in contact are taken as saved, the others as straight.
+/// Rebuilds the sums over blocks of a patch that gets another count, position and columns. Blocks in contact
+/// are taken as saved, the others as straight.
 template <class T>
 void find_block_sums(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -274,7 +275,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   // With an exponential law, the bristle that is reached at the end of a long slide may combine two draws,
   // the lengths before and after that place, so twice the longest length is possible.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
-  // Allows for rounding, which may leave a deflection a little beyond its length.
+  // Allows for a deflection a little beyond its length, by rounding.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
@@ -337,7 +338,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
     read.column(column, r.bristles);
-    // Bristles out of contact get their filler, whatever the bytes say.
+    // Fills bristles out of contact by their column's filler, whatever the bytes say.
     if constexpr (std::is_same_v<Entry, T>)
       for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
         column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);

@@ -12,8 +12,8 @@ namespace {
 /// Returns a power of two as the unit in which the sum of delta^2 over a block's snaps fits 62 bits with room
 /// to spare.
 double energy_unit(double length, double longest, bool literal) noexcept {
-  // The literal rule squares a bristle's deflection before its reset. Other rules sum at most path x
-  // longest.
+  // Bounds the sum: the literal rule squares a deflection before its reset, other rules sum at most path x
+  // longest length.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * (literal ? path : longest);
   int exponent = 0;
@@ -21,8 +21,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of random phases. It includes the state, so that equal steps, and equal patches in
-/// different states, draw different phases.
+/// Returns the key of random phases. It depends on the state, so that equal steps of one patch, and of equal
+/// patches in different states, draw different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -54,8 +54,8 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Bounds cost a square root per bristle. They save nearly all visits when a fortieth of the blocks is
-  // rewritten, and cost more than they save at a quarter.
+  // Recomputes bounds while few blocks change. They cost a square root per bristle, save nearly all visits if
+  // a fortieth of the blocks is rewritten, and cost more than they save at a quarter.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
@@ -80,8 +80,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = m.residual;
   if (a.snaps_all) {
-    // Redraw by the stationary law needs no remainder of the path, so float serves as long as the square of
-    // the step fits.
+    // Uses double only if the law of steady sliding does not serve, which needs no remainder of the path, or
+    // if the square of the step overflows a float.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
@@ -114,8 +114,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. Takes one axis
-  // at a time, so that its 128-bit sums stay in registers.
+  // Converts sums of deflections at the end of the step and, twice, over the step; fixed point, exact. Takes
+  // one axis at a time, so that its 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];

@@ -13,8 +13,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the shared part. Sets the memory that a step touches, which ends before the strata that are not in
-/// use.
+/// Makes the shared part of the patch, with the number of cache lines that a step touches: strata that are
+/// not in use lie behind them.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);

@@ -16,21 +16,21 @@ constexpr std::uint32_t default_sliders = 32;
 
 template <class T>
 struct Sliders : PatchRecord {
-  std::uint32_t bristles = 0;  ///< n, strata of the patch
-  std::uint32_t detail = 0;    ///< strata in use; each combines one or several of the n
+  std::uint32_t bristles = 0;  ///< n, number of strata of the patch
+  std::uint32_t detail = 0;    ///< number of strata in use; each combines one or several of the n
   std::uint32_t block_count = 0;
-  /// Bristles in contact at the load to which the present stiffness belongs: the highest load since they were
-  /// last straight, less the part that sliding has removed since the load fell. At least Patch::zeta.
+  /// Number of bristles to which the present stiffness belongs: those in contact at the highest load since
+  /// all were last straight, less those that sliding has removed since the load fell. At least Patch::zeta.
   double stiff_zeta = 0.0;
   const KernelSet<T>* kernels = nullptr;
 
   SlideBlock* blocks = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
-  double* since = nullptr;  ///< times of the last slide, see SlideView::since
-  // Columns of the strata in use, then of all n:
+  double* since = nullptr;  ///< time of each bristle's last slide, as SlideView::since
+  // Columns for the strata in use, then the first columns for all n:
   T* limit = nullptr;
-  T* per_limit = nullptr;  ///< one over the limits, see SlideView::per_limit
+  T* per_limit = nullptr;  ///< one over `limit`
   T* weight = nullptr;
   T* first_limit = nullptr;
   T* first_weight = nullptr;
@@ -64,20 +64,20 @@ template <class T>
 Sliders<T>& sliders(const Patch& p) noexcept {
   return static_cast<Sliders<T>&>(*p.record);
 }
-/// Returns the factor of the limits under the present load.
+/// Returns the factor of all limits under the present load: 1 unless the load has fallen.
 template <class T>
 double limit_share(const Patch& p) noexcept {
   const double stiff = sliders<T>(p).stiff_zeta;
   return stiff > p.zeta ? p.zeta / stiff : 1.0;
 }
-/// Returns the joules of a unit of weight x deflection squared (scaled), times two: k z dz in joules.
+/// Returns twice the energy of a unit of weight x squared scaled deflection, J: the factor of k z dz.
 template <class T>
 double joules_per_square(const Sliders<T>& r) noexcept {
   const CompiledMaterial& m = *r.material;
   return m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * m.metres_per_length;
 }
 
-/// Returns the present deflection of bristle i, scaled.
+/// Returns the present deflection of bristle i along an axis, scaled.
 template <class T>
 double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -86,14 +86,14 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   return static_cast<double>(z[i]) +
          to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
 }
-/// Returns the centre of the limits of bristle i, scaled: its place lies before the root, along a lay that
-/// leans.
+/// Returns the centre of the limits of bristle i, scaled: the distance by which it lies before the root,
+/// along a lay that leans (is asymmetric).
 template <class T>
 double centre_of(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
 }
-/// Calls `change(i, z)` for every bristle in use, with its deflection, which it may change; then stores
+/// Calls `change(i, z)` with the deflection of every bristle in use, which it may change. Then stores
 /// deflections relative to the patch's present position.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
@@ -115,7 +115,8 @@ void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std
                  Totals& totals) noexcept;
 template <class T>
 void finish_sliders(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
-/// Merges the n strata into `detail` of them, or splits them; sums of deflections stay.
+/// Merges the strata into fewer, or splits them into more, until `detail` are in use; sums of deflections
+/// stay.
 template <class T>
 Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept;
 template <class T>

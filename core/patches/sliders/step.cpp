@@ -1,4 +1,4 @@
-// Step, load and change of material for bristles that slide.
+// Steps a patch of bristles that slide, and changes its load and material.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns a last-slid time for a bristle that holds from now on: so early that a step which begins now does
-/// not take it for one that slid in the step before.
+/// Returns the time of the last slide for a bristle that holds from now on: so early that a step that begins
+/// now does not take it for one that slid in the step before.
 double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
 
 template <class T>
@@ -28,7 +28,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// Returns the limit of bristle i, grown by ageing since it last slid.
+/// Returns the limit of bristle i under the present load, grown by ageing since it last slid.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -39,7 +39,8 @@ double limit_now(const Patch& p, std::uint32_t i) noexcept {
   return limit * p.material().material.ageing_factor(now - r.since[i]);
 }
 
-/// Reduces deflections to limits that have fallen; the bristles concerned slide without motion of the patch.
+/// Reduces deflections that exceed limits which have fallen: these bristles slide without motion of the
+/// patch.
 template <class T>
 void take_back(Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -54,7 +55,7 @@ void take_back(Patch& p) noexcept {
   });
 }
 
-/// Sets the stiffness to that of `zeta` bristles without changing any force.
+/// Sets the stiffness of the patch to that of `zeta` bristles without changing any force.
 template <class T>
 void change_stiffness(Patch& p, double zeta) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -65,7 +66,7 @@ void change_stiffness(Patch& p, double zeta) noexcept {
   r.stiff_zeta = zeta;
 }
 
-/// Moves the centre of the limits of a lay that leans after the load changed by `gain` bristles.
+/// Moves the centre of the limits (under a lay that leans) after the load has changed by `gain` bristles.
 template <class T>
 void move_centre(Patch& p, double gain) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -74,8 +75,9 @@ void move_centre(Patch& p, double gain) noexcept {
   rewrite_all<T>(p, [&](std::uint32_t i, double(&z)[2]) { z[0] -= share * static_cast<double>(r.limit[i]); });
 }
 
-/// Softens bristles that are stiffer than their load, as after its fall: energy that sliding frees stretches
-/// them at unchanged forces, until their stiffness is that of the load. Returns the energy that this took, J.
+/// Softens a patch that is stiffer than its load, as after a fall of the load: energy that sliding frees
+/// stretches its bristles at unchanged forces, until the stiffness is that of the load. Returns the energy
+/// that this took, J.
 template <class T>
 double soften(Patch& p, double dissipated) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -83,7 +85,7 @@ double soften(Patch& p, double dissipated) noexcept {
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
   const double wanted = stored / (stored + r.lay.least_loss() * dissipated);
-  // Snaps a stiffness within rounding of the load's own to it, which ends the softening.
+  // Takes a stiffness within rounding of that of the load for equal, which ends the softening.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
   note_sliders<T>(p);
@@ -138,7 +140,7 @@ void note_sliders(Patch& p) noexcept {
   p.newtons_per_unit = m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * length_per_fixed;
   note_contact(p);
   p.stiffness = r.stiff_zeta * m.material.bristle_stiffness * r.lay.stiffest;
-  p.renews = r.stiff_zeta > p.zeta;  // any step, and so any trial, makes it softer
+  p.renews = r.stiff_zeta > p.zeta;  // a step, even a trial, makes a stiff patch softer
 }
 
 template <class T>
@@ -201,7 +203,7 @@ template <class T>
 void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy from what is dissipated
+  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy that would be dissipated
   const int wanted =
       (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
   const auto kernel =
@@ -219,7 +221,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
     if (!a.commit) return;
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) reach = std::min(reach, r.blocks[b].reach);
-    // Kernel and bound each round a position to float.
+    // Shortens the bound, since the kernel and the bound each round a position to float.
     p.bound = {{p.position[0], p.position[1]}, std::max(reach * (1.0 - 1e-6), 0.0)};
     return;
   }
@@ -240,7 +242,8 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
   if (r.stiff_zeta > p.zeta) {
     const double unit = p.newtons_per_unit;
     sums.dissipated -= soften<T>(p, sums.dissipated);
-    // Converts the sums to the new unit of force, with the end force that the next step at rest returns.
+    // Converts the sums to the new unit of force; the end force is the one that the next step at rest
+    // returns.
     for (int axis = 0; axis < p.axes; ++axis) {
       sums.end[axis] = static_cast<double>(p.part_sum[axis]);
       sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);
@@ -262,8 +265,8 @@ Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // Works from the last stratum on, in place: each stratum takes the share of its group's deflection that its
-  // limit has.
+  // Works in place from the last stratum on: each stratum takes, of its group's deflection, the share that
+  // its limit has.
   const std::uint32_t n = r.bristles, old = r.detail;
   rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
   for (std::uint32_t j = old; j-- > 0;) {
@@ -320,11 +323,12 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   r.detail = old.detail;
   fill_strata<T>(r);
   const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the
-                                                                                             // length units,
-                                                                                             // a power of two
+                                                                                             // two units of
+                                                                                             // length, a
+                                                                                             // power of two
   const double now = time_of(to);
   for (std::uint32_t i = 0; i < r.rows(); ++i) {
-    // The centre is a share of the limit, which differs between the two materials.
+    // Moves the centre of the limits: it is a share of the limit, which differs between the two materials.
     const double centre = r.lay.lean * limit_share<T>(from) * static_cast<double>(r.limit[i]);
     r.zx[i] = static_cast<T>((deflection<T>(from, i, 0) + centre_of<T>(from, i)) * ratio - centre);
     if (r.zy != nullptr) r.zy[i] = static_cast<T>(deflection<T>(from, i, 1) * ratio);
@@ -340,7 +344,7 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
-  // Strata of another law have other weights at the same deflections.
+  // Drops strata's sums of another law, in which equal deflections have other weights.
   if (has(to.outputs, Outputs::energy))
     to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);

@@ -40,8 +40,8 @@ double monotonic_seconds() noexcept {
   return static_cast<double>(count.QuadPart) / static_cast<double>(rate.QuadPart);
 }
 
-/// Returns the processor's cycle counter, by which Windows counts a thread's time, converted to seconds by
-/// the clock since the first call.
+/// Returns the CPU time of the calling thread, s: Windows counts its processor cycles, which the clock and
+/// the cycle counter since the first call convert to seconds.
 double thread_seconds() noexcept {
   struct Start {
     double time = monotonic_seconds();
