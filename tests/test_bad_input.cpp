@@ -179,7 +179,7 @@ TEST_CASE("An id that was never given, was removed, or is none is flagged as unk
   motions.insert(motions.begin() + 3, strange);
   strange.id = PatchId{0xdeadbeefdeadbeefu};
   motions.push_back(strange);
-  strange.id = PatchId{~std::uint64_t{0}};
+  strange.id = PatchId{~std::uint64_t{1}};
   motions.push_back(strange);
   const std::vector<Response> got = bad.step(tick, motions);
   const std::vector<Response> expected = twin.step(tick, twin.good());

@@ -80,9 +80,10 @@ def _fit_html(self):
 
 def _fit_to_pandas(self):
     """The parameters as a pandas.DataFrame in SI units: value, low, high, determined, why."""
+    rows = _fit_rows(self)
     import pandas
 
-    return pandas.DataFrame(_fit_rows(self), columns=_FIT_COLUMNS).set_index("parameter")
+    return pandas.DataFrame(rows, columns=_FIT_COLUMNS).set_index("parameter")
 
 
 def _run_html(self):
@@ -96,23 +97,23 @@ def _run_html(self):
 
 def _run_to_pandas(self):
     """A row a step: t (s); of each patch <name>.fx, .fy (N, on the body), .dx, .dy (m, over the step), .load (N)."""
-    import pandas
-
     columns = {"t": self.t}
     for name, forces in self.forces.items():
         motions = self.motions[name]
         columns[f"{name}.fx"], columns[f"{name}.fy"] = forces[:, 0], forces[:, 1]
         columns[f"{name}.dx"], columns[f"{name}.dy"] = motions["displacement"][:, 0], motions["displacement"][:, 1]
         columns[f"{name}.load"] = motions["normal_load"]
+    import pandas
+
     return pandas.DataFrame(columns)
 
 
 def _run_to_xarray(self):
     """An xarray.Dataset: force (N, on the body) and displacement (m, over the step) by patch, t and axis; load (N)."""
+    names = list(self.forces)
     import numpy
     import xarray
 
-    names = list(self.forces)
     axes = ("patch", "t", "axis")
     of = [self.motions[name] for name in names]
     return xarray.Dataset(
