@@ -36,7 +36,7 @@ class Springs {
   double sum_ = 0.0;
 };
 
-/// Returns lognormal limits of equal probability.
+/// Returns the limits of `count` springs: quantiles of a lognormal law, each for an equal share of it.
 inline std::vector<double> sliding_limits(std::size_t count, double mean, double spread) {
   const auto quantile = lognormal_quantile(mean, spread);
   std::vector<double> all;

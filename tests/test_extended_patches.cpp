@@ -230,8 +230,8 @@ TEST_CASE("Bristles that stick resist a turn with K R^2/2, under Hertz's pressur
   for (Population population : {Population::infinite, Population::representatives}) {
     for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
       INFO((pressure == Pressure::hertz ? "Hertz, " : "uniform, ") << static_cast<int>(population));
-      // One representative per newton: 1000 of them are shared among the cells by whole numbers, so the load
-      // must bring the right share of them into contact.
+      // The cells share the representatives by whole numbers, so the load must bring the right share of them
+      // into contact.
       Pad pad(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
               contact_of(population, 100000), Outline::disc(radius, pressure, 2), load_n);
       const double stiffness = load_n;  // N/m

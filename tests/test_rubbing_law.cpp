@@ -145,7 +145,7 @@ TEST_CASE("Shared renewal in closed form: exponential and single lengths", "[rub
     for (double residual : {0.0, 0.4, 30.0}) {
       INFO("kappa " << kappa << ", l_r " << residual);
       // With d a snap length in means, the equation E[exp(-lambda d)] = 1 / (1 + kappa) has the solution
-      // lambda = kappa. Deflections beyond the residual have the density exp(-(1 + kappa) r).
+      // lambda = kappa. Deflections beyond the residual have a density in proportion to exp(-(1 + kappa) r).
       const Material memoryless = rubbed(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
       CHECK(memoryless.snap_rate() * 2e-3 == Approx(1.0).epsilon(1e-9));
       CHECK(memoryless.kinetic_coefficient() == Approx(residual + 1.0 / (1.0 + kappa)).epsilon(1e-9));

@@ -107,7 +107,7 @@ TEST_CASE("Random steps follow the brute-force patch bristle by bristle with kee
       std::uniform_real_distribution<double> flat(-1.0, 1.0);
       double travelled = 0.0;
       for (int step = 0; step < 300; ++step) {
-        // A scale of 0.01 to 10 mean lengths.
+        // Draws the largest displacement of this step along an axis: 0.01 to 10 mean snap lengths.
         const double scale = dbar * std::pow(10.0, 1.5 * flat(random) - 0.5);
         const double dx = scale * flat(random);
         const double dy = axes == 2 ? scale * flat(random) : 0.0;

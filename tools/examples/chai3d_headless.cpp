@@ -44,7 +44,7 @@ chai3d::cMesh* make_floor() {
 struct Outcome {
   double wall = 0.0;        // N, wall force at rest on the floor
   double held_first = 0.0;  // N, friction at the end of a pull of 4 um
-  double held_last = 0.0;   // N, friction two seconds later
+  double held_last = 0.0;   // N, friction after two seconds held still
   double lean = 0.0;        // friction over wall force while sliding
   double across = 0.0;      // N, force across the direction of sliding
   double lifted = 0.0;      // N, force on the point above the floor

@@ -6,7 +6,8 @@
 
 namespace cli {
 
-/// Pull on the block, averaged over a step in which the block moves by d: force_n - stiffness d.
+/// Pull on the block, averaged over a step in which the block moves by d: force_n - stiffness d, with force_n
+/// the mean pull on a block that stays.
 struct Pull {
   double force_n = 0.0;
   double stiffness = 0.0;  ///< N/m; for a spring whose other end moves by itself, half the spring's stiffness

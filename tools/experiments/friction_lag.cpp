@@ -35,8 +35,8 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
       static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {
     for (long k = 1; k <= steps; ++k) {
-      // Uses the mean force over the step: the step's speed is that of the swing at its middle, to second
-      // order in dt.
+      // Records the mean force of the step, which belongs to the swing's speed halfway through the step, to
+      // second order in dt.
       const double friction = -subject.step({at(k) - at(k - 1), 0.0}, dt, load).mean.x;
       if (cycle >= 0) force[static_cast<std::size_t>(k - 1)] += friction / static_cast<double>(cycles);
     }

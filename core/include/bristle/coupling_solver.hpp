@@ -291,7 +291,7 @@ class Effort {
   static constexpr int most_evaluations = 50;
   static constexpr double tolerance = 1e-10;        // tolerance of the residual, relative to the largest
                                                     // force in the equation
-  static constexpr double single_tolerance = 1e-7;  // tolerance for patches in single precision
+  static constexpr double single_tolerance = 1e-7;  // the same, for patches in single precision
   double force_scale_;
   int evaluations_ = 0;
 };

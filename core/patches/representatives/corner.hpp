@@ -2,7 +2,7 @@
 //
 // Along a gently bent path the law of |z| is that of a straight slide, to first order in the angle, and a
 // bristle bent by |z| took hold |z| - residual ago along the path. So every |z| stays, and each deflection
-// becomes the chord of the path back to where the bristle took hold. Plain arithmetic in rows of 16 lanes,
+// takes the direction of the chord back to where the bristle took hold. Plain arithmetic in rows of 16 lanes,
 // compiled once for all instruction sets.
 #pragma once
 
