@@ -14,7 +14,8 @@ constexpr void fill_variants(BedKernels& kernels) {
   // Joints have one kernel for steps with gradients: it computes every output, and derivatives by all
   // parameters.
   constexpr bool gradients = (variant & joint_gradients) != 0;
-  kernels.joint[variant] = &step_joints < JointEngine, gradients ? joint_variants - 1 : variant > ;
+  constexpr int computed = gradients ? joint_variants - 1 : variant;
+  kernels.joint[variant] = &step_joints<JointEngine, computed>;
   if constexpr (variant + 1 < bed_variants) fill_variants<variant + 1>(kernels);
 }
 

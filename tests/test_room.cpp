@@ -805,8 +805,10 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
           "[room][hand]") {
   LoopOptions options;
   options.settings = few_bristles();
-  options.settings.presliding_length = 4e-3;
   HapticLoop loop(options);
+  // The hand is planned for settings that were sent just before the tour.
+  options.settings.presliding_length = 4e-3;
+  loop.exchange().settings.write(options.settings);
   loop.exchange().acts.push(Act::tour);
   loop.advance(3);
   const auto at = [&](double t) -> const Snapshot& {

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "bristle/error.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/batch_impl.hpp"
@@ -194,7 +195,7 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
 bool BatchAccess::glides(const PatchBatch& batch, PatchId id) noexcept {
   const PatchBatch::Impl::Turn impl(*batch.impl_);
   const Patch* p = impl->pool.find(id);
-  return p != nullptr && p->bound.reach == glide_reach;
+  return p != nullptr && p->record->endless && cohorts(*p).glide.on != 0;
 }
 
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {

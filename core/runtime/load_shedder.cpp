@@ -275,7 +275,7 @@ LoadShedder::LoadShedder(LoadShedder&&) noexcept = default;
 LoadShedder& LoadShedder::operator=(LoadShedder&&) noexcept = default;
 
 void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles) {
-  if (!patch) throw Error("LoadShedder: patch id 0 names no patch");
+  if (!patch) throw Error("LoadShedder: ids 0 and no_capacity() name no patch");
   if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
   Impl& impl = *impl_;
   impl.erase(patch);                              // erases even the entry of a removed patch whose slot this

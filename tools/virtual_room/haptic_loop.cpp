@@ -536,15 +536,16 @@ struct HapticLoop::Impl {
     if (order_waits()) return;
     clear_up();
     if (order_waits()) return;
-    if (waiting != Act::none || requests.pop(waiting)) {
+    if (waiting == Act::none && exchange.settings.refresh()) {
+      // Before acts, which may be meant for these settings.
+      give(parameters_order(exchange.settings.latest(), false));
+    } else if (waiting != Act::none || requests.pop(waiting)) {
       // Closes a recording of the hand before any act that restarts the time, which would spoil the file. A
       // recording of forces alone continues.
       const bool spoils =
           waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
       const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
       serve(spoils ? Act::stop_recording : act);
-    } else if (exchange.settings.refresh()) {
-      give(parameters_order(exchange.settings.latest(), false));
     } else if (!changes.empty() && simulated.load(std::memory_order_acquire) >= changes.front().t) {
       give(parameters_order(changes.front().settings, false));
       changes.pop_front();

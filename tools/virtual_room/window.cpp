@@ -286,7 +286,10 @@ class RoomWindow {
   }
 
   void obey(const Wishes& wishes) {
-    if (wishes.settings) send_settings();
+    if (wishes.settings) {
+      touring_ = false;  // whose settings would replace these
+      send_settings();
+    }
     if (wishes.act != Act::none) act(wishes.act);
     if (wishes.screenshot) screenshot_ = true;
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;

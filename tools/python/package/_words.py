@@ -115,11 +115,12 @@ def _run_to_xarray(self):
     import xarray
 
     axes = ("patch", "t", "axis")
+    shape = (len(names), len(self.t), 2)  # also where no patch is recorded
     of = [self.motions[name] for name in names]
     return xarray.Dataset(
-        {"force": (axes, numpy.array([self.forces[name] for name in names]), {"units": "N"}),
-         "displacement": (axes, numpy.array([motions["displacement"] for motions in of]), {"units": "m"}),
-         "load": (axes[:2], numpy.array([motions["normal_load"] for motions in of]), {"units": "N"})},
+        {"force": (axes, numpy.reshape([self.forces[name] for name in names], shape), {"units": "N"}),
+         "displacement": (axes, numpy.reshape([motions["displacement"] for motions in of], shape), {"units": "m"}),
+         "load": (axes[:2], numpy.reshape([motions["normal_load"] for motions in of], shape[:2]), {"units": "N"})},
         {"patch": names, "t": ("t", self.t, {"units": "s"}), "axis": ["x", "y"]})
 
 
