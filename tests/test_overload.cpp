@@ -675,10 +675,6 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       motions[0].normal_load = bristles;
       std::vector<Response> responses(ids.size());
       for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // until all brushes glide
-      // A restored glide is a glide.
-      std::vector<std::byte> state(batch.state_size());
-      REQUIRE(batch.save_state(state) == state.size());
-      batch.restore_state(state);
       int late = 0, late_at_last = 0;
       for (int k = 0; k < steps; ++k) {
         if (foresees) shedder.before_step(batch, motions);

@@ -806,10 +806,11 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
   LoopOptions options;
   options.settings = few_bristles();
   HapticLoop loop(options);
-  // The hand is planned for settings that were sent just before the tour.
+  // The hand is planned for the settings sent with the tour, also where both wait at once.
   options.settings.presliding_length = 4e-3;
-  loop.exchange().settings.write(options.settings);
   loop.exchange().acts.push(Act::tour);
+  loop.advance(1);
+  loop.exchange().settings.write(options.settings);
   loop.advance(3);
   const auto at = [&](double t) -> const Snapshot& {
     while (now_of(loop).time < t) loop.advance(1);
