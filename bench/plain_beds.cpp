@@ -1,4 +1,5 @@
-// Implements the plain beds. Compiled as plain_loops.cpp, so it uses no standard containers.
+// Implements the plain beds. Uses no standard containers, because it is compiled with flags for this machine
+// alone, as plain_loops.cpp is.
 #include "plain_beds.hpp"
 
 #include <cmath>

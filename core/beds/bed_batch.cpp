@@ -22,7 +22,7 @@ namespace {
 constexpr int most_tasks = 256;
 constexpr int fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
-/// Cost of stepping a bed beside its bristles, as a number of bristles.
+/// Cost of stepping a bed in addition to that of its bristles, as a number of bristles.
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3244454220425242u;
 
@@ -47,7 +47,8 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the saved columns of each block of 16 bristles: those before the constants.
+/// Calls `visit` with the columns of each block of 16 bristles that are saved, which stand before the columns
+/// of constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;

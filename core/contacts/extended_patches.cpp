@@ -87,8 +87,8 @@ struct ExtendedPatch {
   Outputs outputs = Outputs::end;
   Pose pose;
   Stiffnesses common;           ///< stiffness and limits of the last step
-  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for, so
-                                ///< that steps may be light
+  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for:
+                                ///< a condition of is_light()
   // Data of the step under way:
   Course course;
   bool light = false;  ///< result of is_light() for the step under way
@@ -495,7 +495,7 @@ struct ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// Scope of a call of the stepping side.
+  /// Holds the turn to step (BatchAccess::Turn) and the outlines' data for a call of the stepping side.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
     const BatchAccess::Turn turn;
@@ -508,7 +508,7 @@ struct ExtendedPatches::Impl {
   std::vector<Record> records;  ///< records of the outlines of all slots
   std::size_t cells = 0;        ///< number of cells of all patches, as the adding side counts them
   std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
-  std::size_t places = 0;       ///< number of patches that those arrays can hold
+  std::size_t places = 0;       ///< number of extended patches that the stepping side's arrays can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
@@ -707,7 +707,7 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
-  // Clears the rest of a longer buffer, so that no motion of an earlier step is repeated.
+  // Clears the rest of a buffer with more entries than cells, so that no motion of an earlier step remains.
   for (std::size_t k = at; k < cells.size(); ++k) cells[k] = Motion{};
   return at;
 }

@@ -128,8 +128,8 @@ struct JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
-    // Sets unused lanes behind the last joint to 0 rad: they are never at their first step, so a block of few
-    // joints is as fast as a full one.
+    // Gives unused lanes behind the last joint an angle, 0 rad, so that they never take the slower path of
+    // joints at their first step.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
@@ -390,7 +390,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         double x = 0.0;
         read(x);
         if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // bounds the distance of a tip, since no limit divided by a
+          good = good && is_within(x, 1e24);  // bounds the distance of a tip, rad: no limit over a
                                               // stiffness is longer
         else if (c < layout.gradients)
           good = good && (x == 0.0 || x == 1.0);

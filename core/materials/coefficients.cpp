@@ -78,7 +78,7 @@ struct Family {
   /// the spread of the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
-      return 0.6;  // wider laws take longer to solve
+      return 0.6;  // a narrower law suffices, and is solved faster
     if (law != SnapLaw::uniform) return widest_allowed();
     if (of_paper()) return rule == SnapRule::redraw ? widest_falling_uniform : widest_allowed();
     return search_uniform(wanted);

@@ -49,7 +49,8 @@ class Slide {
     std::vector<double> born(mass_.size(), 0.0);
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
-      const std::size_t reached = std::min(steps_, mass.size() - 1);  // cells beyond `reached` are empty
+      // Last cell of deflection that bristles can have reached.
+      const std::size_t reached = std::min(steps_, mass.size() - 1);
       for (std::size_t k = reached + 1; k-- > 0;) {
         double lost = k + 1 == mass.size() ? mass[k] : 0.0;
         if (k + 1 < mass.size()) {

@@ -10,9 +10,10 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double negligible_share = 0x1p-47;  // share of the bristles below half a unit of mass
+/// Share of all bristles that is half a unit of mass, which rounds to none.
+constexpr double negligible_share = 0x1p-47;
 
-constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; below unused_reach
+constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; less than unused_reach
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 

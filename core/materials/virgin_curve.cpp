@@ -76,7 +76,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     const double rest = x - whole_part(x / a) * a;
     return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
   }
-  // The first k0 terms M1(x/k) of the sum equal the whole mean, and terms above k1 are zero.
+  // Splits the sum over k of M1(x/k): up to k0 the terms equal the mean of delta, above k1 they are zero.
   const double k0 = whole_part(x / b);
   const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
   double inverse_squares, atoms_below = 0.0;
@@ -128,7 +128,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   const double kappa = last + 0.5;
   const double share = 1.0 - unit.survival(x / kappa);
   const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
-  // First and third differences about kappa stand for the derivatives of the corrections.
+  // Replaces the derivatives in the corrections by the first and third differences about k = kappa.
   const double next = unit.partial_moment(1, x / (last + 1.0)),
                after = unit.partial_moment(1, x / (last + 2.0));
   const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
@@ -273,7 +273,7 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   kernel.begin = n + 1;
   for (std::size_t j = 0; j < n; ++j) {
     const double cell = law.mass[j + 1] - law.mass[j];
-    if (!(cell > 1e-30)) continue;  // skips an empty cell, too small to divide by
+    if (!(cell > 1e-30)) continue;  // skips a cell of too little probability to divide by
     const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
     const double far = cell * std::min(std::max(share, 0.0), 1.0);
     kernel.far[j] = far * damped(j + 1);
@@ -446,7 +446,8 @@ double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
     return -detail::expm1(-x);  // z = min(age, x), and the age is exponential, as the law has no memory
-  // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), here to 3e-9, unless its tail is heavy.
+  // Takes the steady value after a long path: under a law without atoms or heavy tail, the swings of the
+  // force about it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
@@ -549,11 +550,11 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       consider(b);
     }
   } else {
-    // Searches one hump, a few deviations below the mean.
+    // Searches the peak in the one hump of the curve, from ten standard deviations below the mean on.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
-    for (int i = 0; i < 64; ++i) {  // finds the place roughly, coming from longer paths
+    for (int i = 0; i < 64; ++i) {  // finds the shortest path near the peak, to within 1/64
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -575,7 +576,8 @@ double keep_peak(const SnapLength& law) {
     const double a = law.first_parameter() / law.mean();
     for (int i = 0; i <= 400; ++i) points.push_back(a + (3.0 - a) * i / 400.0);
   } else {
-    // The wider a lognormal law, the farther its peak, which is ever lower: 115 mean lengths at cv = 3.
+    // Searches farther under wider laws: the peak of a lognormal law comes later the wider the law is, at 115
+    // mean lengths for cv = 3.
     const double end = law.cv() < 0.65 ? 2.5 : law.cv() < 1.1 ? 8.0 : 500.0;
     for (double x = 0.4; x < end; x *= 1.06) points.push_back(x);
     iterations = smooth_iterations;
@@ -610,7 +612,7 @@ double redraw_peak(const SnapLength& law) {
     const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
     return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
   };
-  // Two mean lengths suffice for all laws but tables: their only or highest hump lies within.
+  // Searches the first two mean lengths, where all laws but tables have their only or highest hump.
   double peak = peak_up_to(2.0);
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
@@ -640,7 +642,8 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// The snaps of bristles that keep their lengths: a law in cells of equal density, to be read at any length.
+/// Sums over the snaps of bristles that keep their lengths. Holds the law of the lengths in cells, within
+/// which its density is taken as uniform.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -694,17 +697,18 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Number of terms beyond which their integral over k replaces them, taken over the length u = x / k.
+    // Number of terms that are summed one by one; beyond it an integral over the length u = x / k replaces
+    // the sum over k.
     constexpr double direct = 100.0;
     Snaps snaps;
-    snaps.lost = x * few_;  // bristles too short to count are never bent
+    snaps.lost = x * few_;  // the shortest bristles, which are not counted, add no deflection
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // Finds the first moment of the cell's part below the length: that of equal density, corrected to the
-      // cell's mean length.
+      // Finds M1(x / k): in the last cell, the first moment of a uniform density, corrected so that the whole
+      // cell has the mean length of the law.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;

@@ -101,7 +101,7 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // no longer run met the deadline: the machine is too noisy
+    row_.unconfirmed = true;  // none of the longer runs met the deadline: other work disturbs the machine
   }
 
   const CapacityOptions& options_;

@@ -117,7 +117,7 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   return ImGui::Begin(name, nullptr, flags);
 }
 
-// Draws a heading that folds the controls below it; returns whether they are folded, as at the start.
+// Draws a heading that folds the controls below it, at first folded. Returns whether they are folded.
 bool folded(const Panel& panel, const char* label) {
   ImGui::Dummy(ImVec2(0, 3 * panel.scale));
   return !ImGui::CollapsingHeader(label);
@@ -622,7 +622,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  // Shows a longer time span in the scene of rests, so that the whole scene is visible.
+  // Shows a longer time span in the scene that compares rests (rest.toml), so that all of it is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);

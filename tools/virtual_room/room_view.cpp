@@ -47,7 +47,8 @@ void RoomView::set_scale(float scale) {
   ImGui_ImplOpenGL3_DestroyFontsTexture();
 }
 
-// Moves the glass to the other side when the block comes under it, unless that side is no better.
+// Moves the magnifying glass to the other side of the picture when the block comes under it, unless that side
+// is no better.
 void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int height) {
   const Eigen::Vector3f block = to_vector(room.block_position);
   if (!block.allFinite()) return;
@@ -61,13 +62,14 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
-    // Lower edge of the glass and of the text below it.
+    // Lower edge of the text below the magnifying glass, px.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
-  // Moves the glass back to the right once there is ample room.
+  // Leaves the magnifying glass where it is, unless it stands at the left and there is ample room at the
+  // right.
   if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 2.0f)))
     return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);

@@ -127,7 +127,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
-    // Share of the new curvature that has reached the force, 1 - exp(-x), x the path in lags; approximated.
+    // Share of a change of curvature that the force has followed after the path x, in units of its lag: an
+    // approximation of 1 - exp(-x).
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;

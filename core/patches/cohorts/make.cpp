@@ -11,8 +11,8 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
-constexpr double longest_solved = 20.0;  ///< mean lengths of path; RenewalLaw::forget is solved for over
-                                         ///< twice this path
+constexpr double longest_solved = 20.0;  ///< longest RenewalLaw::forget that is used, mean snap lengths; it
+                                         ///< is searched for up to twice as far
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
@@ -186,7 +186,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Path by which bristles unbend after a reversal, before they snap: twice the residual.
+  // Path by which bristles unbend after a reversal before they snap the other way: twice the residual.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Moves merged cohorts apart to pairs of Gauss points only if S has no corners between them (1.33 is the

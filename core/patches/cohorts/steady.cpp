@@ -17,15 +17,15 @@ double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    const double even = 1.0 / growth;  // number of pieces before they grow
+    const double even = 1.0 / growth;  // number of pieces of the first length, before they grow with distance
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
   return growth;
 }
 
 struct Node {
-  double age;    ///< share of the bristles, relative to the sum over all nodes
-  double share;  ///< share of the bristles, before division by the sum of all
+  double age;    ///< path of the patch since these bristles were straight, scaled
+  double share;  ///< share of the bristles, relative to the sum over all nodes
   double reach;  ///< R of the bristles: `age` over g, the growth at that age
   Survival at;   ///< S, M1 and M2 of the law at `reach`
 };

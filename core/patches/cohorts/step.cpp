@@ -99,7 +99,8 @@ double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState&
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
                  const double* rows) noexcept {
   Slide slide;
-  // A patch that fluctuates keeps run = 0, so it always follows its pieces.
+  // Finds the length of the slide (run). It stays 0 for a patch that fluctuates, whose whole path is thus
+  // computed piece by piece.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
@@ -265,7 +266,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, although the bound could not tell
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, which the bound could not promise
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;

@@ -112,7 +112,7 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Asks for double precision also if an old bristle may be too strong to snap in the step.
+  // Asks for double precision also if an old bristle, whose snap length has grown, may not snap in the step.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
