@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <vector>
 
-// begin
 #include <bristle/bristle.hpp>
 #include <bristle/coupling.hpp>
 
@@ -23,6 +22,7 @@ std::vector<EngineContact> find_contacts(double along) {
           {-half, -half, weight - shift}};
 }
 
+// begin
 struct Engine {
   bristle::PatchBatch batch;
   bristle::ContactMatcher matcher{bristle::MatcherOptions{}.with_capacity(64).with_reach(0.01)};
