@@ -54,7 +54,7 @@ struct LoadShedder::Impl {
     PatchId id;
     int priority = 0;
     std::uint32_t least_bristles = 1;
-    // --- numbers from the last survey of the motions
+    // Filled by each survey of the motions of a step:
     std::uint32_t least = 1;
     std::uint64_t survey = 0;
     double active = 0.0;  ///< bristles or cohorts that a step of the patch may visit; 0 if the patch does not

@@ -265,8 +265,8 @@ Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // Works in place from the last stratum on: each stratum takes, of its group's deflection, the share that
-  // its limit has.
+  // Spreads the deflection of each stratum in use over the first strata that it stood for, in proportion to
+  // their limits. Goes from the last one to the first, so that none is overwritten before it is read.
   const std::uint32_t n = r.bristles, old = r.detail;
   rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
   for (std::uint32_t j = old; j-- > 0;) {
