@@ -1,5 +1,6 @@
 // Steps one bed: load and size, rolling in pieces, conversion of units.
 #include <algorithm>
+#include <cmath>
 
 #include "core/beds/bed.hpp"
 #include "core/materials/elementary.hpp"
@@ -31,7 +32,7 @@ constexpr double cut_lengths = 1.5;
 /// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
 constexpr double highest_load = 1e15, most_moved = 1e5, most_spin = 3.2;
 
-bool within(double x, double most) noexcept { return x >= -most && x <= most; }
+bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
 /// Returns the cube root of a number from 0 to 1, with a relative error of 7e-15: two of Halley's steps from
 /// a third of the exponent.
@@ -212,9 +213,9 @@ void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   kernels.rebase(places, bed.columns.get());
 }
 
-bool any_above(const double (&values)[4], double limit) noexcept {
-  return magnitude(values[0]) > limit || magnitude(values[1]) > limit || magnitude(values[2]) > limit ||
-         magnitude(values[3]) > limit;
+double largest_of(const double (&values)[4]) noexcept {
+  return std::max(std::max(std::abs(values[0]), std::abs(values[1])),
+                  std::max(std::abs(values[2]), std::abs(values[3])));
 }
 
 void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums& sums) noexcept {
@@ -225,8 +226,9 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
     sums = BedSums{};
     return;
   }
-  const bool goes_far = any_above(piece.motion, farthest_root);
-  if (goes_far || any_above(s.root, farthest_root)) rebase(bed, kernels);
+  const double most_motion = largest_of(piece.motion);
+  const bool goes_far = most_motion > farthest_root;
+  if (goes_far || largest_of(s.root) > farthest_root) rebase(bed, kernels);
   if (goes_far && !piece.carried)
     for (std::uint32_t i = 0; i < bed.count; ++i) bed.at(bed_kept, i) = bed.at(bed_moved, i) = 1.0f;
   BedStep step{};
@@ -234,14 +236,12 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
-  step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
+  step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
   // Shortens a long motion if only its end counts: the end is equal, and single precision can hold its
   // square.
   double share = 1.0;
   const double longest = longest_under(bed, s);
-  if (!bed.all_outputs && any_above(piece.motion, longest))
-    share = longest / std::max({magnitude(piece.motion[0]), magnitude(piece.motion[1]),
-                                magnitude(piece.motion[2]), magnitude(piece.motion[3])});
+  if (!bed.all_outputs && most_motion > longest) share = longest / most_motion;
   step.rolled = goes_far || piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
   step.torque = bed.resists_spin;
   for (int k = 0; k < 4; ++k) {
@@ -250,7 +250,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
     step.motion[k] = static_cast<float>(motion);
     if (!step.rolled) s.root[k] += motion;
   }
-  for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
+  for (int k = 0; k < 2 && piece.carried; ++k)
+    step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried || goes_far ? bed_carried : 0u) |
@@ -266,7 +267,7 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   BedState& s = bed.state;
   const double distance = piece.rolled[0] * s.along[0] + piece.rolled[1] * s.along[1];
   const double before[3] = {s.force[0], s.force[1], s.torque};
-  if (any_above(s.root, 0.0)) rebase(bed, kernels);
+  if (largest_of(s.root) > 0.0) rebase(bed, kernels);
   s.pressure_sum = place(bed, kernels, distance, turned);
   s.rolled_last = true;
   s.limit_of_pressure = limit_under(bed, s);
