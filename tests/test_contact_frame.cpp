@@ -447,3 +447,25 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   CHECK(fourth.id == bristle::PatchId::no_capacity());
   frames.carry(fourth, Vector3d::UnitX());
 }
+
+TEST_CASE("The frame of a new contact is made anew, also if its patch was asked for before",
+          "[frame][keys]") {
+  bristle::PatchBatch batch;
+  bristle::KeyedPatches pool(batch, bristle::Material{}, plain_options(20),
+                             bristle::KeyedOptions{}.with_capacity(1));
+  std::vector<std::byte> state(batch.state_size()), keys(pool.state_size());
+  CHECK(pool.find_or_add_contact(1).is_new);
+  pool.remove(1);
+  pool.find_or_add(2);
+  batch.save_state({state.data(), state.size()});
+  pool.save_state({keys.data(), keys.size()});
+  for (int pass = 0; pass < 2; ++pass) {  // again from the saved state
+    pool.find_or_add(2);
+    CHECK(pool.find_or_add_contact(2).is_new);
+    CHECK_FALSE(pool.find_or_add_contact(2).is_new);
+    pool.end_step();
+    CHECK_FALSE(pool.find_or_add_contact(2).is_new);
+    batch.restore_state({state.data(), state.size()});
+    pool.restore_state({keys.data(), keys.size()});
+  }
+}

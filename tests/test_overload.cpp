@@ -649,6 +649,73 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
   CHECK(loop.pieces() == 4);
 }
 
+namespace {
+
+/// Brushes of 128 pieces and a shedder that knows the time of a visit: a nanosecond. Its budget is `visits`
+/// and the fixed cost of each brush, which it counts as 280 visits.
+struct FineBrushes {
+  FineBrushes(int count, double visits)
+      : shedder(LoadShedderOptions{}.with_budget(1e-9 * (280.0 * count + visits) / 0.9).with_rate(1e-9)) {
+    PatchOptions options = plain_options(0, 1);
+    options.with_population(bristle::Population::infinite).with_resolution(128.0).with_max_normal_load(1.0);
+    for (int i = 0; i < count; ++i) {
+      ids.push_back(batch.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), options));
+      shedder.add(ids.back(), 0, 1);
+    }
+    motions = same_motion(ids, 3.0 * dbar, 0.0, 1.0);
+    responses.resize(ids.size());
+    // Slides until all brushes glide.
+    for (int k = 0; k < 20; ++k) report = batch.step(tick, motions, responses);
+    REQUIRE(report.bristles_visited == 0);
+  }
+  /// Takes a step under the shedder's eye, within the budget. Returns the changes of detail before it.
+  int step() {
+    const int changes = shedder.before_step(batch, motions);
+    report = batch.step(tick, motions, responses);
+    shedder.after_step(batch, motions, 1e-9 * 280.0 * static_cast<double>(ids.size()), report);
+    return changes;
+  }
+
+  PatchBatch batch;
+  LoadShedder shedder;
+  std::vector<PatchId> ids;
+  std::vector<Motion> motions;
+  std::vector<Response> responses;
+  StepReport report{};
+};
+
+}  // namespace
+
+TEST_CASE("A glide that was restored visits nothing, so its pieces are not shed", "[overload][shedder]") {
+  FineBrushes brushes(1, 100.0);
+  std::vector<std::byte> state(brushes.batch.state_size());
+  REQUIRE(brushes.batch.save_state(state) == state.size());
+  brushes.batch.restore_state(state);
+  CHECK(brushes.step() == 0);
+  CHECK(brushes.report.bristles_visited == 0);
+  // A turn back ends the glide: the brush visits more than the budget allows.
+  brushes.motions[0].displacement[0] *= -0.01;
+  brushes.step();
+  CHECK(brushes.report.bristles_visited > 100);
+  CHECK(brushes.step() == 1);
+}
+
+TEST_CASE("Visits of a glide that ends are not held against brushes that stick", "[overload][shedder]") {
+  // The first brush ends its glide and visits its cohorts, at most 256; the second one trembles in place and
+  // visits none. Two that visited as many would exceed the budget.
+  FineBrushes brushes(2, 270.0);
+  brushes.motions[1].displacement[0] = 0.0;
+  for (int k = 0; k < 7; ++k) {
+    CAPTURE(k);
+    const bool slides_back = k >= 4;
+    brushes.motions[0].displacement[0] = (slides_back ? -2.0 : 3.0) * dbar;
+    CHECK(brushes.step() == 0);
+    brushes.motions[1].displacement[0] = (k % 2 == 0 ? -1e-6 : 1e-6) * dbar;
+    if (k != 1)
+      CHECK((brushes.report.bristles_visited > 135) == slides_back);  // the glide of the second ends
+  }
+}
+
 TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it leaves",
           "[overload][shedder]") {
   // 50 brushes that glide (slide without visiting their pieces) take half the budget, and one patch of

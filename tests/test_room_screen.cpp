@@ -563,26 +563,51 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   draw(3.0, 0.05);
   CHECK(pace.now().period_s == Approx(1.0 / 15));
   draw(60.0, 0.05);  // nothing is left to reduce, so the rate stays
+  draw(30.0, 0.03);  // neither slow nor fast
+  draw(30.0, 0.005, 0.9);
   CHECK(pace.now().period_s == Approx(1.0 / 15));
-  draw(30.0, 0.005);
+  draw(3.0, 0.005);
+  CHECK(pace.now().period_s < 0.02);
+  CHECK(pace.now().half_resolution);
+  draw(20.0, 0.005);
   CHECK(pace.now().shadows);
   // If the simulation falls behind, shadows are left out as well, however fast the pictures are.
   draw(3.0, 0.005, 0.4);
   CHECK_FALSE(pace.now().shadows);
 
-  // Shadows that are too slow each time are tried ever more rarely: a handful of times in ten minutes.
+  // Four slow pictures at the start say nothing yet. Each level is judged by its own pictures.
+  pace = {};
+  draw(1.3, 0.4);
+  CHECK(pace.now().shadows);
+  pace = {};
+  draw(1.2, 0.12, 0.1);
+  draw(1.1, 0.038, 0.86);
+  CHECK_FALSE(pace.now().shadows);
+  CHECK_FALSE(pace.now().half_resolution);
+
+  // Shadows that were fast for long are tried again soon, as often as they become slow.
+  for (int k = 0; k < 5; ++k) {
+    draw(0.9, 0.12);
+    CHECK_FALSE(pace.now().shadows);
+    draw(20.0, 0.005);
+    CHECK(pace.now().shadows);
+  }
+
+  // Shadows that are too slow each time are tried ever more rarely: a handful of times in ten minutes, and
+  // from then on once in ten minutes.
   room::DrawingPace dear;
   int changes = 0;
   bool shadows = true;
-  for (t = 0.0; t < 600.0;) {
+  for (t = 0.0; t < 6600.0;) {
+    if (t < 600.0) CHECK(changes < 20);
     const double picture_s = dear.now().shadows ? 0.08 : 0.015;
     dear.take(t, picture_s, 1.0);
     t += std::max(picture_s, dear.now().period_s);
     changes += dear.now().shadows != shadows;
     shadows = dear.now().shadows;
   }
-  CHECK(changes > 3);
-  CHECK(changes < 20);
+  CHECK(changes > 30);
+  CHECK(changes < 40);
 }
 
 TEST_CASE("A block's trail begins where it stood and follows it; a scene that begins again has a new one",

@@ -27,6 +27,8 @@ constexpr std::uint32_t none = KeyTable::none;
 
 constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys", magic number of saved
                                                               // bytes
+/// Bit of a saved time that says that find_or_add_contact has not returned the contact.
+constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
@@ -68,6 +70,7 @@ struct KeyedPool {
     std::uint64_t key = 0;
     std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last seen
     std::uint32_t before = none, after = none;
+    bool told = false;  ///< whether find_or_add_contact has returned the contact
   };
 
   /// Makes a pool; `add` makes one patch or bed in the owner.
@@ -136,11 +139,13 @@ struct KeyedPool {
   /// ones.
   template <class Visit>
   void for_each_place(Visit&& visit) const {
-    for (std::uint32_t i = first; i != none; i = pool[i].after) visit(i, pool[i].key, pool[i].seen);
+    for (std::uint32_t i = first; i != none; i = pool[i].after)
+      visit(i, pool[i].key, pool[i].seen | (pool[i].told ? 0 : saved_untold));
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  KeyedContact find_or_add(std::uint64_t key) noexcept;
+  /// Finds the contact of a key. `tells`: whether the caller reads KeyedContact::is_new.
+  KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
   void clear() noexcept;
@@ -164,11 +169,10 @@ struct KeyedPool {
   std::uint64_t refused = 0;
 };
 
-KeyedContact KeyedPool::find_or_add(std::uint64_t key) noexcept {
+KeyedContact KeyedPool::find_or_add(std::uint64_t key, bool tells) noexcept {
   const SteppingCall call(stepping_side);
   std::uint32_t i = key == no_contact_key ? none : table.find(key);
-  const bool is_new = i == none;
-  if (!is_new) {
+  if (i != none) {
     unlink(i);
   } else {
     if (free.empty() || key == no_contact_key) {
@@ -178,11 +182,14 @@ KeyedContact KeyedPool::find_or_add(std::uint64_t key) noexcept {
     i = free.back();
     free.pop_back();
     pool[i].key = key;
+    pool[i].told = false;
     table.insert(key, i);
     owner.reset(pool[i].id, seed_of(key), key);
   }
   append(i);
   pool[i].seen = step;
+  const bool is_new = !pool[i].told;
+  pool[i].told |= tells;
   return {{pool[i].id}, i, is_new};
 }
 
@@ -261,6 +268,8 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
     read(i);
     read(key);
     read(seen);
+    const bool told = (seen & saved_untold) == 0;
+    seen &= ~saved_untold;
     if (i >= places || named[i]) fail("names a patch that is not there, or twice");
     named[i] = 1;
     order.push_back(i);
@@ -272,6 +281,7 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
     its_table.insert(key, i);
     its_pool[i].key = key;
     its_pool[i].seen = last_seen = seen;
+    its_pool[i].told = told;
   }
   pool.swap(its_pool);
   table = std::move(its_table);
@@ -300,7 +310,9 @@ KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
 PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return impl_->find_or_add(key).id; }
-KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept { return impl_->find_or_add(key); }
+KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept {
+  return impl_->find_or_add(key, true);
+}
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedPatches::clear() noexcept { impl_->clear(); }

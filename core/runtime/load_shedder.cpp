@@ -137,8 +137,15 @@ struct LoadShedder::Impl {
   }
   double units() const noexcept { return fixed + of_bristles + looked_at * of_cohorts; }
 
-  /// Updates the share of the estimated cohorts that a step visits, from the number it visited.
-  void note_visits(std::uint64_t visits) noexcept {
+  /// Updates the share of the estimated cohorts that a step visits, from the number it visited. Counts
+  /// cohorts of a glide that ended in the step, and none of one that began.
+  void note_visits(const PatchBatch& batch, std::uint64_t visits) noexcept {
+    for (Entry& entry : entries) {
+      if (!is_here(entry) || !entry.infinite || BatchAccess::glides(batch, entry.id) == entry.glides)
+        continue;
+      of_cohorts += entry.glides ? entry.active : -entry.active;
+      entry.glides = !entry.glides;
+    }
     if (of_cohorts > 0.0) looked_at = std::min(static_cast<double>(visits) / of_cohorts, 1.0);
   }
 
@@ -314,7 +321,7 @@ int LoadShedder::before_step(PatchBatch& batch, Span<const Motion> in) noexcept 
 int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double step_time_s,
                             const StepReport& report) noexcept {
   Impl& impl = *impl_;
-  if (impl.surveyed == impl.steps) impl.note_visits(report.bristles_visited);
+  if (impl.surveyed == impl.steps) impl.note_visits(batch, report.bristles_visited);
   ++impl.steps;
   if (!(step_time_s > 0.0) || !std::isfinite(step_time_s)) return 0;
   const double budget = impl.options.budget_s;
@@ -326,7 +333,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
     // Sheds at most half in the first late step, which may be an accident.
     if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
     impl.survey(batch, in);
-    impl.note_visits(report.bristles_visited);
+    impl.note_visits(batch, report.bristles_visited);
     return impl.shed(batch, (1.0 - keep) * impl.units());
   }
   impl.late_in_row = 0;

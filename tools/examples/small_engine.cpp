@@ -292,9 +292,9 @@ bool throw_block(Friction kind) {
   const double should = speed * speed / (2.0 * mu * g) - half_step;
   const double left = thrown - world.energy() - (world.lost - lost) - mu * block.mass * g * half_step;
   std::printf("  thrown: slid %.4f of the way\n", way / should);
-  if (kind == Friction::coulomb) return std::abs(way / should - 1.0) < 2e-3;
+  if (kind == Friction::coulomb) return std::abs(way / should - 1.0) < 2e-4;
   std::printf("  energy that the books leave out: %.2g of the throw's\n", left / thrown);
-  return std::abs(way / should - 1.0) < 2e-3 && std::abs(left / thrown) < 2e-3;
+  return std::abs(way / should - 1.0) < 2e-4 && std::abs(left / thrown) < 1e-6;
 }
 
 }  // namespace

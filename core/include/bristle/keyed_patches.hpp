@@ -46,7 +46,8 @@ struct KeyedContact {
   PatchId id;               ///< id of the contact's patch, or PatchId::no_capacity() if there is none
   std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
                             ///< lasts; capacity if it has no patch
-  bool is_new = false;      ///< whether the key is new: data at `place` then belong to another contact
+  bool is_new = false;      ///< whether this is the first answer for a new key: data at `place` then belong
+                            ///< to another contact
 };
 
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
