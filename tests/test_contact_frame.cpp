@@ -12,7 +12,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_contact_frame {
+
 using bristle::ContactFrame;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -447,3 +448,5 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   CHECK(fourth.id == bristle::PatchId::no_capacity());
   frames.carry(fourth, Vector3d::UnitX());
 }
+
+}  // namespace bristle_test::test_contact_frame
