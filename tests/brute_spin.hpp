@@ -22,7 +22,7 @@ struct SpinDeflection {
   double torque = 0.0;
 };
 
-enum class BrutePressure { uniform, hertz };
+enum class BrutePressure { even, hertz };
 
 class BruteSpin {
  public:
@@ -34,8 +34,8 @@ class BruteSpin {
     const double golden = M_PI * (3.0 - std::sqrt(5.0));
     for (std::size_t i = 0; i < points; ++i) {
       const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(points);
-      const double r = pressure == BrutePressure::uniform ? std::sqrt(share)
-                                                          : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
+      const double r = pressure == BrutePressure::even ? std::sqrt(share)
+                                                       : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
       const double angle = golden * static_cast<double>(i);
       points_.push_back({radius * r * std::cos(angle), radius * r * std::sin(angle)});
       for (std::size_t k = 0; k < per_point_; ++k)
@@ -131,8 +131,8 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
   std::vector<double> torque(steps + 1, 0.0), alive(steps + 1), pull(steps + 1), born(steps + 1);
   for (int i = 0; i < rings; ++i) {
     const double share = (i + 0.5) / rings;
-    const double r = pressure == BrutePressure::uniform ? std::sqrt(share)
-                                                        : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
+    const double r = pressure == BrutePressure::even ? std::sqrt(share)
+                                                     : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
     for (std::size_t k = 0; k <= steps; ++k) {  // k: number of steps since a bristle was straight
       const double angle = step * static_cast<double>(k);
       const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of that
@@ -154,7 +154,7 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
       torque[k] += r * sum / rings;
     }
   }
-  const double mean_arm = pressure == BrutePressure::uniform ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
+  const double mean_arm = pressure == BrutePressure::even ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
   std::vector<double> result;
   for (const double turn : turns) {
     const double place = turn * steps_per_length;

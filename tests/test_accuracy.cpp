@@ -22,6 +22,8 @@
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/scene/scene.hpp"
 
+namespace test_accuracy {
+
 using bristle_test::with_random_lengths;
 using nlohmann::json;
 
@@ -565,3 +567,5 @@ TEST_CASE("A straight motion aside gives the same forces with one axis turned on
   // later.
   for (const cli::PatchError& e : cli::compare(b, a, 1, false)) CHECK(e.rms < 2e-3);
 }
+
+}  // namespace test_accuracy

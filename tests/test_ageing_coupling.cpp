@@ -14,7 +14,8 @@
 #include "rail_body.hpp"
 #endif
 
-using namespace bristle_test;
+namespace bristle_test::test_ageing_coupling {
+
 using bristle::Ageing;
 using bristle::Coefficients;
 using bristle::Population;
@@ -203,3 +204,5 @@ TEST_CASE("A contact that has held for long bears a push under which a younger o
 }
 
 #endif
+
+}  // namespace bristle_test::test_ageing_coupling

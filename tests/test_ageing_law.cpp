@@ -16,6 +16,8 @@
 
 #include <bristle/material.hpp>
 
+namespace test_ageing_law {
+
 using bristle::Ageing;
 using bristle::AgeingForm;
 using bristle::Coefficients;
@@ -387,3 +389,5 @@ TEST_CASE("Coefficients of ageing out of reach name the range", "[ageing][bad_in
                       .with_growth_per_decade(0.1)),
               {"growth_per_decade = 0.1", "fall_per_decade"}));
 }
+
+}  // namespace test_ageing_law

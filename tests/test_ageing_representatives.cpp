@@ -12,7 +12,8 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_ageing_representatives {
+
 using bristle::Ageing;
 
 namespace {
@@ -686,3 +687,5 @@ TEST_CASE("a material changed after a rest begins the count of the slide that en
     CHECK(r.force_limit == Approx(first * (1.0 + 0.5 * (1.0 - std::exp(-3.0 / 1000.0)))).epsilon(1e-6));
   }
 }
+
+}  // namespace bristle_test::test_ageing_representatives

@@ -21,6 +21,8 @@
 #include "command_line.hpp"
 #include "temporary_folder.hpp"
 
+namespace test_answers {
+
 using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
@@ -450,3 +452,5 @@ TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
   CHECK_THAT(on_terminal("TERM=dumb NO_COLOR="), !Contains("\x1B["));
   CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
 }
+
+}  // namespace test_answers

@@ -15,6 +15,8 @@
 #include "core/kernel_table.hpp"
 #include "core/runtime/stepping_side.hpp"
 
+namespace test_asserts {
+
 using namespace bristle::detail;
 
 namespace {
@@ -103,3 +105,5 @@ TEST_CASE("Without asserts a condition is not evaluated", "[asserts]") {
 }
 
 #endif
+
+}  // namespace test_asserts

@@ -14,7 +14,8 @@
 #include <xmmintrin.h>
 #endif
 
-using namespace bristle_test;
+namespace bristle_test::test_bad_input {
+
 using Catch::Matchers::Contains;
 
 namespace {
@@ -426,3 +427,5 @@ TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-in
   CHECK(two[1].status == Status::repeated_id);
   check_no_force(two[1]);
 }
+
+}  // namespace bristle_test::test_bad_input

@@ -12,7 +12,7 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_batch {
 
 TEST_CASE("A removed id never names a later patch", "[batch]") {
   PatchBatch batch;
@@ -523,3 +523,5 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
     CHECK(moved < 12);  // the first steps together are less than one position unit
   }
 }
+
+}  // namespace bristle_test::test_batch

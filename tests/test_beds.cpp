@@ -16,6 +16,8 @@
 #include "kernels/bed_slide.hpp"
 #include "reference_table.hpp"
 
+namespace test_beds {
+
 using namespace bristle;
 using bristle_test::number;
 using bristle_test::read_table;
@@ -1306,3 +1308,5 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds_destroy(beds);
   bristle_beds_destroy(nullptr);
 }
+
+}  // namespace test_beds

@@ -7,6 +7,8 @@
 
 #include "tools/examples/bullet_scenes.hpp"
 
+namespace test_bullet {
+
 using namespace bullet_example;
 
 namespace {
@@ -217,3 +219,5 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   run(24);
   CHECK(world.bristles()->patches().size() == 0);
 }
+
+}  // namespace test_bullet

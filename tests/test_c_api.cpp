@@ -9,8 +9,9 @@
 #include "scenes.hpp"
 #include "temporary_folder.hpp"
 
+namespace bristle_test::test_c_api {
+
 using namespace bristle;
-using namespace bristle_test;
 
 TEST_CASE("A C program follows the virgin curve", "[c]") {
   REQUIRE(c_program_follows_the_virgin_curve() == 0);
@@ -134,3 +135,5 @@ TEST_CASE("Headers that do not belong to the library are refused by name", "[bui
       text_of(headers),
       Catch::Matchers::Contains("a Response of " + std::to_string(sizeof(Response) + 8) + " bytes, library"));
 }
+
+}  // namespace bristle_test::test_c_api

@@ -16,8 +16,9 @@
 #include "core/c_interface/field_count.hpp"
 #include "scenes.hpp"
 
+namespace bristle_test::test_c_structs {
+
 using namespace bristle;
-using namespace bristle_test;
 
 namespace {
 
@@ -453,3 +454,5 @@ TEST_CASE("Fields of a struct are counted", "[c]") {
   CHECK(bristle::detail::field_count<One> == 1);
   CHECK(bristle::detail::field_count<Mixed> == 5);
 }
+
+}  // namespace bristle_test::test_c_structs

@@ -11,6 +11,8 @@
 #include "expect.hpp"
 #include "tools/examples/chai3d_finger_proxy.hpp"
 
+namespace test_chai3d {
+
 using namespace chai3d;
 using bristle::Coefficients;
 using bristle::Material;
@@ -433,3 +435,5 @@ TEST_CASE("The mean of a tick has less ripple and comes half a tick later", "[ch
   CHECK(early[1] == Approx(0.5 * early[0]).epsilon(0.01));
   CHECK(ripple[1] < 0.7 * ripple[0]);
 }
+
+}  // namespace test_chai3d

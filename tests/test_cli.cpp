@@ -30,6 +30,8 @@
 #include "tools/scene/scene_stepper.hpp"
 #include "tools/scene/waveform.hpp"
 
+namespace test_cli {
+
 using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
@@ -1013,3 +1015,5 @@ TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") 
                 "fit '" + folder.write("few.csv", "t,x,load,force\n0,0,1,1\n1,1,1,1\n2,2,1,1\n") + "'",
                 {"3 data rows; a fit needs at least 20"});
 }
+
+}  // namespace test_cli

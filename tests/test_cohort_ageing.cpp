@@ -16,7 +16,8 @@
 #include "infinite_brush.hpp"
 #include "reference_table.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_cohort_ageing {
+
 using bristle::Ageing;
 
 namespace {
@@ -819,3 +820,5 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
     CHECK(force[1] == Approx(force[0]).epsilon(2e-3));
   }
 }
+
+}  // namespace bristle_test::test_cohort_ageing

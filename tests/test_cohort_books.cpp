@@ -16,6 +16,8 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
+namespace test_cohort_books {
+
 using namespace bristle::detail;
 using bristle_test::Brush;
 using bristle_test::dbar;
@@ -314,3 +316,5 @@ TEST_CASE("A restored state does not hold by the bound of the state before", "[c
   CHECK(brush.response.snaps == other.response.snaps);
   CHECK(brush.x() == other.x());
 }
+
+}  // namespace test_cohort_books

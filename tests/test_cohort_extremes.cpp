@@ -11,7 +11,8 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_cohort_extremes {
+
 using bristle::Population;
 
 namespace {
@@ -152,3 +153,5 @@ TEST_CASE("Long strokes leave nothing behind: friction after 200 of them is that
     CHECK(force == Approx(kinetic(law)).epsilon(2e-3));
   }
 }
+
+}  // namespace bristle_test::test_cohort_extremes

@@ -13,7 +13,7 @@
 #include "infinite_brush.hpp"
 #include "reference_table.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_cohort_rubbing {
 
 namespace {
 
@@ -445,3 +445,5 @@ TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[coho
     CHECK(slide() == Approx(steady(lognormal, r).deflection).epsilon(2e-3));
   }
 }
+
+}  // namespace bristle_test::test_cohort_rubbing

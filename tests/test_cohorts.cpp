@@ -13,7 +13,8 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_cohorts {
+
 using bristle::Population;
 
 namespace {
@@ -496,3 +497,5 @@ TEST_CASE("A trial that bears many cohorts answers what the step does, whatever 
         CHECK(first_difference(trial, done) == "");
       }
 }
+
+}  // namespace bristle_test::test_cohorts

@@ -12,7 +12,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_contact_frame {
+
 using bristle::ContactFrame;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -469,3 +470,5 @@ TEST_CASE("The frame of a new contact is made anew, also if its patch was asked 
     pool.restore_state({keys.data(), keys.size()});
   }
 }
+
+}  // namespace bristle_test::test_contact_frame

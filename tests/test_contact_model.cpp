@@ -18,6 +18,8 @@
 #include "core/runtime/patch_pool.hpp"
 #include "scenes.hpp"
 
+namespace test_contact_model {
+
 namespace {
 
 using namespace bristle::detail;
@@ -356,3 +358,5 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   CHECK(of_sliders([](Patch& p) { sliders<float>(p).zx[0] = 1e4f; }) == "a deflection");
   CHECK(of_sliders([](Patch& p) { sliders<float>(p).stiff_zeta = 0.5 * p.zeta; }) == "stiffness");
 }
+
+}  // namespace test_contact_model

@@ -19,7 +19,7 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_contracts {
 
 namespace {
 
@@ -349,3 +349,5 @@ TEST_CASE("An outline that was just added is there at once, with all of its cell
   });
   CHECK(result == 0);
 }
+
+}  // namespace bristle_test::test_contracts

@@ -10,7 +10,7 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_coupling {
 
 namespace {
 
@@ -286,3 +286,5 @@ TEST_CASE("The plate of the example holds below the limit, and accelerates beyon
   CHECK(pushed_plate(0.5) > 1e-6);
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));
 }
+
+}  // namespace bristle_test::test_coupling

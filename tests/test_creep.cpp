@@ -12,7 +12,7 @@
 #include "scenes.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_creep {
 
 TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
   // If deflections were floats that grow with each step, one of a third of a snap length would not change in
@@ -387,3 +387,5 @@ TEST_CASE("After ten hours at 1 kHz the mean force is within 1e-4 of the start",
         std::fflush(stdout);
       }
 }
+
+}  // namespace bristle_test::test_creep

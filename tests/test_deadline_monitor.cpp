@@ -22,6 +22,8 @@
 
 #include "expect.hpp"
 
+namespace test_deadline_monitor {
+
 using bristle::DeadlineMonitor;
 using bristle::ThreadEvents;
 using bristle::Tick;
@@ -374,3 +376,5 @@ TEST_CASE("The library's version is that of the headers", "[version]") {
                                std::to_string(BRISTLE_VERSION_PATCH);
   CHECK(bristle::library_version() == expected);
 }
+
+}  // namespace test_deadline_monitor

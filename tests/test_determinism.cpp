@@ -15,7 +15,7 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_determinism {
 
 namespace {
 
@@ -429,3 +429,5 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
   CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
 }
+
+}  // namespace bristle_test::test_determinism

@@ -12,6 +12,8 @@
 #include "core/materials/kernel_law.hpp"
 #include "expect.hpp"
 
+namespace test_drawn_lengths {
+
 using namespace bristle;
 
 namespace {
@@ -105,3 +107,5 @@ TEST_CASE("Bristles met in a jump have lengths in proportion to how long they ar
     CHECK(sums.moment[2] == Approx(100e-12 * growth * growth * growth).epsilon(1e-5));
   }
 }
+
+}  // namespace test_drawn_lengths

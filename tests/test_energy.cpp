@@ -8,7 +8,7 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_energy {
 
 namespace {
 
@@ -296,3 +296,5 @@ TEST_CASE("The mean force at rest is the end force, and the mean of a stick is t
     CHECK(back.mean[1] == Approx(0.5 * (rest.end[1] + back.end[1])).epsilon(1e-12));
   }
 }
+
+}  // namespace bristle_test::test_energy

@@ -18,7 +18,8 @@
 #include "tools/experiments/command.hpp"
 #include "tools/files/user_error.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_experiments {
+
 using Catch::Matchers::Contains;
 using cli::ExperimentResult;
 using cli::SeriesRow;
@@ -594,3 +595,5 @@ TEST_CASE("The driver of the experiments refuses settings that do not go togethe
                              }});
   CHECK(shares == std::vector<double>{0.5, 1.0});
 }
+
+}  // namespace bristle_test::test_experiments

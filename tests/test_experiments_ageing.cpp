@@ -16,7 +16,8 @@
 #include "tools/experiments/subject.hpp"
 #include "tools/stability/pulled.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_experiments_ageing {
+
 using cli::ExperimentResult;
 using cli::SeriesRow;
 
@@ -512,3 +513,5 @@ TEST_CASE("Break-away of the brush that ages falls with the force rate as its sn
     CHECK(found.values[3] == Approx(expected).epsilon(0.005));
   }
 }
+
+}  // namespace bristle_test::test_experiments_ageing

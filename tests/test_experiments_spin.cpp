@@ -12,7 +12,7 @@
 #include "reference_table.hpp"
 #include "tools/rivals/coulomb_disc.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_experiments_spin {
 
 namespace {
 
@@ -192,3 +192,5 @@ TEST_CASE("A sphere strikes as impulse and momentum say, and springs back", "[ex
   CHECK(finding(result, "recoils", "bed") == Approx(-1.41).margin(0.03));
   CHECK(finding(result, "recoils", "coulomb") == Approx(0.0).margin(1e-6));
 }
+
+}  // namespace bristle_test::test_experiments_spin

@@ -10,7 +10,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_extended_coupling {
+
 using bristle::BodyVector;
 using bristle::Coefficients;
 using bristle::ExtendedContact;
@@ -383,3 +384,5 @@ TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
   CHECK(disc.body.velocity[1] == Approx(-0.2).epsilon(1e-4));
   CHECK(disc.body.velocity[2] == Approx(30.0).epsilon(1e-4));
 }
+
+}  // namespace bristle_test::test_extended_coupling

@@ -23,7 +23,8 @@
 #include "statistics.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_extended_patches {
+
 using bristle::ExtendedMotion;
 using bristle::ExtendedPatches;
 using bristle::ExtendedResponse;
@@ -1265,3 +1266,5 @@ TEST_CASE("An outline to the left alone has an extent, and a cell that is gone s
   CHECK(out.status == Status::unknown_id);
   CHECK(pads.info(pad).along[1] == along);
 }
+
+}  // namespace bristle_test::test_extended_patches

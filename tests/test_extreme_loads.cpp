@@ -6,7 +6,7 @@
 
 #include "extreme_cases.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_extreme_loads {
 
 TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[extremes]") {
   for (const Kind& kind : kinds()) {
@@ -212,3 +212,5 @@ TEST_CASE("Overload to 1e15 N and back, again and again, keeps force and energy 
     expect_near(friction_along(r, kind), n * 0.3 * dbar, 1e-5 * n * dbar, "and it works as at first");
   }
 }
+
+}  // namespace bristle_test::test_extreme_loads

@@ -7,7 +7,7 @@
 #include "extreme_cases.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_extreme_materials {
 
 TEST_CASE("Snap lengths from picometres to hundreds of metres behave alike", "[extremes]") {
   for (const Kind& kind : kinds()) {
@@ -157,3 +157,5 @@ TEST_CASE("Without bristle damping, or with a Stribeck velocity of 0, there is n
     }
   }
 }
+
+}  // namespace bristle_test::test_extreme_materials

@@ -7,7 +7,7 @@
 #include "extreme_cases.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_extreme_steps {
 
 namespace {
 
@@ -320,3 +320,5 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
     }
   }
 }
+
+}  // namespace bristle_test::test_extreme_steps

@@ -26,10 +26,11 @@
 #include "tools/fitting/solve.hpp"
 #include "tools/scene/snap_law.hpp"
 
-using Catch::Matchers::Contains;
-using namespace bristle_test;
+namespace bristle_test::test_fit {
+
 using bristle::SnapLaw;
 using bristle::SnapRule;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -777,3 +778,5 @@ TEST_CASE("The sled of the sample file is the one that its script describes", "[
   check_recovered(fitted[cli::fit_drift], 0.002, 0.002);
   CHECK(fitted.data.quantum == Approx(0.5e-6));
 }
+
+}  // namespace bristle_test::test_fit

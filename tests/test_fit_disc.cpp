@@ -9,8 +9,9 @@
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"
 
+namespace bristle_test::test_fit_disc {
+
 using Catch::Matchers::Contains;
-using namespace bristle_test;
 
 namespace {
 
@@ -127,3 +128,5 @@ TEST_CASE("A radius is that of a ring or of a disc", "[fit]") {
   CHECK_THROWS_WITH(cli::parse_fit_columns("t,angle,load,torque\n0,0,1,1\n", "data.csv"),
                     Contains("--radius") && Contains("--disc"));
 }
+
+}  // namespace bristle_test::test_fit_disc

@@ -10,6 +10,8 @@
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/data.hpp"
 
+namespace test_fit_joint {
+
 using namespace bristle;
 using bristle_test::made_up_log;
 using cli::JointEstimate;
@@ -121,3 +123,5 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   reading.columns = {{"force", "q"}};
   CHECK(bristle_test::names(refusal("t,q,motor\n" + rows, {}, reading), {"'force'", "angle, speed, motor"}));
 }
+
+}  // namespace test_fit_joint

@@ -14,8 +14,9 @@
 #include "tests/temporary_folder.hpp"
 #include "tools/files/motion_file.hpp"
 
+namespace bristle_test::test_fit_reading {
+
 using Catch::Matchers::Contains;
-using namespace bristle_test;
 
 namespace {
 
@@ -327,3 +328,5 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }
+
+}  // namespace bristle_test::test_fit_reading

@@ -16,10 +16,11 @@
 #include "tools/fitting/judge.hpp"
 #include "tools/fitting/path_force.hpp"
 
-using Catch::Matchers::Contains;
-using namespace bristle_test;
+namespace bristle_test::test_fit_slide {
+
 using bristle::SnapLaw;
 using bristle::SnapRule;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -157,3 +158,5 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
   free.rule = SnapRule::redraw;
   CHECK_THAT(refusal(csv, free), Contains("--law free is for --rule slide"));
 }
+
+}  // namespace bristle_test::test_fit_slide

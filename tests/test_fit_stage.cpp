@@ -9,8 +9,9 @@
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"
 
+namespace bristle_test::test_fit_stage {
+
 using Catch::Matchers::Contains;
-using namespace bristle_test;
 
 namespace {
 
@@ -122,3 +123,5 @@ TEST_CASE("A stiff spring in series under one load is left to the brush, and the
   CHECK(own[cli::fit_compliance].why == "held");
   check_recovered(own.result.stiffness, 0.5 * bristles, 0.04 * bristles);
 }
+
+}  // namespace bristle_test::test_fit_stage

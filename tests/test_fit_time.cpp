@@ -15,9 +15,10 @@
 #include "tools/fitting/judge.hpp"
 #include "tools/fitting/path_force.hpp"
 
-using Catch::Matchers::Contains;
-using namespace bristle_test;
+namespace bristle_test::test_fit_time {
+
 using bristle::SnapRule;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -341,3 +342,5 @@ TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
     if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
   }
 }
+
+}  // namespace bristle_test::test_fit_time

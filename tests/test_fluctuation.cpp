@@ -12,7 +12,7 @@
 #include "infinite_brush.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_fluctuation {
 
 namespace {
 
@@ -351,3 +351,5 @@ TEST_CASE("Representatives refuse a fluctuation: they have their own", "[fluctua
   CHECK(message.find("fluctuation = 100") != std::string::npos);
   CHECK(message.find("Population::infinite") != std::string::npos);
 }
+
+}  // namespace bristle_test::test_fluctuation

@@ -10,7 +10,7 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_glides {
 
 namespace {
 
@@ -304,3 +304,5 @@ TEST_CASE("A long straight step of a glide leaves nothing of a circle before it"
   for (int axis = 0; axis < 2; ++axis)
     CHECK(brush.response.mean[axis] == Approx(brush.response.elastic[axis]).epsilon(1e-12));
 }
+
+}  // namespace bristle_test::test_glides

@@ -15,7 +15,7 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_golden_hash {
 
 namespace {
 
@@ -81,3 +81,5 @@ TEST_CASE("The state hashes of a scripted run are those on record", "[determinis
     CHECK(wrong == 0);
   }
 }
+
+}  // namespace bristle_test::test_golden_hash

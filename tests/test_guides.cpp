@@ -14,7 +14,7 @@
 #include "scenes.hpp"
 #include "test_paths.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_guides {
 
 namespace {
 
@@ -209,3 +209,5 @@ TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") 
     }
   }
 }
+
+}  // namespace bristle_test::test_guides

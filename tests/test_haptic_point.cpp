@@ -11,7 +11,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_haptic_point {
+
 using bristle::Coefficients;
 using bristle::HapticOptions;
 using bristle::HapticPoint;
@@ -388,3 +389,5 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
       CHECK(motion.has_velocity == (resolution > 0.0));
     }
 }
+
+}  // namespace bristle_test::test_haptic_point

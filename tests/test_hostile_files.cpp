@@ -20,6 +20,8 @@
 #include "test_paths.hpp"
 #include "tools/files/one_line.hpp"
 
+namespace test_hostile_files {
+
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
@@ -38,7 +40,8 @@ struct Outcome {
 };
 
 /// Runs `bristle ARGUMENTS` under limits, with the output of the command `input` as its input, if given.
-Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments, const std::string& input = "") {
+Outcome run_limited(const TemporaryFolder& folder, const std::string& arguments,
+                    const std::string& input = "") {
   const std::string command = (input.empty() ? "" : input + " 2>/dev/null | ") + "( " + limits +
                               "exec timeout 300 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
                               folder.at("stderr") + "' )";
@@ -123,7 +126,7 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
   };
   for (const auto& c : cases) {
     INFO(c.name);
-    check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", c.text) + "'"), c.message);
+    check_one_line(run_limited(folder, "run '" + folder.write("scene.toml", c.text) + "'"), c.message);
   }
 }
 
@@ -133,14 +136,14 @@ TEST_CASE("A scene of very many tables, or of one large trace many times, is soo
   const std::string many = scene_with("bristles = 10") +
                            patches_with(100'000, "type = \"hold\"\nload = 1.0") +
                            "[[motion]]\npatch = \"nobody\"\ntype = \"hold\"\nload = 1.0\n";
-  check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", many) + "'"), "names 'nobody'");
+  check_one_line(run_limited(folder, "run '" + folder.write("scene.toml", many) + "'"), "names 'nobody'");
   // 32 bytes for each row: 640 MB if each motion had a copy.
   std::string trace = "t,x,load\n";
   for (int i = 0; i < 20'000; ++i) trace += std::to_string(i) + ",0,1\n";
   folder.write("trace.csv", trace);
   const std::string one_trace =
       scene_with("bristles = 10") + patches_with(1000, "type = \"trace\"\nfile = \"trace.csv\"");
-  CHECK(run_cli(folder, "run '" + folder.write("scene.toml", one_trace) + "' --steps 1").code == 0);
+  CHECK(run_limited(folder, "run '" + folder.write("scene.toml", one_trace) + "' --steps 1").code == 0);
 }
 
 TEST_CASE("A motion file that means harm is refused in one line and little memory", "[cli][hostile]") {
@@ -173,7 +176,7 @@ TEST_CASE("A motion file that means harm is refused in one line and little memor
   for (const auto& c : cases) {
     INFO(c.name);
     const std::string file = folder.write("motion.csv", c.text);
-    check_one_line(run_cli(folder, run + "'" + file + "'"), c.message);
+    check_one_line(run_limited(folder, run + "'" + file + "'"), c.message);
   }
 }
 
@@ -184,14 +187,14 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
                                   "experiment stribeck --config "};
   for (const std::string& command : commands) {
     INFO(command);
-    check_one_line(run_cli(folder, command + "'" + folder.path.string() + "'"), "cannot be read");
-    check_one_line(run_cli(folder, command + "/dev/zero"), "zero byte");
-    check_one_line(run_cli(folder, command + "'" + folder.at("nothing") + "'"), "No such file");
+    check_one_line(run_limited(folder, command + "'" + folder.path.string() + "'"), "cannot be read");
+    check_one_line(run_limited(folder, command + "/dev/zero"), "zero byte");
+    check_one_line(run_limited(folder, command + "'" + folder.at("nothing") + "'"), "No such file");
   }
   // A stream of ten gigabytes and more, without a disk to hold it.
-  check_one_line(run_cli(folder, "run /dev/stdin", "tr '\\000' 9 </dev/zero"), "16 MiB");
-  check_one_line(run_cli(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
-  check_one_line(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
+  check_one_line(run_limited(folder, "run /dev/stdin", "tr '\\000' 9 </dev/zero"), "16 MiB");
+  check_one_line(run_limited(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
+  check_one_line(run_limited(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
                  "16 MiB");
 }
 
@@ -239,9 +242,9 @@ TEST_CASE("Windows line ends, a byte order mark and a pipe are no fault", "[cli]
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, "\r");
   const std::string scene = folder.write("scene.toml", text);
   const std::string motion = folder.write("motion.csv", "\xEF\xBB\xBFt,x,load\r\n0,0,1\r\n0.01,1e-5,1\r\n");
-  CHECK(run_cli(folder, "run '" + scene + "'").code == 0);
-  CHECK(run_cli(folder, "run '" + scene + "' --trace '" + motion + "'").code == 0);
-  CHECK(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "cat '" + motion + "'").code == 0);
+  CHECK(run_limited(folder, "run '" + scene + "'").code == 0);
+  CHECK(run_limited(folder, "run '" + scene + "' --trace '" + motion + "'").code == 0);
+  CHECK(run_limited(folder, "run '" + scene + "' --trace /dev/stdin", "cat '" + motion + "'").code == 0);
 }
 
 TEST_CASE("A message is one short line that no terminal obeys", "[cli][hostile]") {
@@ -259,7 +262,7 @@ TEST_CASE("A message is one short line that no terminal obeys", "[cli][hostile]"
 TEST_CASE("A scene does not show what stands in a file that is no motion", "[hostile]") {
   const TemporaryFolder folder;
   folder.write("secret", "root:x:0:0:root:/root:/bin/bash\nmore\n");
-  const Outcome outcome = run_cli(
+  const Outcome outcome = run_limited(
       folder,
       "run " + folder.write("s.toml",
                             "[scene]\nname = \"s\"\ndt = 1e-3\n[[material]]\nname = \"m\"\n[[patch]]\nname = "
@@ -268,3 +271,5 @@ TEST_CASE("A scene does not show what stands in a file that is no motion", "[hos
   check_one_line(outcome, "secret:1: names no column of a motion file");
   CHECK(outcome.err.find("root") == std::string::npos);
 }
+
+}  // namespace test_hostile_files

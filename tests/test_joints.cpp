@@ -19,6 +19,8 @@
 #include "core/materials/strata.hpp"
 #include "expect.hpp"
 
+namespace test_joints {
+
 using namespace bristle;
 using bristle_test::expect;
 using bristle_test::expect_near;
@@ -776,3 +778,5 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   CHECK(bristle_joints_create(3, &its, 1, nullptr, nullptr, &joints) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("stiffness") != std::string::npos);
 }
+
+}  // namespace test_joints

@@ -16,7 +16,8 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_keyed_patches {
+
 using bristle::ContactMatcher;
 using bristle::ContactPoint;
 using bristle::KeyedOptions;
@@ -654,3 +655,5 @@ TEST_CASE("A pool with all of its patches taken still says which keys it has", "
     }
   }
 }
+
+}  // namespace bristle_test::test_keyed_patches

@@ -13,7 +13,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_lay {
+
 using bristle::Ageing;
 using bristle::Lay;
 using bristle::Population;
@@ -596,3 +597,5 @@ TEST_CASE("the C interface has the lay", "[lay][c]") {
   CHECK(names(bristle_last_error(), {"lay.limit_ratio"}));
   bristle_destroy(batch);
 }
+
+}  // namespace bristle_test::test_lay

@@ -11,7 +11,7 @@
 #include "scenes.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_literal_rule {
 
 namespace {
 
@@ -157,3 +157,5 @@ TEST_CASE("A step of the literal rule beyond every length is one along either ax
     }
   }
 }
+
+}  // namespace bristle_test::test_literal_rule

@@ -9,7 +9,7 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_live_material {
 
 namespace {
 
@@ -253,3 +253,5 @@ TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load]
   }
 }
 #endif
+
+}  // namespace bristle_test::test_live_material

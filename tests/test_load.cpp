@@ -9,7 +9,7 @@
 #include "scenes.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_load {
 
 namespace {
 
@@ -430,3 +430,5 @@ TEST_CASE("Every change of the load at rest closes the energy balance by contact
     }
   }
 }
+
+}  // namespace bristle_test::test_load

@@ -18,6 +18,8 @@
 #include <bristle/error.hpp>
 #include <bristle/material.hpp>
 
+namespace test_material {
+
 using bristle::Ageing;
 using bristle::Coefficients;
 using bristle::DamperDecay;
@@ -679,3 +681,5 @@ TEST_CASE("Bad bristle parameters are refused by name, value and range", "[mater
   CHECK(names(message_of([] { virgin_deflection(SnapLength(), SnapRule::keep, nan_value); }),
               {"x_over_mean = nan"}));
 }
+
+}  // namespace test_material

@@ -3,7 +3,7 @@
 
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_minimal {
 
 namespace {
 
@@ -50,3 +50,5 @@ TEST_CASE("a minimal build refuses what it leaves out and says how to get it") {
   REQUIRE(batch.patch_count() == 0);
 }
 #endif
+
+}  // namespace bristle_test::test_minimal

@@ -7,6 +7,8 @@
 #include "tools/files/motion_file.hpp"
 #include "tools/files/user_error.hpp"
 
+namespace test_motion_file {
+
 using cli::MotionFile;
 using cli::parse_motion_file;
 
@@ -181,3 +183,5 @@ TEST_CASE("A zero byte does not hide the rest of a line", "[motion file]") {
   CHECK(refusal(std::string("t,x,load\n0,1,1\n1,2\0,9,1\n", 24)) ==
         "hand.csv:3: a zero byte: not a text file");
 }
+
+}  // namespace test_motion_file

@@ -9,6 +9,8 @@
 #include "tools/examples/mujoco_friction.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
 
+namespace test_mujoco {
+
 using namespace mujoco_example;
 
 namespace {
@@ -464,3 +466,5 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
   CHECK(data->qpos[4] == Approx(fallen).margin(1e-12));
 }
 #endif
+
+}  // namespace test_mujoco

@@ -10,6 +10,8 @@
 #include "tools/examples/mujoco_joints.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
 
+namespace test_mujoco_joints {
+
 namespace {
 
 /// Two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 N m at the elbow.
@@ -133,3 +135,5 @@ TEST_CASE("Joints that MuJoCo's model lacks are refused", "[mujoco][joints]") {
   CHECK_THROWS_AS(mujoco_example::BristleJoints(*world.model, {2}, {&m, 1}), bristle::Error);
   CHECK_THROWS_AS(mujoco_example::BristleJoints(*world.model, {-1}, {&m, 1}), bristle::Error);
 }
+
+}  // namespace test_mujoco_joints

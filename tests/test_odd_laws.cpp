@@ -13,7 +13,7 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_odd_laws {
 
 namespace {
 
@@ -106,3 +106,5 @@ TEST_CASE("A first loading of any length is known at once where it has settled",
     CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(3));
   }
 }
+
+}  // namespace bristle_test::test_odd_laws

@@ -17,6 +17,8 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
 
+namespace test_output_files {
+
 using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
@@ -271,3 +273,5 @@ TEST_CASE("Options that contradict themselves or say nothing are refused", "[cli
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
   }
 }
+
+}  // namespace test_output_files

@@ -12,7 +12,8 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_overload {
+
 using bristle::DetailDecision;
 using bristle::LoadShedder;
 using bristle::LoadShedderOptions;
@@ -869,3 +870,5 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
   CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise it to the smaller of the two
 }
+
+}  // namespace bristle_test::test_overload

@@ -8,7 +8,8 @@
 #include "expect.hpp"
 #include "reference_table.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_plain_loops {
+
 using bristle::plain::Force;
 using bristle::plain::PaperLoop;
 using bristle::plain::PlainLoop;
@@ -181,3 +182,5 @@ TEST_CASE("the plain loop of bristles that slide turns as the closed form") {
   expect_near(turned.end[0] / (n * dbar), 0.8 * along - 0.6 * across, 1e-3, "turned, along x");
   expect_near(turned.end[1] / (n * dbar), -0.6 * along - 0.8 * across, 1e-3, "turned, along y");
 }
+
+}  // namespace bristle_test::test_plain_loops

@@ -16,7 +16,7 @@
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_random_laws {
 
 namespace {
 
@@ -293,3 +293,5 @@ TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physi
   for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
   CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));
 }
+
+}  // namespace bristle_test::test_random_laws

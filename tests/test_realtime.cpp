@@ -30,6 +30,8 @@
 #include "tools/run/realtime.hpp"
 #include "tools/run/run.hpp"
 
+namespace test_realtime {
+
 using bristle::DeadlineMonitor;
 using bristle_test::TemporaryFolder;
 using nlohmann::json;
@@ -379,3 +381,5 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
              Catch::Matchers::Contains("dt is 1e-10 s") && Catch::Matchers::Contains("give another --rate"));
   CHECK(run_shell(command + " --rate 100000 --steps 3 > '" + folder.at("out") + "'") == 0);
 }
+
+}  // namespace test_realtime

@@ -18,7 +18,7 @@
 #include "scenes.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_redraw_jumps {
 
 namespace {
 
@@ -428,3 +428,5 @@ TEST_CASE("A jump leaves no bristle beyond its snap length and draws within the 
     }
   }
 }
+
+}  // namespace bristle_test::test_redraw_jumps

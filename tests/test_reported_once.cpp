@@ -12,7 +12,7 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_reported_once {
 
 namespace {
 
@@ -210,3 +210,5 @@ TEST_CASE("Contacts are matched by their distance in space, up to the reach itse
     CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
   }
 }
+
+}  // namespace bristle_test::test_reported_once

@@ -14,7 +14,8 @@
 #include "tools/rivals/lugre_grid.hpp"
 #include "tools/rivals/rival_grid.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_rival_grids {
+
 using rivals::coulomb_disc;
 using rivals::DiscFriction;
 using rivals::LuGreGrid;
@@ -293,3 +294,5 @@ TEST_CASE("A grid without cells or extent is refused", "[rivals][spin]") {
   CHECK_THROWS_AS(rivals::rectangle_cells(3, 0, 0.1, 0.1), std::invalid_argument);
   CHECK_THROWS_AS(rivals::rectangle_cells(3, 3, NAN, 0.1), std::invalid_argument);
 }
+
+}  // namespace bristle_test::test_rival_grids

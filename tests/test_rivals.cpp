@@ -13,7 +13,8 @@
 #include "reference_table.hpp"
 #include "tools/rivals/rival.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_rivals {
+
 using rivals::Force;
 using rivals::Pair;
 using rivals::Rival;
@@ -440,3 +441,5 @@ TEST_CASE("A trial step leaves a rival as it was, and without load there is neit
   }
   CHECK_THROWS_WITH(rivals::make_rival("karnopp", {}), Catch::Matchers::Contains("karnopp"));
 }
+
+}  // namespace bristle_test::test_rivals

@@ -31,6 +31,8 @@
 #include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/udp_device.hpp"
 
+namespace test_room {
+
 namespace {
 
 using namespace room;
@@ -1648,3 +1650,5 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   CHECK(wait_for([&](const Snapshot& s) { return s.time > stopped; }));
   loop.stop();
 }
+
+}  // namespace test_room

@@ -25,6 +25,8 @@
 #include "tools/virtual_room/quantity_text.hpp"
 #include "tools/virtual_room/trails.hpp"
 
+namespace test_room_screen {
+
 using Eigen::Vector3f;
 using room::Area;
 using room::Camera;
@@ -719,3 +721,5 @@ TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {
   empty.presliding_length = 0;
   CHECK(offscreen->draw(empty, 0.0f).rgb.size() == 3u * 320 * 240);
 }
+
+}  // namespace test_room_screen

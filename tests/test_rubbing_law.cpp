@@ -19,6 +19,8 @@
 #include <bristle/material.hpp>
 #include <bristle/patch_batch.hpp>
 
+namespace test_rubbing_law {
+
 using bristle::Coefficients;
 using bristle::Material;
 using bristle::SnapLaw;
@@ -404,3 +406,5 @@ TEST_CASE("Keep with shared renewal takes no law with bristles near no length", 
   CHECK(ask(SnapLength::uniform(0.1, 1.9), SnapRule::keep, 0.5) == "(no error)");
   CHECK(ask(SnapLength::lognormal(1.0, 1.25), SnapRule::keep, 0.5) == "(no error)");
 }
+
+}  // namespace test_rubbing_law

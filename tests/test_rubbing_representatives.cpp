@@ -16,7 +16,7 @@
 #include "scenes.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_rubbing_representatives {
 
 namespace {
 
@@ -790,3 +790,5 @@ TEST_CASE("The error of renewal in long steps falls with the number of bristles"
   CHECK(error_of(100000) < 0.0045);
   CHECK(error_of(400000) < 0.0028);
 }
+
+}  // namespace bristle_test::test_rubbing_representatives

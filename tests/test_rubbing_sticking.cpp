@@ -13,7 +13,7 @@
 #include "infinite_brush.hpp"
 #include "test_paths.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_rubbing_sticking {
 
 namespace {
 
@@ -224,3 +224,5 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
   // are renewed twice in a step and show only the later time.
   CHECK(sum / slips == Approx(0.5).margin(5.0 / std::sqrt(12.0 * slips) + 0.02));
 }
+
+}  // namespace bristle_test::test_rubbing_sticking

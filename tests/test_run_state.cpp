@@ -14,6 +14,8 @@
 #include "tools/files/user_error.hpp"
 #include "tools/run/run.hpp"
 
+namespace test_run_state {
+
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
@@ -156,3 +158,5 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   CHECK_THAT(refused(folder.at(std::string(300, 'a'))), Contains("cannot be written: File name too long"));
   CHECK_THAT(refused("-"), Contains("name a file"));
 }
+
+}  // namespace test_run_state

@@ -20,7 +20,7 @@
 #include "tools/run/run.hpp"
 #include "tools/scene/scene.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_scene_hash {
 
 namespace {
 
@@ -154,3 +154,5 @@ TEST_CASE("A scene gives ageing and strengthening by coefficients or by bristle 
   CHECK(refusal(coefficients + "ageing_strength = 0.1\n").find("mixes coefficients") != std::string::npos);
   CHECK(refusal(coefficients + "growth_per_decade = 0.1\n").find("give one of the two") != std::string::npos);
 }
+
+}  // namespace bristle_test::test_scene_hash

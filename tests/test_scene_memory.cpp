@@ -15,6 +15,8 @@
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
+namespace test_scene_memory {
+
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
@@ -137,3 +139,5 @@ TEST_CASE("A scene that takes long to read or to step shows how far it is", "[cl
   CHECK(said.code == 0);
   CHECK_THAT(said.text, Contains("run:   0 % "));
 }
+
+}  // namespace test_scene_memory

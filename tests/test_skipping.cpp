@@ -11,6 +11,8 @@
 #include "bristle/bristle.hpp"
 #include "scenes.hpp"
 
+namespace test_skipping {
+
 namespace {
 
 using namespace bristle;
@@ -217,3 +219,5 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // force() returns responses of the other step function, step(dt), only.
   CHECK(batch.force(id).status == Status::unknown_id);
 }
+
+}  // namespace test_skipping

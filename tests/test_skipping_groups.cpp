@@ -8,7 +8,7 @@
 
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_skipping_groups {
 
 namespace {
 
@@ -109,3 +109,5 @@ TEST_CASE("A change of detail forgets how far the patch could go without a snap"
     CHECK(twins.lazy.state_hash() == twins.eager.state_hash());
   }
 }
+
+}  // namespace bristle_test::test_skipping_groups

@@ -12,7 +12,8 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_slide {
+
 using bristle::Ageing;
 using bristle::Coefficients;
 using bristle::SnapLaw;
@@ -763,3 +764,5 @@ TEST_CASE("the C interface has bristles that slide", "[slide]") {
   CHECK(bristle_state_hash(batch, id) == patch.hash());
   bristle_destroy(batch);
 }
+
+}  // namespace bristle_test::test_slide

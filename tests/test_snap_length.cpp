@@ -15,6 +15,8 @@
 #include <bristle/error.hpp>
 #include <bristle/snap_length.hpp>
 
+namespace test_snap_length {
+
 using bristle::SnapLaw;
 using bristle::SnapLength;
 using bristle_test::expect;
@@ -380,3 +382,5 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   CHECK(SnapLength::single(1e-12).mean() == 1e-12);
   CHECK(SnapLength::single(1e3).mean() == 1e3);
 }
+
+}  // namespace test_snap_length

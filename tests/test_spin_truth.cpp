@@ -15,7 +15,7 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_spin_truth {
 
 namespace {
 
@@ -25,10 +25,10 @@ double uniform_survival(double l) { return l < 0.5 ? 1.0 : l > 1.5 ? 0.0 : 1.5 -
 constexpr double uniform_kinetic = 13.0 / 24.0;
 
 BrutePressure pressure_of(const Row& row) {
-  return row.at("pressure") == "hertz" ? BrutePressure::hertz : BrutePressure::uniform;
+  return row.at("pressure") == "hertz" ? BrutePressure::hertz : BrutePressure::even;
 }
 double mean_arm(BrutePressure pressure) {
-  return pressure == BrutePressure::uniform ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
+  return pressure == BrutePressure::even ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
 }
 
 struct Turned {
@@ -90,7 +90,7 @@ TEST_CASE("Turned from rest with short bristles, brute force and renewal theory 
   for (const char* pressure : {"uniform", "hertz"}) {
     INFO(pressure);
     const Turned table = turned_rows("spin_virgin.csv", pressure, "");
-    const BrutePressure p = std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::uniform;
+    const BrutePressure p = std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::even;
     const std::vector<double> renewal =
         turned_from_rest(table.s, 1e-4, p, uniform_survival, uniform_kinetic, 100, 50);
     const std::vector<double> brute = brute_turn(table.s, 1e-4, p, 1000, 100);
@@ -107,7 +107,7 @@ TEST_CASE("Turned from rest with long bristles, brute force and renewal theory a
   for (const char* pressure : {"uniform", "hertz"}) {
     const Turned table = turned_rows("spin_long_virgin.csv", pressure, "0.3");
     INFO(pressure);
-    const BrutePressure p = std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::uniform;
+    const BrutePressure p = std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::even;
     const std::vector<double> renewal =
         turned_from_rest(table.s, 0.3, p, uniform_survival, uniform_kinetic, 100, 50);
     const std::vector<double> brute = brute_turn(table.s, 0.3, p, 1000, 100);
@@ -187,8 +187,7 @@ TEST_CASE("A patch with an extent and long bristles turns from rest as the table
   for (const std::string& length : {std::string("0.1"), std::string("0.3")}) {
     for (const char* pressure : {"uniform", "hertz"}) {
       const Turned table = turned_rows("spin_long_virgin.csv", pressure, length);
-      const BrutePressure p =
-          std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::uniform;
+      const BrutePressure p = std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::even;
       const double dbar_over_r = std::stod(length);
       PatchDisc disc(dbar_over_r, p, 12);
       double at = 0.0;
@@ -239,7 +238,7 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
       "(tests/brute_spin.hpp, turned_from_rest); with half\n# of both the largest change is 5e-5. Bristles "
       "one by "
       "one agree within their noise.\ndist,pressure,dbar_over_R,s=phi*R/dbar,T_over_T_kinetic");
-  for (const BrutePressure pressure : {BrutePressure::uniform, BrutePressure::hertz}) {
+  for (const BrutePressure pressure : {BrutePressure::even, BrutePressure::hertz}) {
     const char* name = pressure == BrutePressure::hertz ? "hertz" : "uniform";
     for (const double length : {0.1, 0.3}) {
       const std::vector<double> torque =
@@ -261,7 +260,7 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
       "themselves add "
       "up to 0.001 at eps <= "
       "0.1.\npressure,dbar_over_R,v_over_omegaR,F_over_muN,aside_over_muN,T_over_muNR,error");
-  for (const BrutePressure pressure : {BrutePressure::uniform, BrutePressure::hertz}) {
+  for (const BrutePressure pressure : {BrutePressure::even, BrutePressure::hertz}) {
     for (const double length : {0.1, 0.3}) {
       for (const double eps : {0.1, 0.25, 0.5, 1.0, 2.0}) {
         constexpr int seeds = 8;
@@ -285,3 +284,5 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
     }
   }
 }
+
+}  // namespace bristle_test::test_spin_truth

@@ -7,7 +7,7 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_split {
 
 namespace {
 
@@ -114,3 +114,5 @@ TEST_CASE("Splitting a straight step in two gives the same end state with redraw
     }
   }
 }
+
+}  // namespace bristle_test::test_split

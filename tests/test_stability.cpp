@@ -10,7 +10,8 @@
 #include "reference_table.hpp"
 #include "tools/stability/stability.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_stability {
+
 using cli::LoopResult;
 using cli::LoopSetup;
 using cli::Scheme;
@@ -245,3 +246,5 @@ TEST_CASE("A contact that ages and slides in jerks takes no more than the spring
   CHECK(steady.fastest < 1.05);
   CHECK(steady.slowest > 0.95);
 }
+
+}  // namespace bristle_test::test_stability

@@ -26,7 +26,7 @@
 #include "temporary_folder.hpp"
 #include "variants.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_state_file {
 
 namespace {
 
@@ -436,3 +436,5 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(out.status == Status::ok);
   CHECK(batch.state_hash() == twin.state_hash());
 }
+
+}  // namespace bristle_test::test_state_file

@@ -9,7 +9,7 @@
 #include "scenes.hpp"
 #include "statistics.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_steady {
 
 TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in time of the tables",
           "[physics]") {
@@ -225,3 +225,5 @@ TEST_CASE("Without contact there is no force at all, the viscous one included", 
   CHECK(r.force_limit == 0.0);
   CHECK(r.damper_work == 0.0);
 }
+
+}  // namespace bristle_test::test_steady

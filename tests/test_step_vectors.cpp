@@ -10,7 +10,7 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_step_vectors {
 
 namespace {
 
@@ -222,3 +222,5 @@ TEST_CASE("A one-axis patch and a two-axis patch moving along x agree", "[step]"
     }
   }
 }
+
+}  // namespace bristle_test::test_step_vectors

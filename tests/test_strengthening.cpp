@@ -13,7 +13,8 @@
 #include "rail_body.hpp"
 #endif
 
-using namespace bristle_test;
+namespace bristle_test::test_strengthening {
+
 using bristle::Population;
 
 namespace {
@@ -231,3 +232,5 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
 }
 
 #endif
+
+}  // namespace bristle_test::test_strengthening

@@ -34,6 +34,8 @@
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
 
+namespace test_sweep {
+
 using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
@@ -555,3 +557,5 @@ TEST_CASE("A sweep's table is CSV, and another ending is refused before the stud
   CHECK(outcome.code == 2);
   CHECK_THAT(outcome.err, Contains("tables are CSV"));
 }
+
+}  // namespace test_sweep

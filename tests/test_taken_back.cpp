@@ -17,7 +17,8 @@
 #include "core/patches/saved_state.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_taken_back {
+
 using bristle::Ageing;
 using bristle::Population;
 
@@ -712,3 +713,5 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
   // Three forged values are refused for the mass of each of two layers; the other words found are ranks.
   CHECK(refused == 3 * 2);
 }
+
+}  // namespace bristle_test::test_taken_back

@@ -30,7 +30,7 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_threads {
 
 namespace {
 
@@ -556,3 +556,5 @@ TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
   // With one thread there are no workers that could fail to be bound.
   CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
 }
+
+}  // namespace bristle_test::test_threads

@@ -7,7 +7,7 @@
 #include "reference_table.hpp"
 #include "steady_brush.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_turn {
 
 TEST_CASE("After a turn the force along and across the new direction follow the tables", "[physics]") {
   const std::vector<Row> rows = read_table("turn_2d.csv");
@@ -48,3 +48,5 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
   }
   CHECK(points == static_cast<int>(precisions().size()) * 180);
 }
+
+}  // namespace bristle_test::test_turn

@@ -8,7 +8,7 @@
 #include "reference_table.hpp"
 #include "steady_brush.hpp"
 
-using namespace bristle_test;
+namespace bristle_test::test_virgin_and_reversal {
 
 namespace {
 
@@ -133,3 +133,5 @@ TEST_CASE("The virgin peak of the reference table is the force limit of the patc
     }
   }
 }
+
+}  // namespace bristle_test::test_virgin_and_reversal

@@ -42,8 +42,9 @@ void measure_capacity(const fs::path& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) {
-    std::fprintf(stderr, "usage: bristle-demo FOLDER SCENE.toml...\n");
+  if (argc < 2) {
+    std::fprintf(stderr,
+                 "usage: bristle-demo FOLDER [SCENE.toml...]; without scenes it measures the capacity\n");
     return 2;
   }
   std::string part;
@@ -52,8 +53,10 @@ int main(int argc, char** argv) {
       part = argv[i];
       run_scene(argv[i], argv[1]);
     }
-    part = "the capacity measurement";
-    measure_capacity(argv[1]);
+    if (argc == 2) {
+      part = "the capacity measurement";
+      measure_capacity(argv[1]);
+    }
   } catch (const cli::UserError& error) {
     std::fprintf(stderr, "bristle-demo: %s\n", cli::one_line(error.what()).c_str());
     return 2;

@@ -109,14 +109,14 @@ void over_rests(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"dwell_time", model, ratio, ratio > 1.02});
 }
 
-void check(const Settings& settings) {
+void check_break_away(const Settings& settings) {
   const std::vector<double>& loads = settings.numbers("loads");
   if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end()) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   over_rates(input, model, result);
   over_loads(input, model, result);
   over_rests(input, model, result);
@@ -153,8 +153,8 @@ Experiment break_away_experiment() {
         "static friction grows with the logarithm of the time at rest (Rabinowicz 1958; Dieterich 1972)",
         "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
       {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
-      &run,
-      &check};
+      &run_break_away,
+      &check_break_away};
 }
 
 }  // namespace cli

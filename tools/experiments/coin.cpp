@@ -50,7 +50,7 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
   return seen;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_coin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& ratios = input.settings.numbers("ratios");
   double worst = 0.0, apart = 0.0;
   for (std::size_t i = 0; i < ratios.size(); ++i) {
@@ -88,7 +88,7 @@ Experiment coin_experiment() {
        {"stops_at_once", "sliding and spinning end together", "as above",
         "time between the ends (0.2 % of the start's speed), over the time of the motion", "%", "below 1 %"}},
       {"thrown_at", "t[s]", "v[m/s]", "omega_R[m/s]", "ratio"},
-      &run};
+      &run_coin};
 }
 
 }  // namespace cli

@@ -48,7 +48,7 @@ double asperities_touching(const Settings& s, double area_factor) {
   return static_cast<double>(count);
 }
 
-void over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void slide_over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
@@ -95,8 +95,8 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  over_loads(input, model, result);
+void run_coulomb(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  slide_over_loads(input, model, result);
   over_bristles(input, model, result);
   over_areas(input, model, result);
 }
@@ -126,7 +126,7 @@ Experiment coulomb_experiment() {
        {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
         "highest less lowest friction at areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
       {"value", "friction[N]", "friction_over_load"},
-      &run};
+      &run_coulomb};
 }
 
 }  // namespace cli

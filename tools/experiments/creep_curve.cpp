@@ -74,7 +74,7 @@ void examine(const Wheel& wheel, const Settings& s, const std::string& name, Exp
   result.findings.push_back({"stands", name, 1e6 * creep, std::fabs(creep) < 1e-9});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_creep_curve(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   Wheel wheel;
   wheel.load = s.number("load");
@@ -122,7 +122,7 @@ Experiment creep_curve_experiment() {
         "way that a wheel that does not roll creeps in a cycle of 0.1 to 0.5 of its friction", "um",
         "below 1e-3"}},
       {"s_or_x_over_half", "force_or_traction", "moment_or_bound"},
-      &run};
+      &run_creep_curve};
   experiment.models = {{"coulomb_wheel", "Coulomb wheel"},
                        {"slip_formula", "slip formula"},
                        {"lugre_tyre", "LuGre tyre"},

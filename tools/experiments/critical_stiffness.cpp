@@ -229,7 +229,8 @@ void trace(const Settings& s, const std::string& model, double speed, double cri
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_critical_stiffness(const ExperimentInput& input, const std::string& model,
+                            ExperimentResult& result) {
   const Settings& s = input.settings;
   const double kinetic = s.number("kinetic") * s.number("load"), dbar = s.number("presliding");
   const std::vector<double>& speeds = s.numbers("speeds");
@@ -282,7 +283,7 @@ Experiment critical_stiffness_experiment() {
         "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",
         "error of the stiffness by bisection against linear theory, worst of the speeds", "%", "below 10 %"}},
       {"speed[m/s]", "stiffness[N/m]", "x_over_presliding", "friction_over_kinetic"},
-      &run};
+      &run_critical_stiffness};
 }
 
 }  // namespace cli

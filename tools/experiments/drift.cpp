@@ -134,7 +134,7 @@ void check_step(const Settings& s) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_drift(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   fig2(input, model, result);
   slope(input, model, result);
 }
@@ -177,7 +177,7 @@ Experiment drift_experiment() {
         "speed down the slope in the second half", "um/s",
         "below a thousandth of the presliding length a second"}},
       {"t[s]", "applied[N]", "friction[N]", "x[m]"},
-      &run,
+      &run_drift,
       &check_step};
 }
 

@@ -60,14 +60,14 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   }
 }
 
-void check(const Settings& settings) {
+void check_friction_lag(const Settings& settings) {
   if (settings.number("velocity_amplitude") >= settings.number("velocity_mean")) {
     throw UserError(
         "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& omegas = input.settings.numbers("omegas");
   const double fastest = *std::max_element(omegas.begin(), omegas.end());
   double done = 0.0;
@@ -94,8 +94,8 @@ Experiment friction_lag_experiment() {
             "friction at the mean speed, growing less falling, over kinetic friction, fastest swing", "%",
             "above 1 %"}},
           {"omega[rad/s]", "v[m/s]", "friction[N]"},
-          &run,
-          &check};
+          &run_friction_lag,
+          &check_friction_lag};
 }
 
 }  // namespace cli

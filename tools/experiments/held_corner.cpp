@@ -92,7 +92,7 @@ void hold(const ExperimentInput& input, const std::string& model, ExperimentResu
       {"corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_held_corner(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   turn_steadily(model, input.settings, result);
   input.progress(0.5);
   hold(input, model, result);
@@ -125,7 +125,7 @@ Experiment held_corner_experiment() {
         "path of the plate's edge per cycle, moment between 0.2 and 0.8 of that of sliding", "um",
         "below a thousandth of the presliding length"}},
       {"t[s]", "moment_over_sliding", "way_of_edge[um]"},
-      &run};
+      &run_held_corner};
 }
 
 }  // namespace cli

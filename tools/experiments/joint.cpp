@@ -70,7 +70,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
 
 /// Holds the rated torque of a motor while the net torque on the arm wavers below friction. Returns the arm's
 /// creep per cycle, rad.
-double hold(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+double hold_arm(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
@@ -90,7 +90,7 @@ double hold(const ExperimentInput& input, const std::string& model, ExperimentRe
   return mean[cycles - 1] - mean[cycles - 2];
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_joint(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const std::vector<double>& weights = s.numbers("weights");
   const double full = full_friction(s);
@@ -105,7 +105,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
   result.findings.push_back({"joint_direction", model, rated.down / rated.up, rated.down > 1.1 * rated.up});
   result.findings.push_back(
       {"joint_reverse", model, rated.reversed, rated.reversed > 0.05 && rated.reversed < 3.0});
-  const double creep = hold(input, model, result);
+  const double creep = hold_arm(input, model, result);
   result.findings.push_back(
       {"joint_hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding")});
 }
@@ -147,7 +147,7 @@ Experiment joint_experiment() {
         "way in a cycle of a net torque between 0.2 and 0.8 of friction", "urad",
         "below a thousandth of the presliding length"}},
       {"weight_or_lengths_or_cycles", "friction_or_torque_over_full", "driven_or_angle_over_presliding"},
-      &run};
+      &run_joint};
 }
 
 }  // namespace cli

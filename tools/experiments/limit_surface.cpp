@@ -36,7 +36,7 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
   return mean;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_limit_surface(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius");
   // Compares with friction at this speed, not with the kinetic coefficient: some models depend on speed.
@@ -82,7 +82,7 @@ Experiment limit_surface_experiment() {
             "force at v = 0.1 omega R, over that of the closed form", "", "within 10 % of 1"}},
           {"v_over_omegaR", "force_over_friction", "aside_over_friction", "torque_over_friction_R",
            "force_in_theory", "torque_in_theory"},
-          &run};
+          &run_limit_surface};
 }
 
 }  // namespace cli

@@ -81,7 +81,7 @@ void resting(const ExperimentInput& input, const std::string& model, ExperimentR
   result.findings.push_back({"load_down_rest", model, left / most, left <= most * 1.001});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_load_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   sliding(input, model, "up", input.settings.number("factor_up"), result);
   sliding(input, model, "down", input.settings.number("factor_down"), result);
   resting(input, model, result);
@@ -113,7 +113,7 @@ Experiment load_step_experiment() {
             "a contact holds no more than its static friction (Coulomb's law)",
             "held force after the load fell to a tenth, over static friction there", "", "at most 1"}},
           {"x_over_presliding", "friction[N]"},
-          &run};
+          &run_load_step};
 }
 
 }  // namespace cli

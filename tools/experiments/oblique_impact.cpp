@@ -83,7 +83,7 @@ Speeds strike(const Sphere& sphere, Speeds speeds) {
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_oblique_impact(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   Sphere sphere = read_sphere(model, s);
   const double stiffness_ratio = sphere.shear_modulus / sphere.normal_modulus;
@@ -147,7 +147,7 @@ Experiment oblique_impact_experiment() {
        {"impact_energy", "no impact gains energy", "elastic energy is given back once",
         "largest gain of the energy of slip", "%", "below 0.1 %"}},
       {"angle[deg]_or_spin[rad/s]", "scaled_slip_before", "scaled_slip_after", "v[m/s]", "rim[m/s]"},
-      &run};
+      &run_oblique_impact};
   experiment.models = {{"coulomb", "Coulomb"}, {"history", "history spring"}, {"bed", "bed"}};
   return experiment;
 }

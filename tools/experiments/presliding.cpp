@@ -118,7 +118,7 @@ void permanent_set(const ExperimentInput& input, const std::string& model, doubl
   result.findings.push_back({"permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_presliding(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const double peak = virgin(input, model, result);
   loops(input, model, result);
   permanent_set(input, model, peak, result);
@@ -150,7 +150,7 @@ Experiment presliding_experiment() {
         "released near break-away, the block springs back in part (Courtney-Pratt and Eisner 1957)",
         "displacement left, in presliding lengths", "", "above 0.02, and it springs back by 0.01"}},
       {"x[m]", "friction[N]"},
-      &run};
+      &run_presliding};
 }
 
 }  // namespace cli

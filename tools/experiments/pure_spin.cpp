@@ -64,7 +64,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   return (peak - steady) / full;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_pure_spin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const FirstMotion pull = from_rest(input, model, false, result);
   input.progress(0.2);
   const FirstMotion turn = from_rest(input, model, true, result);
@@ -113,7 +113,7 @@ Experiment pure_spin_experiment() {
         "rise of the force of a slow pull on the spinning disc above its steady value, over that from rest",
         "", "below 0.5, where there is a peak from rest"}},
       {"way_over_presliding", "friction_over_kinetic"},
-      &run};
+      &run_pure_spin};
 }
 
 }  // namespace cli

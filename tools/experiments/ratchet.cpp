@@ -137,7 +137,7 @@ void hold(const std::string& model, const Settings& s, ExperimentResult& result)
   result.findings.push_back({"holds_on_nap", model, creep, std::fabs(creep) < 1.0});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_ratchet(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   find_limits(model, input.settings, result);
   input.progress(0.3);
   shake(model, input.settings, result);
@@ -177,7 +177,7 @@ Experiment ratchet_experiment() {
         "below its limit a contact does not creep (Dupont et al. 2002)",
         "creep in 1 s under a quarter of the friction along", "nm", "below 1 nm"}},
       {"angle[deg]_or_t[s]", "along_over_load_or_force", "across_over_load_or_x[mm]"},
-      &run};
+      &run_ratchet};
   experiment.models = {{"ellipse", "MuJoCo cone"},
                        {"scaled", "Bullet cone"},
                        {"brush", "brush, elliptic"},

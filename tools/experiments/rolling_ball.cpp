@@ -91,7 +91,7 @@ void roll(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_rolling_ball(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double degrees = s.number("slope"), speed = s.number("speed"), time = s.number("time");
   Ball middle, last;
@@ -150,7 +150,7 @@ Experiment rolling_ball_experiment() {
         "at 5/7 of its speed, whatever the friction (Coriolis 1835, billiards)",
         "speed at the end over the first", "", "within 0.01 of 5/7"}},
       {"t[s]", "v[m/s]", "rim[m/s]", "creepage"},
-      &run};
+      &run_rolling_ball};
   experiment.models = {{"coulomb", "Coulomb"}, {"patch", "patch, dragged"}, {"bed", "bed"}};
   return experiment;
 }

@@ -230,7 +230,7 @@ void echo(const ExperimentInput& input, const std::string& model, ExperimentResu
   result.findings.push_back({"echo", model, excess, excess < 3.0});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_rubbing(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   strokes(input, model, result);
   tremor(input, model, result);
   circle(input, model, result);
@@ -309,7 +309,7 @@ Experiment rubbing_experiment() {
         "highest force within two lengths of the origin when it slides back over it, above that of sliding",
         "%", "below 3 %"}},
       {"setting", "cycle_or_x", "force_over_kinetic", "work_or_position"},
-      &run};
+      &run_rubbing};
 }
 
 }  // namespace cli

@@ -70,7 +70,7 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   return line;
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_slide_hold_slide(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double kinetic = s.number("kinetic") * s.number("load");
   std::vector<double> logarithms, peaks;
@@ -92,7 +92,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
   result.findings.push_back({"hold_relaxation", model, 100.0 * relaxed, relaxed > 0.01});
 }
 
-void check(const Settings& settings) {
+void check_slide_hold_slide(const Settings& settings) {
   const std::vector<double>& holds = settings.numbers("holds");
   if (holds.size() < 2 || !std::is_sorted(holds.begin(), holds.end(), std::less_equal<>())) {
     throw UserError("experiment slide-hold-slide: holds must be two or more, ascending");
@@ -124,8 +124,8 @@ Experiment slide_hold_slide_experiment() {
         "friction a ten-thousandth into the hold less that at its end, longest hold, over kinetic friction",
         "%", "above 1 %"}},
       {"hold[s]", "t[s]", "x_over_presliding", "friction_over_kinetic"},
-      &run,
-      &check};
+      &run_slide_hold_slide,
+      &check_slide_hold_slide};
 }
 
 }  // namespace cli

@@ -132,7 +132,7 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
   return work / (most * way);
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_soft_finger(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double load = s.number("load"), most = s.number("friction") * load, way = s.number("presliding");
   const auto make = [&] { return Finger{make_contact(model, s), 1e-3 * way, load}; };
@@ -195,7 +195,7 @@ Experiment soft_finger_experiment() {
         "displacement after a fifth of the load is taken away, over that before; half of its friction", "",
         "within 0.02 of 1.118"}},
       {"force_or_x", "stiffness_or_force"},
-      &run};
+      &run_soft_finger};
   experiment.models = {
       {"dahl", "Dahl"}, {"patch", "patch, dragged"}, {"outline", "outline of patches"}, {"bed", "bed"}};
   return experiment;

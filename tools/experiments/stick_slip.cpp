@@ -38,7 +38,7 @@ void pull(const Settings& s, const std::string& model, const std::string& panel,
   result.findings.push_back({phenomenon, model, 100.0 * swing, swing > 0.1 && stuck > 0.1 * watched});
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_stick_slip(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   Settings dry = input.settings;
   dry.set("viscous=0");
   pull(input.settings, model, "pull", "stick_slip", result);
@@ -69,7 +69,7 @@ Experiment stick_slip_experiment() {
             "swing of the spring force after settling, over kinetic friction", "%",
             "above 10 %, and it is slower than a fiftieth of the pull for a tenth of the time"}},
           {"t[s]", "spring[N]", "x[m]", "v[m/s]"},
-          &run};
+          &run_stick_slip};
 }
 
 }  // namespace cli

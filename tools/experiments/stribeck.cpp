@@ -78,14 +78,14 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }
 
-void check(const Settings& settings) {
+void check_stribeck(const Settings& settings) {
   const std::vector<double>& speeds = settings.numbers("speeds");
   if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>())) {
     throw UserError("experiment stribeck: speeds must ascend");
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   Settings dry = input.settings;
   dry.set("viscous=0");
   dry.set("damping=0");
@@ -120,8 +120,8 @@ Experiment stribeck_experiment() {
        {"dry_constant", "dry sliding does not depend on speed", "Coulomb's third law, away from rest",
         "spread of the force from ten Stribeck velocities on, over kinetic friction", "%", "below 2 %"}},
       {"v[m/s]", "friction[N]"},
-      &run,
-      &check};
+      &run_stribeck,
+      &check_stribeck};
 }
 
 }  // namespace cli

@@ -42,7 +42,7 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_turn(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   for (const double degrees : input.settings.numbers("turns")) turn(input, model, degrees, result);
 }
 
@@ -67,7 +67,7 @@ Experiment turn_experiment() {
             "after a reversal friction changes its sign over the presliding length (Dahl 1968)",
             "path to zero force after a turn of 180 degrees, in presliding lengths", "", "0.05 to 3"}},
           {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"},
-          &run};
+          &run_turn};
 }
 
 }  // namespace cli

@@ -57,7 +57,7 @@ double evolution_way(const Step& up) {
   return there == up.friction.end() ? 0.0 : static_cast<double>(there - from);
 }
 
-void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void run_velocity_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   // Range of the immediate change of friction (direct effect) over all steps of speed.
@@ -95,7 +95,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
                              falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest});
 }
 
-void check(const Settings& settings) {
+void check_velocity_step(const Settings& settings) {
   if (settings.numbers("speeds").size() < 2) {
     throw UserError("experiment velocity-step: speeds must be two or more: a way must be told from a time");
   }
@@ -132,8 +132,8 @@ Experiment velocity_step_experiment() {
         "path from the highest friction after the step until 1/e of the fall is left, shortest of the speeds",
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
-      &run,
-      &check};
+      &run_velocity_step,
+      &check_velocity_step};
 }
 
 }  // namespace cli
