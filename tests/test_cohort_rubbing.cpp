@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "brute_pieces.hpp"
 #include "brute_rubbing.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
@@ -293,6 +294,53 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
     CHECK(brush.imbalance < 1e-12);
     CHECK(brush.most_negative >= 0.0);
   }
+}
+
+TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
+          "[cohorts][rubbing][physics][determinism]") {
+  constexpr int parts = 250;  // of a move, for the independent model
+  for (const SnapLength& law : {uniform, lognormal, SnapLength::exponential(dbar)})
+    for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.1, 1.0}, Rubbing{0.4, 2.0}}) {
+      INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
+      std::vector<double> quantiles;
+      for (int i = 0; i <= 4000; ++i)
+        quantiles.push_back(law.quantile(std::min(std::max(i / 4000.0, 1e-6), 1.0 - 1e-6)) / dbar);
+      std::vector<Brush> brushes;
+      for (const double resolution : {8.0, 16.0})
+        for (const bristle::IsaInfo& isa : bristle::instruction_sets())
+          if (isa.usable)
+            brushes.emplace_back(rubbed(law, r), infinite_options(resolution, 64),
+                                 BatchOptions{}.with_isa(isa.name));
+      SmallPieces truth(quantiles, r.residual, r.renewal);
+      std::mt19937 random(5);
+      for (int i = 0; i < 8; ++i) {
+        // Moves of 7 to 26 pieces at resolution 8. Draws integers, which every standard library does alike.
+        const double angle = static_cast<double>(random()) * 0x1p-32 * 6.283185307179586;
+        const double length = 0.8 + 2.4 * (static_cast<double>(random()) * 0x1p-32);
+        const double dx = length * std::cos(angle), dy = length * std::sin(angle);
+        double mean[2] = {0.0, 0.0};
+        for (int k = 0; k < parts; ++k) {
+          const double before[2] = {truth.x(), truth.y()};
+          truth.step(dx / parts, dy / parts, 1.0);
+          mean[0] += (before[0] + truth.x()) / (2 * parts);
+          mean[1] += (before[1] + truth.y()) / (2 * parts);
+        }
+        for (std::size_t k = 0; k < brushes.size(); ++k) {
+          Brush& brush = brushes[k];
+          brush.step(dx, dy);
+          const std::size_t first = k < brushes.size() / 2 ? 0 : brushes.size() / 2;
+          REQUIRE(brush.patch.hash() == brushes[first].patch.hash());
+          REQUIRE(brush.response.dissipated == brushes[first].response.dissipated);
+          const double limit = first == 0 ? 0.0045 : 0.0015;
+          expect_near(brush.x(), truth.x(), limit, "deflection along x");
+          expect_near(brush.y(), truth.y(), limit, "deflection along y");
+          for (int axis = 0; axis < 2; ++axis)
+            expect_near(-brush.response.mean[axis] / (load_n * dbar), mean[axis], limit, "mean deflection");
+          CHECK(brush.imbalance < 1e-12);
+          CHECK(brush.most_negative >= 0.0);
+        }
+      }
+    }
 }
 
 TEST_CASE("A rubbed contact does not harden; the paper's does", "[cohorts][rubbing][physics]") {
