@@ -94,7 +94,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 void parse_window(const std::string& text, double& from, double& until) {
   const std::size_t colon = text.find(':');
-  const auto second_of = [&](const std::string& part, double otherwise) {
+  const auto seconds = [&](const std::string& part, double otherwise) {
     if (part.empty()) return otherwise;
     double value = 0.0;
     const auto [rest, error] = std::from_chars(part.data(), part.data() + part.size(), value);
@@ -104,8 +104,8 @@ void parse_window(const std::string& text, double& from, double& until) {
   };
   if (colon == std::string::npos)
     throw UserError(fmt::format("--window is '{}'; allowed: FROM:UNTIL in s, either may be missing", text));
-  from = second_of(text.substr(0, colon), 0.0);
-  until = second_of(text.substr(colon + 1), 1e300);
+  from = seconds(text.substr(0, colon), 0.0);
+  until = seconds(text.substr(colon + 1), 1e300);
   if (!(until > from))
     throw UserError(fmt::format("--window is '{}'; its end must come after its beginning", text));
 }
