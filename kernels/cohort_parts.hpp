@@ -493,7 +493,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   double limit = unlimited_cost;  // cost above which no pair is merged
-  for (std::uint32_t i = 0; i + 1 < s.count; ++i) {
+  // Begins with the newest cohorts, which are close to each other, so that the limit is low for all others.
+  for (std::uint32_t i = s.count - 1; i-- > 0;) {
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);
     limit = least(limit, merge_margin * partners[i].cost);
   }
