@@ -124,17 +124,23 @@ template <class T, int axes, class V>
   return ahead * ahead + start.aside * start.aside > limit * limit;
 }
 
-/// Returns the distance over which the tip sticks, for bristles that slide. A bristle at its limit, to a few
-/// digits, that does not unload slides at once, without a root.
+/// Whether the tip of a bristle that slides sticks first. One at its limit, to a few digits, that does not
+/// unload slides at once.
+template <class T, class V, class Which>
+[[gnu::always_inline]] inline Which sticks_first(const SlideStart<V>& start, V limit, Which slides) {
+  constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();
+  const V bent2 = start.along * start.along + start.aside * start.aside;
+  return slides & ((bent2 < limit * limit * V(inside)) | (start.along < V(T(0))));
+}
+
+/// Returns the distance over which the tip sticks, for bristles that slide.
 template <class T, int axes, class V, class Which>
 [[gnu::always_inline]] inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
   if constexpr (axes == 1) {
     return select_lanes(slides, least(way_to_slide<T, axes>(start, limit), length), length);
   } else {
-    constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();
     V path = select_lanes(slides, V(T(0)), length);
-    const V bent2 = start.along * start.along + start.aside * start.aside;
-    const auto sticks = slides & ((bent2 < limit * limit * V(inside)) | (start.along < V(T(0))));
+    const auto sticks = sticks_first<T>(start, limit, slides);
     if (any_lane(sticks))
       path = select_lanes(sticks, least(way_to_slide<T, axes>(start, limit), length), path);
     return path;
@@ -153,17 +159,18 @@ struct Slid {
 
 /// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
 /// their z' is filled. `holds` is |z| at the start of sliding; a bristle that holds more than its limit drops
-/// to it there. over_limit(s) gives s / limit.
-template <class T, int axes, bool mean, bool energy, class V, class Which, class OverLimit>
+/// to it there. decay_over(s) gives the Decay of s / limit. `at_once`: every bristle that slides does so from
+/// the start, so that the path slid is known before any comparison is.
+template <class T, int axes, bool mean, bool energy, bool at_once, class V, class Which, class DecayOver>
 [[gnu::always_inline]] inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds,
-                                               V limit, V ex, V ey, V length, OverLimit&& over_limit) {
+                                               V limit, V ex, V ey, V length, DecayOver&& decay_over) {
   const V none(T(0));
   const V half(T(0.5));
   Slid<V> end;
   end.path = path;
   end.x = limit * ex;
   end.y = limit * ey;
-  const V s = length - path;
+  const V s = at_once ? length : length - path;
   // Integrals of the deflection along and across the motion, while the tip slides.
   V along_integral = limit * s;
   V aside_integral = none;
@@ -176,8 +183,8 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
     if (any_lane(turns)) {
       // With p = l + l cos(theta) and a = l sin(theta), t = tan(theta/2) = a / p, so no quotient is needed
       // until the end. The tip begins to slide where z along the motion is l cos(theta).
-      const V p = most(holds + (start.along + path), V(T(1e-15)));
-      const Decay<V> turn = decay<T>(over_limit(s));
+      const V p = most(holds + (at_once ? start.along : start.along + path), V(T(1e-15)));
+      const Decay<V> turn = decay_over(s);
       const V w = a * turn.left;
       const V p2 = p * p;
       const V w2 = w * w;
@@ -222,9 +229,9 @@ template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
                                                   V ey, V length) {
   const auto slides = path < length;
-  const auto over_limit = [limit](V s) { return divide(s, most(limit, V(T(1e-30)))); };
+  const auto decay_over = [limit](V s) { return decay<T>(divide(s, most(limit, V(T(1e-30))))); };
   Slid<V> end =
-      slide_on<T, axes, mean, energy>(start, slides, path, holds, limit, ex, ey, length, over_limit);
+      slide_on<T, axes, mean, energy, false>(start, slides, path, holds, limit, ex, ey, length, decay_over);
   end.x = select_lanes(slides, end.x, start.x + ex * length);
   end.y = select_lanes(slides, end.y, start.y + ey * length);
   return end;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <limits>
+#include <type_traits>
 
 #include "ageing.hpp"
 #include "slide.hpp"
@@ -117,6 +118,9 @@ class Slider {
  private:
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr T eps = std::numeric_limits<T>::epsilon();
+  /// Whether the exponentials of a block are computed in a loop of their own, before its deflections are
+  /// read: in one loop they lengthen a chain of operations of which the processor holds too few at a time.
+  static constexpr bool keeps_decays = axes == 2 && !mean && !energy && !ages;
 
   const SlideView<T> patch;  ///< copy, because what a step writes may alias the caller's view
   const Advance& advance;
@@ -225,18 +229,35 @@ class Slider {
     return false;
   }
 
-  /// Advances one vector of bristles, from bristle i on.
+  /// Returns exp(-s / l) of the bristles from i on, l being their limit under the present load.
   template <class V>
-  [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, Row<T> (&stored)[2],
-                                         Row<T> (&integral)[2], Row<T>& dissipated, Row<T>& count) const {
+  [[gnu::always_inline]] Decay<V> decay_over(const Shared& m, std::uint32_t i, V s) const {
+    return decay<T>(s * (load_as<V>(patch.per_limit + i) * V(m.per_share)));
+  }
+
+  /// Advances one vector of bristles, from bristle i on. `decays`: exp(-length / l) of the block's bristles,
+  /// or null.
+  template <class V>
+  [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, const T* decays,
+                                         Row<T> (&stored)[2], Row<T> (&integral)[2], Row<T>& dissipated,
+                                         Row<T>& count) const {
     Begin<V> b = begin<V>(m, i);
-    if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
     // Stops short of the limit by the rounding error of a step, so that in the next step the tip sticks until
     // it has moved by more.
     const V limit = b.limit * V(T(1) - 4 * eps);
-    const auto over_limit = [&](V s) { return s * (load_as<V>(patch.per_limit + i) * V(m.per_share)); };
-    const Slid<V> end = slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, V(m.ex),
-                                                        V(m.ey), V(m.length), over_limit);
+    const auto finish = [&](auto at_once) {
+      return slide_on<T, axes, mean, energy, at_once.value>(
+          b.start, b.slides, b.path, b.holds, limit, V(m.ex), V(m.ey), V(m.length), [&](V s) {
+            if constexpr (at_once.value && keeps_decays)
+              if (decays != nullptr) return Decay<V>{load_as<V>(decays + i % block_size), V(T(0))};
+            return decay_over<V>(m, i, s);
+          });
+    };
+    if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
+    // A branch, which the processor foresees: after a selection the exponential would wait for comparisons.
+    bool at_once = false;
+    if constexpr (keeps_decays) at_once = !any_lane(sticks_first<T>(b.start, b.limit, b.slides));
+    const Slid<V> end = at_once ? finish(std::true_type{}) : finish(std::false_type{});
     const V weight = load_as<V>(patch.weight + i);
     const V x = select_lanes(b.slides, end.x - V(m.keep_x), load_as<V>(patch.zx + i) + V(m.shift_x));
     add_to(stored[0], i, weight * x);
@@ -259,13 +280,27 @@ class Slider {
       if (advance.commit) note_time(b.goes_on, i);
   }
 
+  /// Whether any of the bristles from i on is bent across the motion, beyond rounding.
+  bool turns(const Shared& m, std::uint32_t i) const {
+    const Lanes<T> aside = begin<Lanes<T>>(m, i).start.aside;
+    return xsimd::any(aside * aside > Lanes<T>(eps));
+  }
+
   SlideSums slide_all(const Shared& m, const Extent& extent, Totals& totals) const {
     Row<T> stored[2], integral[2], dissipated, count;
     std::uint32_t i = extent.first;
+    alignas(64) T decays[keeps_decays ? block_size : 1];
+    const T* ready = nullptr;
+    if constexpr (keeps_decays)
+      if (extent.end - extent.first > 2 * width && turns(m, i)) {
+        for (std::uint32_t k = i; k < extent.end; k += width)
+          store(decay_over<Lanes<T>>(m, k, m.length).left, decays + k % block_size);
+        ready = decays;
+      }
     if constexpr (!ages)
       for (; i + 2 * width <= extent.end; i += 2 * width)
-        slide_some<Pair<T>>(m, i, stored, integral, dissipated, count);
-    for (; i < extent.end; i += width) slide_some<Lanes<T>>(m, i, stored, integral, dissipated, count);
+        slide_some<Pair<T>>(m, i, ready, stored, integral, dissipated, count);
+    for (; i < extent.end; i += width) slide_some<Lanes<T>>(m, i, ready, stored, integral, dissipated, count);
     SlideSums sums;
     for (int axis = 0; axis < axes; ++axis) {
       sums.stored[axis] = tree_sum(stored[axis]);
