@@ -110,8 +110,8 @@ TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances it
 
 TEST_CASE("In Bullet stacks of four and eight boxes fall with Bullet's friction and rest on bristles",
           "[bullet]") {
-  for (const Scene& scene :
-       {stack(4, 1.0 / 60.0, 10.0), stack(8, 1.0 / 60.0, 10.0), stack(4, 1.0 / 240.0, 5.0)}) {
+  for (const Scene& scene : {stack(4, 1.0 / 60.0, 10.0), stack(8, 1.0 / 60.0, 10.0),
+                             stack(8, 1.0 / 120.0, 10.0), stack(4, 1.0 / 240.0, 5.0)}) {
     INFO(scene.title);
     const Run held = run(scene, {Friction::bristle})[0];
     CHECK(std::fabs(held.creep) < 1e-9);
@@ -119,6 +119,33 @@ TEST_CASE("In Bullet stacks of four and eight boxes fall with Bullet's friction 
     CHECK(held.contacts == Approx(4.0 * static_cast<double>(scene.body)).epsilon(0.01));
   }
   CHECK(run(stack(4, 1.0 / 60.0, 10.0), {Friction::stock})[0].samples.back().place[0] > 0.1);
+}
+
+TEST_CASE("In Bullet a stack at rest needs no iteration, unless a body resists rolling", "[bullet]") {
+  struct Counted : BristleSolver {
+    using BristleSolver::BristleSolver;
+    btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                  btPersistentManifold** manifolds, int manifold_count,
+                                  btTypedConstraint** constraints, int constraint_count,
+                                  const btContactSolverInfo& info, btIDebugDraw* drawer) override {
+      ++iterations;
+      return BristleSolver::solveSingleIteration(iteration, bodies, body_count, manifolds, manifold_count,
+                                                 constraints, constraint_count, info, drawer);
+    }
+    int iterations = 0;
+  };
+  for (const bool rolling : {false, true}) {
+    const Scene scene = stack(4, 1.0 / 60.0);
+    World world(Friction::bristle, scene.gravity, scene.law, scene.options);
+    Counted solver(*world.world().getDispatcher(), scene.law, scene.options);
+    world.world().setConstraintSolver(&solver);
+    scene.build(world);
+    for (std::size_t i = 0; rolling && i < world.bodies(); ++i) world.body(i).setRollingFriction(0.01);
+    for (int i = 0; i < 600; ++i) world.step(scene.dt_s);
+    solver.iterations = 0;
+    for (int i = 0; i < 100; ++i) world.step(scene.dt_s);
+    CHECK(solver.iterations == (rolling ? 1000 : 100));
+  }
 }
 
 TEST_CASE("In Bullet a plate pushed off its centre slides and turns as far as Coulomb's law says",

@@ -231,6 +231,13 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
   quantity("--speed", cli::speed_units, -1e3, 1e3,
            "Speed of the motion where no column has it, e.g. 10mm/min",
            [&](double speed) { options.reading.speed = speed; });
+  quantity("--stroke", cli::length_units, 1e-9, 1e3,
+           "With --speed: the length of strokes to and fro; the force tells when they turn, e.g. 5mm",
+           [&](double stroke) { options.reading.stroke = stroke; });
+  add_file(app, "--position", options.reading.position,
+           "Another logger's file t,x (or t,v): its motion, at the times of the force");
+  quantity("--clock", cli::time_units, -1e12, 1e12, "Time added to that of --position, e.g. -120ms",
+           [&](double clock) { options.reading.clock = clock; });
   quantity("--mass", cli::mass_units, 0.0, 1e6,
            "Mass that the force sensor accelerates: its inertia is taken off, e.g. 120g",
            [&](double mass) { options.mass = mass; });
@@ -592,9 +599,9 @@ Action add_fit(CLI::App* command) {
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {
-    for (const char* const option :
-         {"--load", "--clip-load", "--speed", "--mass", "--radius", "--disc", "--compliance", "--delay",
-          "--sign", "--law", "--rule", "--decay", "--residual", "--renewal"})
+    for (const char* const option : {"--load", "--clip-load", "--speed", "--stroke", "--position", "--clock",
+                                     "--mass", "--radius", "--disc", "--compliance", "--delay", "--sign",
+                                     "--law", "--rule", "--decay", "--residual", "--renewal"})
       if (kept->joint && command->count(option) > 0)
         throw cli::UserError(fmt::format(
             "{}: of a contact; a joint's log is read by --columns, --units, --torque-constant, --pendulum",

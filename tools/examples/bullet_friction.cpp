@@ -24,6 +24,10 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
+// Errors up to which the linear solve of a group stands: of accelerations at normal impulses and joints, and
+// of those at slips, m/s^2; change of a patch's force by the slip of this step, over its limit.
+constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
+
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
 /// Returns a key of the two bodies from Bullet's ids, which stay constant while both are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
@@ -90,6 +94,7 @@ struct BristleSolver::System {
   void solve();
   void refine();
   bool drop();
+  double error() const;
 
   std::vector<int> column;  // first matrix column of each solver body
   bristle_example::Skyline matrix, masses;
@@ -190,6 +195,16 @@ bool BristleSolver::System::drop() {
     f.clipped = dropped = true;
   }
   return dropped;
+}
+
+/// Returns the largest error of a row's velocity, m/s. A row without impulse may be faster than it wants.
+double BristleSolver::System::error() const {
+  double largest = 0.0;
+  for (const Row& row : rows) {
+    const double missing = row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before);
+    largest = std::max(largest, row.active ? std::fabs(missing) : missing);
+  }
+  return largest;
 }
 
 BristleSolver::~BristleSolver() = default;
@@ -524,13 +539,13 @@ void BristleSolver::list_unknowns(double dt_s) {
 
 /// Solves normal impulses, joints and friction of a group in one linear system, as a start for Bullet's
 /// iterations. Iterations alone leave an error in each step, by which a stack creeps or falls. Loads on
-/// patches are those of the last step.
-void BristleSolver::solve_at_once(double dt_s) {
+/// patches are those of the last step. Returns whether no iteration is needed.
+bool BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
   // With more unknowns a direct solve would take longer than the iterations.
-  if (system.masses.entries() > 400 * system.rows.size()) return;
+  if (system.masses.entries() > 400 * system.rows.size()) return false;
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
   for (int pass = 0; pass < passes; ++pass) {
@@ -551,6 +566,21 @@ void BristleSolver::solve_at_once(double dt_s) {
   }
   for (const System::Friction& f : system.frictions)
     push(*f.contact, f.share * (f.elastic - f.slope * system.slip(f)));
+  // Patches are asked in later iterations, where their linear models may not hold.
+  const auto bends = [&](const Contact* c) {
+    return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() > most_bent * c->answer.limit;
+  };
+  return !system.frictions.empty() && m_tmpSolverContactRollingFrictionConstraintPool.size() == 0 &&
+         system.error() < row_error * dt_s && rub_all(dt_s) < slip_error * slip_error * dt_s * dt_s &&
+         std::none_of(solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_), solved_.end(), bends);
+}
+
+/// Sweeps once over the friction of a group. Returns the largest squared change of a slip.
+double BristleSolver::rub_all(double dt_s) {
+  double change = 0.0;
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
+    change = std::max(change, rub(*solved_[i], dt_s));
+  return change;
 }
 
 btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
@@ -558,27 +588,17 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) {
   const double dt_s = static_cast<double>(info.m_timeStep);
-  if (iteration == 0) solve_at_once(dt_s);
+  if (iteration == 0 && solve_at_once(dt_s)) return 0;
   double residual = static_cast<double>(btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer));
   const int half = info.m_numIterations / 2;
   const bool ask = iteration >= half && (iteration - half) % 2 == 0 && iteration + 1 < info.m_numIterations;
   if (ask)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
-  for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
-    for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
-      residual = std::max(residual, rub(*solved_[i], dt_s));
-  // Ends the iterations if the linear solve left little error and patches change little by the slip of this
-  // step.
-  constexpr double error = 1e-3, bent = 0.01;  // acceleration error, m/s^2; force change over the limit
-  const auto begin = solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_);
-  if (residual < error * error * dt_s * dt_s && std::all_of(begin, solved_.end(), [&](const Contact* c) {
-        return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() < bent * c->answer.limit;
-      }))
-    return 0;
+  for (int sweep = 0; sweep < friction_sweeps_; ++sweep) residual = std::max(residual, rub_all(dt_s));
   // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops at a small
   // one.
-  const bool asked = iteration > half || begin == solved_.end();
+  const bool asked = iteration > half || first_of_group_ == solved_.size();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
 

@@ -134,7 +134,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void ask_patch(Contact& contact, double dt_s);
   double rub(Contact& contact, double dt_s);
   void push(Contact& contact, const Eigen::Vector2d& impulse);
-  void solve_at_once(double dt_s);
+  bool solve_at_once(double dt_s);
+  double rub_all(double dt_s);
   void list_unknowns(double dt_s);
   struct System;
   Eigen::Vector2d slip_of(const Contact& contact) const;

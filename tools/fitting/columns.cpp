@@ -9,6 +9,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/data.hpp"
+#include "tools/fitting/rebuilt_motion.hpp"
 
 namespace cli {
 namespace {
@@ -58,11 +59,15 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t
                                             {"angle", angle_units, most_length, no_other},
                                             {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
-// Share of the forces' sum that may be of the rarer sign if the file's motion counts as one-way.
-constexpr double beyond_most = 0.1;
+
+/// Part of a record that a file has.
+enum class Holds : unsigned char { record, force, motion };
+// Columns of which a file may have one.
+constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
+                   force_columns[] = {column_force, column_fx, column_friction, column_torque};
 
 /// Returns which of several column names the header has; column_count if it has none of them.
-unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
+unsigned pick(const CsvHeader& header, std::span<const unsigned> names, const std::string& where) {
   unsigned found = column_count;
   for (const unsigned c : names) {
     if (!header.present[c]) continue;
@@ -103,21 +108,29 @@ void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   data.force_y.clear();
 }
 
-std::vector<ColumnWish> wishes_of(FitReading reading) {
+std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
   for (ColumnWords* const words : {&reading.columns, &reading.units})
     for (auto& [ours, theirs] : *words) {
       if (ours == "f") ours = "force";
       if (ours == "n") ours = "load";
     }
-  return column_wishes(kinds, reading.columns, reading.units);
+  std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
+  // Names of columns that are in the other file.
+  const auto drop = [&](std::span<const unsigned> of) {
+    for (const unsigned c : of) wishes[c].name.clear();
+  };
+  if (holds == Holds::force) drop(place_columns), drop(speed_columns);
+  if (holds == Holds::motion) drop(force_columns), wishes[column_load].name.clear();
+  return wishes;
 }
 
-bool is_record(const std::vector<bool>& present, const FitReading& reading) {
-  const auto any = [&](std::initializer_list<unsigned> of) {
+bool is_record(const std::vector<bool>& present, const FitReading& reading, Holds holds) {
+  const auto any = [&](std::span<const unsigned> of) {
     return std::any_of(of.begin(), of.end(), [&](unsigned c) { return present[c]; });
   };
-  return present[column_t] && (reading.speed || any({column_x, column_v, column_vx, column_angle})) &&
-         any({column_force, column_fx, column_friction, column_torque});
+  return present[column_t] &&
+         (holds == Holds::force || reading.speed || any(place_columns) || any(speed_columns)) &&
+         (holds == Holds::motion || any(force_columns));
 }
 
 /// Name and unit of the column chosen for position, speed and force.
@@ -125,11 +138,11 @@ struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
 
-Choice choose(const CsvHeader& header, std::string_view line, const FitReading& reading,
+Choice choose(const CsvHeader& header, std::string_view line, const FitReading& reading, Holds holds,
               const std::string& where) {
-  const Choice choice{pick(header, {column_x, column_angle}, where),
-                      pick(header, {column_v, column_vx}, where),
-                      pick(header, {column_force, column_fx, column_friction, column_torque}, where)};
+  const bool no_force = holds == Holds::motion, no_motion = reading.speed || holds == Holds::force;
+  const Choice choice{pick(header, place_columns, where), pick(header, speed_columns, where),
+                      no_force ? column_count : pick(header, force_columns, where)};
   const auto need = [&](bool ok, const char* what, const char* ours) {
     if (!ok)
       throw UserError(
@@ -137,22 +150,23 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
                       trim(line), what, expected, ours));
   };
   need(header.present[column_t], "column t", "t");
-  need(choice.x != column_count || choice.v != column_count || reading.speed, "column x (nor v)", "x");
-  need(choice.force != column_count, "column force (nor fx, friction)", "force");
+  need(choice.x != column_count || choice.v != column_count || no_motion, "column x (nor v)", "x");
+  need(choice.force != column_count || no_force, "column force (nor fx, friction)", "force");
   const bool turns = choice.x == column_angle, twists = choice.force == column_torque;
   if ((turns || twists) && !reading.radius)
     throw UserError(
         fmt::format("{}: column {} needs the radius at which it acts: --radius 20mm (a ring: its "
                     "mean radius), or that of a full disc: --disc 20mm",
                     where, turns ? "angle" : "torque"));
-  if (turns != twists && choice.x != column_count)
+  if (turns != twists && choice.x != column_count && !no_force)
     throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",
                                 turns ? "torque" : "angle"));
   if (reading.radius && !turns && !twists)
     throw UserError(fmt::format("{}: --{} is for columns angle and torque, and here are none", where,
                                 reading.disc ? "disc" : "radius"));
-  if (reading.speed && (choice.x != column_count || choice.v != column_count))
-    throw UserError(fmt::format("{}: --speed stands for a column of the motion, and here is column {}", where,
+  if (no_motion && (choice.x != column_count || choice.v != column_count))
+    throw UserError(fmt::format("{}: --{} stands for a column of the motion, and here is column {}", where,
+                                reading.speed ? "speed" : "position",
                                 kinds[choice.x != column_count ? choice.x : choice.v].name));
   return choice;
 }
@@ -165,20 +179,6 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
     data.understood.push_back(fmt::format(
         "column t states no unit: rows are taken to be {:.3g} s apart; if these are ms, give --units t=ms",
         between));
-}
-
-/// Rebuilds the positions of a file without position: one speed, one direction.
-void rebuild_positions(FitColumns& data, double speed) {
-  for (const double t : data.t) data.x.push_back(speed * (t - data.t.front()));
-  data.v.assign(data.t.size(), speed);
-  double up = 0.0, down = 0.0;
-  for (const double f : data.force) (f > 0.0 ? up : down) += std::fabs(f);
-  if (std::min(up, down) > beyond_most * (up + down))
-    throw UserError(data.name +
-                    ": the force has both signs, and --speed is of a motion one way: give a column x or v "
-                    "for a motion to and fro");
-  data.understood.push_back(
-      fmt::format("position rebuilt from a speed of {:.4g} mm/s, one way", 1e3 * speed));
 }
 
 /// Returns the load (N) of a row. If the user allows it, slightly negative loads (a sensor's noise at zero
@@ -206,20 +206,21 @@ void require_within(double value, const ColumnKind& kind, const std::string& whe
                               kind.units.front().name, -kind.most, kind.most));
 }
 
-}  // namespace
-
-FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
+/// Parses the columns of a file that holds a record or a part of it.
+FitColumns parse(std::string_view text, const std::string& name, const FitReading& reading, Holds holds) {
+  if (reading.stroke && !reading.speed)
+    throw UserError("--stroke: needs the speed of the strokes, --speed 10mm/min");
   FitColumns data;
   data.name = name;
   std::size_t first_line = 1;
   text = skip_to_header(text, name, expected, first_line);
   const PlainCsv csv =
-      plain_csv(text, name, first_line, kinds, wishes_of(reading),
-                [&](const std::vector<bool>& present) { return is_record(present, reading); });
+      plain_csv(text, name, first_line, kinds, wishes_of(reading, holds),
+                [&](const std::vector<bool>& present) { return is_record(present, reading, holds); });
   const std::string header_where = fmt::format("{}:{}", name, csv.header_line);
   const std::string_view plain = csv.text;
   const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), header_where, kinds);
-  const Choice choice = choose(header, csv.header, reading, header_where);
+  const Choice choice = choose(header, csv.header, reading, holds, header_where);
   data.has_x = choice.x != column_count;
   data.has_load = header.present[column_load];
   data.replayable = csv.ours && (choice.x == column_x || choice.v == column_vx);
@@ -249,7 +250,7 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
     if (choice.v != column_count) data.v.push_back(value(choice.v));
     if (data.has_x) {
       data.x.push_back(value(choice.x) * (choice.x == column_angle ? lever : 1.0));
-    } else if (!reading.speed) {
+    } else if (choice.v != column_count) {
       const std::size_t n = data.t.size();
       data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
       require_near(data.x.back(), where());
@@ -257,7 +258,8 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
     if (data.has_load)
       data.load.push_back(
           clipped(value(column_load), cells[column_load], reading, where(), clipped_rows, lowest_load));
-    data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
+    if (choice.force != column_count)
+      data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
     if (has_y) data.y.push_back(value(column_y));
     if (has_fy) data.force_y.push_back(value(column_fy));
     for (std::size_t i = 0; i < as_written.size(); ++i) {
@@ -271,11 +273,16 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   data.understood.push_back(mapping_text(csv, kinds));
   doubt_time(csv, data);
   for (const unsigned c : {unsigned{column_load}, choice.force})
-    if (csv.units[c] == grams)
+    if (c != column_count && csv.units[c] == grams)
       data.understood.push_back(
           fmt::format("column {}: g is taken as gram-force, 1 g = 9.80665 mN (else --units {}=UNIT)",
                       csv.headers[c], kinds[c].name));
-  if (reading.speed && !data.t.empty()) rebuild_positions(data, *reading.speed);
+  if (reading.speed && !data.t.empty()) {
+    if (reading.stroke)
+      rebuild_strokes(data, *reading.speed, *reading.stroke);
+    else
+      rebuild_slide(data, *reading.speed);
+  }
   if (reading.radius)
     data.understood.push_back(
         data.disc
@@ -288,6 +295,21 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
         fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));
     data.replayable = false;
   }
+  return data;
+}
+
+}  // namespace
+
+FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
+  return parse(text, name, reading, Holds::record);
+}
+
+FitColumns merge_fit_columns(std::string_view force, const std::string& name, std::string_view motion,
+                             const FitReading& reading) {
+  if (reading.speed)
+    throw UserError("--position and --speed together: the one measures the motion, the other states it");
+  FitColumns data = parse(force, name, reading, Holds::force);
+  merge_motion(data, parse(motion, reading.position, reading, Holds::motion), reading.clock);
   return data;
 }
 
@@ -338,6 +360,12 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
 }
 
 FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading) {
+  if (!reading.position.empty()) {
+    if (files.size() > 1) throw UserError("--position: one file of the force only");
+    return merge_fit_columns(read_text_file(files.front()), files.front(), read_text_file(reading.position),
+                             reading);
+  }
+  if (reading.clock != 0.0) throw UserError("--clock: only with --position");
   std::vector<FitColumns> records;
   for (const std::string& file : files)
     records.push_back(parse_fit_columns(read_text_file(file), file, reading));

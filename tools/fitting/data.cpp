@@ -171,8 +171,8 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   return smooth;
 }
 
-/// Estimates the noise of the position (m) from the median of its second differences, to which motion adds
-/// little. A smoothed encoder count is wrong by about 0.2 of it, at most by half.
+}  // namespace
+
 double position_noise(const std::vector<double>& x, double least) {
   std::vector<double> bends;
   for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
@@ -180,6 +180,20 @@ double position_noise(const std::vector<double>& x, double least) {
   // difference of noise has sqrt(6) of them.
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
+
+std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<double>& x, double& quantum) {
+  const Encoder encoder = find_encoder(c, x);
+  quantum = encoder.quantum;
+  const std::vector<double> seen = encoder.rounded ? whole_counts(x, quantum) : x;
+  if (quantum == 0.0) return seen;
+  std::vector<double> smooth;
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    append(smooth, smooth_creep(slice(c.t, begin, end), slice(seen, begin, end), quantum));
+  });
+  return smooth;
+}
+
+namespace {
 
 /// Finds the velocity by differences over as many samples as the motion takes to exceed the noise.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
@@ -234,7 +248,8 @@ bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
          (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
 }
 
-/// Makes a path of the samples and, between them, the turning points of parabolas through three samples each.
+}  // namespace
+
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise) {
   std::vector<PathPoint> path;
@@ -256,6 +271,19 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
     if (place > 0.0) path.push_back(turn);
   }
   return path;
+}
+
+namespace {
+
+/// Adds the turning points that are known beside the samples.
+void insert_turns(FitData& data) {
+  for (PathPoint turn : data.columns.turns) {
+    const auto next = std::upper_bound(data.path.begin(), data.path.end(), turn.t,
+                                       [](double t, const PathPoint& point) { return t < point.t; });
+    if (next == data.path.begin() || next == data.path.end()) continue;
+    turn.load = next->load;
+    data.path.insert(next, turn);
+  }
 }
 
 /// Makes a path in the plane from the samples alone: a smooth turn in the plane has no turning point.
@@ -695,29 +723,26 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   std::vector<std::vector<double>> places, velocities;
   double square_range = 0.0;
   for (const Axis& axis : axes_of(c)) {
-    const Encoder encoder = c.has_x ? find_encoder(c, axis.x) : Encoder{};
-    double quantum = encoder.quantum;
-    const std::vector<double> seen = encoder.rounded ? whole_counts(axis.x, quantum) : axis.x;
-    std::vector<double> place, velocity;
+    double quantum = 0.0;
+    const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
+    quantum = std::max(quantum, c.quantum);
+    std::vector<double> velocity;
     // `coarse`: resolution (m) of the positions from which velocities are computed.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
-      const std::vector<double> t = slice(c.t, begin, end);
-      std::vector<double> x = slice(seen, begin, end);
-      if (quantum > 0.0) x = smooth_creep(t, x, quantum);
+      const std::vector<double> x = slice(place, begin, end);
       if (c.has_x) {
         noise = std::max(noise, position_noise(x, 0.5 * quantum));
         coarse = std::max(coarse, position_noise(x, 0.2 * quantum));
       }
       const auto [low, high] = std::minmax_element(x.begin(), x.end());
       longest = std::max(longest, *high - *low);
-      append(place, x);
     });
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), coarse)
                                    : slice(c.v, begin, end));
     });
-    places.push_back(std::move(place));
+    places.push_back(place);
     velocities.push_back(std::move(velocity));
     square_range += longest * longest;
     data.quantum = std::max(data.quantum, quantum);
@@ -748,6 +773,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     path.front().begins = begin > 0;
     data.path.insert(data.path.end(), path.begin(), path.end());
   });
+  insert_turns(data);
   data.longest_rest = longest_rest(data.path, rest_slack(data));
 
   std::vector<double> speed, moves;

@@ -25,10 +25,15 @@ struct FitReading {
   ColumnWords columns;           ///< pairs of a column name and the file's header or column number (from 1)
   ColumnWords units;             ///< pairs of a column name and its unit
   std::optional<double> speed;   ///< m/s, constant speed, for a file without a column of position or speed
+  std::optional<double> stroke;  ///< m, length of strokes to and fro at this speed; else it is one way
+  std::string position;          ///< file of another logger with the motion; empty: none
+  double clock = 0.0;            ///< s, added to the times of `position`
   std::optional<double> radius;  ///< m, radius at which angle and torque are converted
   bool disc = false;             ///< whether the contact is a full disc of this radius, not a ring
   double clip_load = 0.0;        ///< N, loads from -clip_load to 0 count as 0
-  bool automatic() const { return columns.empty() && units.empty() && !speed && !radius && clip_load == 0.0; }
+  bool automatic() const {
+    return columns.empty() && units.empty() && !speed && position.empty() && !radius && clip_load == 0.0;
+  }
 };
 
 /// Column as the file has it, before conversion.
@@ -50,7 +55,9 @@ struct FitColumns {
   bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< whether `bristle run` can read the file as a motion file
   std::vector<std::string> ignored_columns;
-  std::vector<std::size_t> parts;       ///< first row of each file but the first
+  std::vector<std::size_t> parts;  ///< first row of each file but the first
+  std::vector<PathPoint> turns;    ///< known turning points between rows, in order of time; loads are unset
+  double quantum = 0.0;            ///< m, count of the encoder that positions are already free of
   std::vector<std::string> understood;  ///< sentences on how the file was read
   std::vector<WrittenColumn> written;   ///< columns of time, path, load and force in the file's own units
   /// Returns whether row i continues the motion of the row before.
@@ -91,6 +98,11 @@ struct FitData {
 /// Parses columns of measured friction. Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
 
+/// Parses and merges the columns of the force and, from the file reading.position, of the motion. Throws
+/// UserError where their times do not overlap.
+FitColumns merge_fit_columns(std::string_view force, const std::string& name, std::string_view motion,
+                             const FitReading& reading);
+
 /// Joins several records into one: clocks that restart are continued, and the contact forgets its state
 /// between records. Throws UserError where their columns differ.
 FitColumns join_fit_columns(std::vector<FitColumns> records);
@@ -100,6 +112,18 @@ FitColumns read_fit_columns(const std::vector<std::string>& files, const FitRead
 /// Checks columns in memory (t, x, force and, unless empty, load) as those of a file; errors name a row, from
 /// 0. Throws UserError.
 void check_fit_columns(const FitColumns& columns);
+
+/// Returns positions (m) without the staircase of an encoder, whose count `quantum` is then, else 0.
+std::vector<double> smoothed_positions(const FitColumns& columns, const std::vector<double>& x,
+                                       double& quantum);
+
+/// Estimates the noise of the position (m) from the median of its second differences, to which motion adds
+/// little. A smoothed encoder count is wrong by about 0.2 of it, at most by half.
+double position_noise(const std::vector<double>& x, double least);
+
+/// Makes a path of the samples and, between them, the turning points of parabolas through three samples each.
+std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
+                                 const std::vector<double>& load, double noise);
 
 /// Prepares the data. `load` replaces the file's column. `mass` (kg) moves with the force sensor: its inertia
 /// is subtracted. Throws UserError on data that determine nothing.

@@ -460,6 +460,7 @@ namespace {
 std::vector<FileOption> inputs_of(const FitOptions& options) {
   std::vector<FileOption> inputs;
   for (const std::string& data : options.data) inputs.push_back({"DATA", data});
+  inputs.push_back({"--position", options.reading.position});
   return inputs;
 }
 

@@ -88,7 +88,7 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
 /// Facts that the data lack (such as the speed), and fixed terms of the measurement between contact and
 /// sensors.
 struct Between {
-  std::optional<double> speed, radius, disc, compliance, delay;
+  std::optional<double> speed, stroke, radius, disc, compliance, delay;
   double mass = 0.0, clip_load = 0.0;
 };
 
@@ -101,6 +101,7 @@ void require_between(const char* name, double value, double low, double high, co
 
 void set_between(cli::FitOptions& options, const Between& b) {
   if (b.speed) require_between("speed", *b.speed, -1e3, 1e3, "m/s");
+  if (b.stroke) require_between("stroke", *b.stroke, 1e-9, 1e3, "m");
   if (b.radius) require_between("radius", *b.radius, 1e-9, 1e3, "m");
   if (b.disc) require_between("disc", *b.disc, 1e-9, 1e3, "m");
   if (b.radius && b.disc)
@@ -110,6 +111,7 @@ void set_between(cli::FitOptions& options, const Between& b) {
   require_between("mass", b.mass, 0.0, 1e6, "kg");
   require_between("clip_load", b.clip_load, 0.0, 1e9, "N");
   options.reading.speed = b.speed;
+  options.reading.stroke = b.stroke;
   options.reading.radius = b.disc ? b.disc : b.radius;
   options.reading.disc = b.disc.has_value();
   options.reading.clip_load = b.clip_load;
@@ -143,10 +145,12 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
               const std::string& law, const std::string& rule, const std::string& damper_decay,
               const std::optional<double>& residual, const std::optional<double>& renewal,
               const ColumnNames& columns, const Words& units, const std::optional<double>& speed,
-              double clip_load, const std::optional<double>& radius, const std::optional<double>& disc,
-              double mass, const std::optional<double>& compliance, const std::optional<double>& delay) {
+              const std::optional<double>& stroke, const std::optional<std::filesystem::path>& position,
+              double clock, double clip_load, const std::optional<double>& radius,
+              const std::optional<double>& disc, double mass, const std::optional<double>& compliance,
+              const std::optional<double>& delay) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
-  set_between(options, {speed, radius, disc, compliance, delay, mass, clip_load});
+  set_between(options, {speed, stroke, radius, disc, compliance, delay, mass, clip_load});
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -154,6 +158,8 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
       options.data.push_back(file.string());
     if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
   }
+  if (position) options.reading.position = position->string();
+  options.reading.clock = clock;
   for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
   for (const auto& word : units) options.reading.units.push_back(word);
   const py::gil_scoped_release release;
@@ -292,14 +298,18 @@ void define_fitting(py::module_& module) {
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
       py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
-      py::arg("speed") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
+      py::arg("speed") = py::none(), py::arg("stroke") = py::none(), py::arg("position") = py::none(),
+      py::arg("clock") = 0.0, py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
       py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
       py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/fitting/README.md), or in several that are one record. load: N, in place of a column. columns: "
       "the "
       "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
-      "\"um\"}). speed: m/s, where no column has the motion. clip_load: N, loads from minus this to 0 count "
+      "\"um\"}). speed: m/s, where no column has the motion; stroke: m, of strokes to and fro at it; "
+      "position: "
+      "instead, another logger's file, clock seconds later than it says. clip_load: N, loads from minus this "
+      "to 0 count "
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
       "that the force sensor accelerates. "
       "sign: whose force, \"on\" the body or \"by\" it; "
