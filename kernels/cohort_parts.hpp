@@ -216,8 +216,9 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Values of cohort i at another place: place, reach R, S(R) with the moment M(R), and birth. Its mass is
-/// unchanged.
+/// Values of a cohort that is moved to another place of birth while the patch stays where it is: that place,
+/// the reach R from there to the patch, the share S(R) that holds beyond R with its moment M(R), and the time
+/// of birth. The mass is unchanged.
 struct Moved {
   double x, y, reach;
   Survival at;

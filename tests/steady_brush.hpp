@@ -35,7 +35,8 @@ class SteadyBrush {
     move({});
   }
 
-  /// Slides all bristles far along the unit vector (ex, ey), from rest.
+  /// Slides all bristles along the unit vector (ex, ey) from rest to steady sliding; patches of single
+  /// bristles slide by lengths spread over one snap length.
   void slide_to_steady(double ex, double ey) {
     if (single_) {
       std::vector<Motion> motions = same_motion(ids_, 0.0, 0.0, load_);

@@ -308,7 +308,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
       std::vector<Response> responses(cases.size());
       for (std::size_t i = 0; i < cases.size(); ++i) {
         motions[i] = scripted_motion(i, k, cases[i].options.axes);
-        // Slides steadily, so that some patches follow the slide without a look at their bristles.
+        // Slides steadily, so that some patches carry the slide without stepping their bristles.
         if (k < settled && i % 2 == 0) {
           motions[i].displacement[0] = dbar;
           motions[i].displacement[1] = 0.0;

@@ -486,8 +486,8 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // A joint that is alone in its material must have the results of the joint among many, without gradients,
-  // with the torque only, and with gradients.
+  // A joint that is alone in its material must have the results of the joint among many, both when it writes
+  // the torque only and when it writes gradients and all other outputs.
   JointOptions with;
   with.gradients = true;
   for (const std::size_t which : {0, 1, 20, 2003}) {

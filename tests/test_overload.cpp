@@ -652,8 +652,9 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
 
 namespace {
 
-/// Brushes of 128 pieces and a shedder that knows the time of a visit: a nanosecond. Its budget is `visits`
-/// and the fixed cost of each brush, which it counts as 280 visits.
+/// Brushes of 128 pieces and a shedder that knows the time of a visit: a nanosecond. `visits` and the fixed
+/// cost of each brush, which the shedder counts as 280 visits, take 90 % of its budget: it neither sheds more
+/// nor restores.
 struct FineBrushes {
   FineBrushes(int count, double visits)
       : shedder(LoadShedderOptions{}.with_budget(1e-9 * (280.0 * count + visits) / 0.9).with_rate(1e-9)) {

@@ -30,9 +30,9 @@ struct Trial {
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;                             ///< whether the scene has the feature
-  std::string needed;                            ///< reason why the feature must stay; empty if it may go
-  Scene with, without;                           ///< scenes with all copies of each patch
+  bool used = false;    ///< whether the scene has the feature
+  std::string needed;   ///< reason why the feature must stay; empty if it may go
+  Scene with, without;  ///< scenes with and without the feature, all copies: for times
   bool mean_with = false, mean_without = false;  ///< whether errors concern the mean force over a step
   int threads_with = 1, threads_without = 1;
   bool wall = false;  ///< whether wall time is compared: threads save no CPU time

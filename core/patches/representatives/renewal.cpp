@@ -23,8 +23,9 @@ constexpr double least_apart = 0.05;  // least path, as a share of a piece, for 
 /// Number of bristles of a patch at which the error of the longest pieces is as large as the noise; patches
 /// with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-constexpr double snaps_followed = 8;  // number of expected snaps for which a steady slide is followed, so
-                                      // that one in 3000 steps has none
+/// Expected number of snaps along the path of a steady slide on which every bristle is stepped: at least so
+/// many in each step, so that at most one step in 3000 has none there. The rest of the step is carried.
+constexpr double snaps_followed = 8;
 
 /// Finds the number of draws per bristle for a piece along which a bristle would snap `snaps` times without
 /// renewals. With y draws renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that
@@ -446,7 +447,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
   // Makes pieces shorter in patches of many bristles: the error falls with the square of a piece, the noise
-  // with the root of the number of bristles. A carried corner needs a long piece after it.
+  // with the root of the number of bristles. Where the path turns and bristles are turned round the corner
+  // together (carry_round()), pieces keep their full length: the last one must follow the corner.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));

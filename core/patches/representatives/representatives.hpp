@@ -34,11 +34,13 @@ struct RepresentativeCount {
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less the draws made
   std::uint64_t draws = 0;  ///< number of draws so far, which is the number of the next draw
-  // Slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do not
-  // change it.
-  double run = 0.0;  ///< length of the slide, at most `forget`; 0 = none
-  // Young bristles came into contact during the slide, and are few: those from number `young_from` on.
-  // `young_run`: path that they have slid, as far as the patch's force shows it.
+  // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
+  // not change these numbers.
+  /// length of the slide, at most `forget`; shorter where a rising load added many bristles; 0 = none
+  double run = 0.0;
+  /// Length of a slide after which a whole patch would be as far from steady sliding as this patch is, whose
+  /// young bristles entered late (shortened_run()). Young bristles are the few that a rising load brought into
+  /// contact during the slide: those from number `young_from` on.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
