@@ -9,7 +9,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -238,6 +240,9 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   // Replaces `peak`, because a scene takes only one of the two keys.
   cli::set_key(root, "material.a.peak_over_kinetic", 1.2);
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
+  cli::set_key(root, "material.a.peak", 0.5);
+  CHECK_FALSE(root["material"][0].as_table()->contains("peak_over_kinetic"));
+  for (const std::string& name : cli::keys_to_vary(root)) CHECK_THAT(name, !Contains("rule"));
 }
 
 TEST_CASE("An unknown key, name or result is refused at once with the nearest one", "[sweep]") {
@@ -479,11 +484,17 @@ TEST_CASE(
   CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
-  // Lines with a right hash whose contents are not rows of the study.
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
+  // A file of another kind whose lines happen to begin with their hash.
+  const std::string diary = line(R"({"schema":"diary","scene":"s","vary":[],"commit":""})") + "x\n";
+  CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("diary", diary)); }),
+             Contains("is no journal"));
+  CHECK(read_file(folder.at("diary")) == diary);
+  // Lines with a right hash whose contents are not rows of the study.
   const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
   for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
-                                 std::string("[0,0.4"), "[99," + study.run_row(0).substr(3), deep}) {
+                                 std::string("[0,0.4"), "[99," + study.run_row(0).substr(3), deep,
+                                 study.run_row(0).substr(0, study.run_row(0).rfind(',')) + ",7]"}) {
     INFO(row.substr(0, 40));
     folder.write("journal", text.substr(0, text.find('\n') + 1) + line(row));
     CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
@@ -545,6 +556,208 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK(read_file(folder.at("killed.csv")) == table);
   const std::string text = read_file(journal);
   CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the file has every row once, and the header
+}
+
+// ------------------------------------------------------------------------------------- parts of a study
+
+namespace {
+
+std::vector<nlohmann::json> cells_of(const cli::Study& study, std::uint64_t row) {
+  return nlohmann::json::parse(study.run_row(row)).get<std::vector<nlohmann::json>>();
+}
+
+/// Returns the place of a column in a study's rows.
+std::size_t column_of(const cli::Study& study, const std::string& name) {
+  const auto& columns = study.columns();
+  const auto found = std::find_if(columns.begin(), columns.end(),
+                                  [&](const cli::SweepColumn& column) { return column.name == name; });
+  INFO(name);
+  REQUIRE(found != columns.end());
+  return static_cast<std::size_t>(found - columns.begin());
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
+}
+
+}  // namespace
+
+TEST_CASE("A study's recipe holds all of it, and each part of it is in its hash", "[sweep]") {
+  const Folder folder, elsewhere;
+  folder.write("a.csv", "t,x,load\n0,0,0.8\n0.1,1e-4,0.8\n");
+  folder.write("b.csv", "t,x,load\n0,0,0.8\n0.1,2e-4,0.8\n");
+  const std::string scene = replaced(replaced(slide_scene, "type = \"ramp\"\nvelocity = 1e-3\nload = 0.8\n",
+                                              "type = \"trace\"\nfile = \"a.csv\"\n"),
+                                     "duration = 0.3\n", "");
+  cli::StudyOptions options;
+  options.scene = folder.write("trace.toml", scene);
+  options.vary = {"motion.tip.file=a.csv,b.csv", "material.wood.kinetic=0.3:0.4"};
+  options.sampling = cli::SweepSampling::latin;
+  options.points = 3;
+  options.repeat = 2;
+  options.seed = 7;
+  options.set = {"patch.tip.bristles=100"};
+  options.reference = {"patch.tip.bristles=500"};
+  options.report = {"error", "window_mean", "x", "state_hash"};
+  options.window = "0.02:0.08";
+  options.steps = 90;
+  const cli::Study study(options), copy(study.recipe(), elsewhere.path.string());
+  CHECK(copy.hash() == study.hash());
+  const std::vector<double> shares = cli::latin_points(2, 3, 7);
+  std::set<std::string> hashes;
+  for (std::uint64_t row = 0; row < 6; ++row) {
+    CHECK(copy.run_row(row) == study.run_row(row));
+    const std::vector<nlohmann::json> cells = cells_of(copy, row);
+    CAPTURE(row, cells.back());
+    REQUIRE(cells.back().is_null());
+    const std::size_t point = row / 2;  // repeats of a point are neighbours
+    CHECK(cells[2] == (shares[2 * point] < 0.5 ? "a.csv" : "b.csv"));
+    CHECK(cells[3].get<double>() == Approx(0.3 + 0.1 * shares[2 * point + 1]));
+    CHECK(cells[column_of(copy, "tip.x")].get<double>() == Approx(cells[2] == "a.csv" ? 0.9e-4 : 1.8e-4));
+    hashes.insert(cells[column_of(copy, "state_hash")].get<std::string>());
+  }
+  CHECK(hashes.size() == 6);
+  const std::function<void(cli::StudyOptions&)> changes[] = {
+      [](auto& o) { o.steps = 80; },        [](auto& o) { o.reference = {"patch.tip.bristles=600"}; },
+      [](auto& o) { o.seed = 8; },          [](auto& o) { o.set = {"patch.tip.bristles=101"}; },
+      [](auto& o) { o.window = "0:0.08"; }, [](auto& o) { o.window = "0.02:0.07"; },
+      [](auto& o) { o.repeat = 3; },        [](auto& o) { o.points = 4; },
+      [](auto& o) { o.report.pop_back(); }, [](auto& o) { o.vary[1] = "material.wood.kinetic=0.3:0.5"; }};
+  for (const auto& change : changes) {
+    cli::StudyOptions other = options;
+    change(other);
+    CHECK(cli::Study(other).hash() != study.hash());
+  }
+}
+
+TEST_CASE("Copies of a patch have seeds of their own, and one way", "[sweep]") {
+  const Folder folder;
+  const std::string two =
+      replaced(slide_scene, "bristles = 200", "bristles = 200\ncount = 2") +
+      "[[patch]]\nname = \"pad\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 50\n"
+      "[[motion]]\npatch = \"pad\"\ntype = \"ramp\"\nvelocity = [0.0, 1e-3]\nload = 0.8\n";
+  cli::StudyOptions options;
+  options.scene = folder.write("two.toml", two);
+  options.vary = {"material.wood.kinetic=0.3"};
+  options.repeat = 2;
+  options.reference = {"patch.tip.bristles=200"};
+  options.report = {"all", "tip.kinetic", "kinetic"};
+  options.steps = 40;
+  const cli::Study study(options);
+  const std::vector<nlohmann::json> cells = cells_of(study, 1);
+  REQUIRE(cells.back().is_null());
+  CHECK(cells[column_of(study, "tip.error")] == 0.0);
+  CHECK(cells[column_of(study, "tip.x")].get<double>() == Approx(40e-6));
+  CHECK(cells[column_of(study, "pad.y")].get<double>() == Approx(40e-6));
+  CHECK(cells[column_of(study, "tip.snaps")].is_number_unsigned());
+  CHECK(cells[column_of(study, "pad.snaps")].is_null());  // was not asked to compute energies
+  std::set<std::string> names;
+  for (const cli::SweepColumn& column : study.columns()) {
+    CHECK_FALSE(column.measured);  // `all` leaves out measured times
+    CHECK(names.insert(column.name).second);
+  }
+  const toml::table row = cli::parse_toml(study.scene_text(1), "row.toml");
+  CHECK(row["patch"][0]["seed"].value<std::int64_t>() == cells[1].get<std::int64_t>());
+  CHECK(row["patch"][0]["seed"].value<std::int64_t>() != row["patch"][1]["seed"].value<std::int64_t>());
+  options.reference = {"scene.dt=2e-3"};
+  CHECK_THAT(cells_of(cli::Study(options), 0).back().get<std::string>(), Contains("must keep dt"));
+}
+
+TEST_CASE("A row leaves out no bristles to keep a budget", "[sweep]") {
+  const Folder folder;
+  cli::StudyOptions options;
+  options.vary = {"material.wood.kinetic=0.3"};
+  options.steps = 30;
+  options.scene = folder.write("slide.toml", slide_scene);
+  const std::string row = cli::Study(options).run_row(0);
+  options.scene = folder.write("slide.toml", replaced(slide_scene, "dt = 1e-3", "dt = 1e-3\nbudget = 1e-9"));
+  CHECK(cli::Study(options).run_row(0) == row);
+}
+
+TEST_CASE("A study reports twelve patches by default", "[sweep]") {
+  const Folder folder;
+  std::string many = slide_scene;
+  const std::string patch = slide_scene.substr(slide_scene.find("[[patch]]"));
+  for (int i = 0; i < 13; ++i) {
+    const std::string name = '"' + fmt::format("p{}", i) + '"';
+    many += replaced(replaced(patch, "\"tip\"", name), "\"tip\"", name);
+  }
+  cli::StudyOptions options;
+  options.scene = folder.write("many.toml", many);
+  options.vary = {"material.wood.kinetic=0.3"};
+  const cli::Study study(options);
+  std::set<std::string> patches;
+  for (const cli::SweepColumn& column : study.columns())
+    if (column.name.ends_with(".peak")) patches.insert(column.name);
+  CHECK(patches.size() == 12);
+}
+
+TEST_CASE("A column has the unit of its key, and texts where a value is one", "[sweep]") {
+  const Folder folder;
+  const std::string scene =
+      replaced(replaced(slide_scene, "velocity = 1e-3\n", "velocity = [1e-3, 0.0]\n"), "axes = 1\n",
+               "axes = 2\n") +
+      "[[body]]\nname = \"block\"\nmass = 0.1\npatches = [\"block\"]\nforce = [ { t = 0.0, x = 0.1 } ]\n"
+      "[[patch]]\nname = \"block\"\nmaterial = \"wood\"\nmax_normal_load = 2.0\n";
+  const auto column = [&](const std::string& vary) {
+    cli::StudyOptions options;
+    options.scene = folder.write("block.toml", scene);
+    options.vary = {vary};
+    options.steps = 1;
+    const cli::Study study(options);
+    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // body and patch have one name
+    return std::pair(study.columns()[1].head(), cells_of(study, 0)[1]);
+  };
+  CHECK(column("motion.tip.velocity.0=2e-3").first == "motion.tip.velocity.0[m/s]");
+  CHECK(column("body.block.force.0.x=0.2").first == "body.block.force.0.x[N]");
+  CHECK(column("body.block.mass=0.2").first == "body.block.mass[kg]");
+  CHECK(column("patch.tip.bristles=100,200").second == 100);
+  CHECK(column("patch.tip.bristles=100,many").second == "100");
+  // A list gives each of its values an equal share; whole numbers of a range are rounded.
+  const cli::VariedKey list = cli::parse_varied("k=a,b,c"), whole = cli::parse_varied("k=0:10:int");
+  CHECK((list.at(0.0) == "a" && list.at(0.3) == "a" && list.at(0.34) == "b" && list.at(0.7) == "c"));
+  CHECK((whole.at(0.17) == 2 && whole.at(0.12) == 1));
+}
+
+TEST_CASE("A cell that holds quotes is quoted, and a failure names files as the scene does", "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  const std::string table =
+      table_of(folder, "'" + scene + "' --vary 'material.wood.rule=\"keep\",\"redraw\"' --report x");
+  CHECK_THAT(table, Contains("\n0,\"\"\"keep\"\"\",") && Contains("\n1,\"\"\"redraw\"\"\","));
+  folder.write("good.csv", "t,x,load\n0,0,0.8\n0.1,1e-4,0.8\n");
+  folder.write("bad.csv", "t,x,load\n0,0,0.8\n0.1,none,0.8\n");
+  const std::string trace = replaced(replaced(slide_scene, "type = \"ramp\"\nvelocity = 1e-3\nload = 0.8\n",
+                                              "type = \"trace\"\nfile = \"good.csv\"\n"),
+                                     "duration = 0.3\n", "");
+  cli::StudyOptions options;
+  options.scene = folder.write("trace.toml", trace);
+  options.vary = {"motion.tip.file=good.csv,bad.csv"};
+  const std::string failure = cells_of(cli::Study(options), 1).back().get<std::string>();
+  CHECK_THAT(failure, Contains("bad.csv:3") && !Contains(folder.path.string()));
+}
+
+TEST_CASE("A table that cannot be written is refused before the first row", "[sweep]") {
+  const Folder folder;
+  const std::string long_name(300, 'n');
+  const Outcome outcome = run_cli(folder, "sweep '" + folder.write("slide.toml", slide_scene) +
+                                              "' --vary material.wood.kinetic=0.3,0.4 --out '" +
+                                              folder.at("a.csv") + "' --out '" + folder.at(long_name) + "'");
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.err, Contains("cannot be written"));
+  CHECK_FALSE(std::filesystem::exists(folder.at("a.csv.journal")));
+}
+
+TEST_CASE("The axes of a sample differ in more than their order", "[sweep]") {
+  const std::vector<double> latin = cli::latin_points(2, 16, 3);
+  std::vector<std::vector<double>> inside(2, std::vector<double>(16));
+  for (std::size_t i = 0; i < latin.size(); ++i) {
+    const double part = std::floor(16.0 * latin[i]);
+    inside[i % 2][static_cast<std::size_t>(part)] = 16.0 * latin[i] - part;
+  }
+  for (std::size_t part = 0; part < 16; ++part) CHECK(std::abs(inside[0][part] - inside[1][part]) > 1e-6);
+  const std::vector<double> sobol = cli::sobol_points(2, 1, 3);
+  CHECK(sobol[0] != sobol[1]);
 }
 
 // ----------------------------------------------------------------------------------------------- files

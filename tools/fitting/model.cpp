@@ -261,11 +261,12 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
   if (parameter == fit_kinetic) return skewed(unit * elastic(p), p[fit_asymmetry]);
   if (bends(parameter) || parameter == fit_compliance || parameter == fit_softening)
     return bent_derivative(p, parameter, central);
-  if (parameter == fit_asymmetry) {
+  const auto dry_force = [&] {
     FitValues dry = p;
     for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping}) dry[q] = 0.0;
-    return unit * before_sensor(dry).cwiseAbs();
-  }
+    return before_sensor(dry);
+  };
+  if (parameter == fit_asymmetry) return unit * dry_force().cwiseAbs();
   Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));
   const double middle = data_.start() + 0.5 * data_.length();
   if (parameter == fit_strengthening || parameter == fit_strengthening_speed) {
@@ -281,7 +282,9 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
         d[i] = factor * data_.load[row % n] * sum * data_.velocity[row] / v;
       }
     }
-    return d - factor * of(reference) * elastic(p);
+    d -= factor * of(reference) * elastic(p);
+    if (p[fit_asymmetry] != 0.0) d.array() *= 1.0 + p[fit_asymmetry] * dry_force().array().sign();
+    return d;
   }
   for (Eigen::Index i = 0; i < d.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);

@@ -115,6 +115,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
     FitPoint best;
+    best.values[fit_kinetic] = 0.0;  // stays 0 where no shape of this length has friction
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       FitValues shape = shapes[k];

@@ -1,6 +1,7 @@
 #include "tools/sweep/table_file.hpp"
 
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -33,13 +34,15 @@ void check_table_file(const std::string& path) {
     throw UserError(fmt::format(
         "--out {}: tables are CSV; in Python bristle.sweep(...).to_xarray().to_netcdf() writes NetCDF",
         path));
+  std::error_code none;  // of a name that no file can have: opening it says why
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  if (!std::filesystem::is_directory(folder))
+  if (!std::filesystem::is_directory(folder, none))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
-  if (std::filesystem::is_directory(path)) throw UserError(fmt::format("--out {}: is a folder", path));
+  if (std::filesystem::is_directory(path, none)) throw UserError(fmt::format("--out {}: is a folder", path));
   // Tries to open regular files only, since the reader of a FIFO would take an empty trial for the whole
   // table.
-  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) OutputFile trial(path);
+  if (!std::filesystem::exists(path, none) || std::filesystem::is_regular_file(path, none))
+    OutputFile trial(path);
 }
 
 std::string table_csv(const SweepRows& rows) {

@@ -1,0 +1,564 @@
+// Parts of `bristle fit`, each compared with a closed form or a definition: what the data become, the force
+// along a path, stage and sensor, derivatives, the free law of lengths.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/fit_helpers.hpp"
+#include "tests/sliding_springs.hpp"
+#include "tools/fitting/path_force.hpp"
+#include "tools/fitting/solve.hpp"
+
+using Catch::Matchers::Contains;
+using namespace bristle_test;
+using bristle::SnapLaw;
+using bristle::SnapRule;
+using cli::FitParameter;
+using cli::PathPoint;
+
+namespace {
+
+cli::FitData prepared(const std::string& csv, double mass = 0.0) {
+  return cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::automatic, {}, mass);
+}
+
+/// Writes `rows` rows, 10 ms apart; `row` returns what follows the time.
+std::string rows_of(const std::string& header, int rows, const std::function<std::string(double)>& row) {
+  std::string text = header + '\n';
+  for (int i = 0; i < rows; ++i) text += fmt::format("{:.17g},{}\n", 0.01 * i, row(0.01 * i));
+  return text;
+}
+
+/// Returns a record of 2 N whose clock starts at 100 s, with samples 10 ms apart, as it is after preparation.
+cli::FitData made_record(unsigned axes, std::size_t n, const std::function<double(double)>& speed) {
+  cli::FitData data;
+  data.axes = axes;
+  data.velocity.resize(axes * n);
+  data.force.assign(axes * n, 0.0);
+  double x = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = 0.01 * static_cast<double>(i);
+    for (unsigned axis = 0; axis < axes; ++axis) data.velocity[axis * n + i] = speed(t);
+    x += 0.01 * speed(t);
+    data.columns.t.push_back(100.0 + t);
+    data.load.push_back(2.0);
+    data.path.push_back({x, 2.0, true, 100.0 + t});
+  }
+  data.force_scale = 1.0;
+  data.mean_load = 2.0;
+  data.range = 1e-3;
+  data.slow = 1e-5;
+  data.fast = 1e-3;
+  data.sample_time = 0.01;
+  return data;
+}
+
+std::vector<double> force_along(const std::vector<PathPoint>& path, const cli::BrushShape& shape,
+                                double length, const cli::Past& past = {}, double kinetic_speed = 0.0) {
+  return cli::PathForce(path).find(shape, length, past, cli::Detail::finish, kinetic_speed);
+}
+
+/// Returns the free law of a record of springs, found about a lognormal law that differs from it.
+cli::FreeLaw free_law(const SlidingSprings& springs, unsigned seed, cli::FitValues about) {
+  const cli::FitData data = prepared(springs.csv(seed));
+  cli::FitOptions options;
+  options.rule = SnapRule::slide;
+  cli::FitModel model(data, options, cli::Detail::finish);
+  SlidingSprings friction = springs;  // friction alone, which bends the stage
+  friction.noise = friction.offset = 0.0;
+  const std::vector<double> bends = prepared(friction.csv(seed)).force;
+  model.set_stage_force(
+      Eigen::Map<const Eigen::VectorXd>(bends.data(), static_cast<Eigen::Index>(bends.size())));
+  cli::FitPoint point;
+  point.values = about;
+  point.free = {cli::fit_kinetic, cli::fit_length, cli::fit_spread, cli::fit_offset};
+  return cli::find_free_law(model, options, point);
+}
+
+cli::FitValues about_springs() {
+  cli::FitValues about = cli::fit_defaults;
+  about[cli::fit_length] = 11e-6;
+  about[cli::fit_offset] = 0.02;
+  return about;
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------------------------ free
+// law
+
+TEST_CASE("A free law, its mean and the offset are those of the springs, whatever they are searched about",
+          "[fit]") {
+  SlidingSprings springs;  // uniform from 10 to 20 um
+  springs.of.clear();
+  for (int i = 0; i < 1000; ++i) springs.of.push_back(10e-6 + 10e-9 * (i + 0.5));
+  springs.noise = 0.001;
+  const cli::FreeLaw found = free_law(springs, 3, about_springs());
+  CHECK(found.point.values[cli::fit_kinetic] == Approx(springs.kinetic).epsilon(0.003));
+  CHECK(found.point.values[cli::fit_offset] == Approx(springs.offset).margin(0.001));
+  CHECK(found.point.values[cli::fit_length] == Approx(15e-6).epsilon(0.02));
+  const auto law = bristle::SnapLength::table({found.quantiles.data(), found.quantiles.size()});
+  CHECK(law.mean() == Approx(1.0).epsilon(1e-3));
+  for (const double u : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+    CAPTURE(u);
+    CHECK(law.quantile(u) == Approx((10.0 + 10.0 * u) / 15.0).margin(0.04));
+  }
+}
+
+TEST_CASE("A free law is as smooth as its record shows", "[fit]") {
+  SlidingSprings springs;
+  springs.noise = 0.05;
+  const cli::FreeLaw found = free_law(springs, 5, about_springs());
+  const auto law = bristle::SnapLength::table({found.quantiles.data(), found.quantiles.size()});
+  const double mean = found.point.values[cli::fit_length];
+  const auto quantile = lognormal_quantile(15e-6, springs.spread);
+  double worst = 0.0;
+  for (int i = 1; i < 50; ++i)
+    worst = std::max(worst, std::abs(law.survival(quantile(0.02 * i) / mean) - (1.0 - 0.02 * i)));
+  CAPTURE(worst, mean);
+  CHECK(worst < 0.05);
+  CHECK(mean == Approx(15e-6).epsilon(0.05));
+}
+
+TEST_CASE("The stage of a free law is bent by the friction, not by the sensor's noise", "[fit]") {
+  SlidingSprings springs;
+  springs.compliance = 30e-6;
+  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean length
+  cli::FitValues about = about_springs();
+  about[cli::fit_compliance] = springs.compliance;
+  const cli::FreeLaw found = free_law(springs, 6, about);
+  CHECK(found.point.values[cli::fit_kinetic] == Approx(springs.kinetic).epsilon(0.02));
+  CHECK(found.point.values[cli::fit_length] == Approx(15e-6).epsilon(0.1));
+}
+
+TEST_CASE("A stage that is held is bent by the fitted force, not by the sensor's noise", "[fit]") {
+  SlidingSprings springs;
+  springs.compliance = 8e-6;
+  springs.noise = 0.15;
+  springs.offset = 0.5;
+  cli::FitOptions options;
+  options.rule = SnapRule::slide;
+  options.quiet = true;
+  options.compliance = springs.compliance;
+  options.delay = 0.0;
+  const Fitted fitted = fit(springs.csv(7), options);
+  check_recovered(fitted[cli::fit_kinetic], springs.kinetic, 0.02);
+  check_recovered(fitted[cli::fit_length], 15e-6, 3e-6);
+  CHECK(fitted[cli::fit_compliance].value == springs.compliance);
+  CHECK(fitted.result.residual_rms == Approx(springs.noise).epsilon(0.05));
+  // An offset of the sensor is no friction that the fit explains.
+  double friction = 0.0;
+  for (const double force : fitted.data.force) friction += std::pow(force - fitted[cli::fit_offset].value, 2);
+  CHECK(fitted.result.explained ==
+        Approx(1.0 - 1000.0 * std::pow(fitted.result.residual_rms, 2) / friction).margin(0.002));
+  // Read as friction, it is that much more towards +x.
+  const auto note =
+      std::find_if(fitted.result.notes.begin(), fitted.result.notes.end(),
+                   [](const std::string& text) { return text.find("towards +x") != text.npos; });
+  REQUIRE(note != fitted.result.notes.end());
+  CHECK(std::stod(note->substr(note->find("over load of ") + 13)) ==
+        Approx(fitted[cli::fit_kinetic].value + 0.5 * fitted[cli::fit_offset].value).epsilon(1e-3));
+}
+
+// ---------------------------------------------------------------------------------------------- force along
+// a path
+
+TEST_CASE("Bristles that come into contact are straight, those that leave it forget", "[fit]") {
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep, SnapRule::slide}) {
+    CAPTURE(static_cast<int>(rule));
+    std::vector<PathPoint> path{{0.0, 1.0, false, 0.0}};
+    for (int i = 1; i <= 100; ++i) path.push_back({1e-5 * i, 1.0, i == 100, 0.1 * i});
+    for (const double load : {3.0, 1.0, 0.5, 1.0}) path.push_back({1e-3, load, true, path.back().t + 0.1});
+    const std::vector<double> force = force_along(path, {SnapLaw::lognormal, rule, 0.3}, 3e-5);
+    REQUIRE(force.size() == 5);
+    const double expected[] = {1.0, 1.0, 1.0, 0.5, 0.5};
+    for (std::size_t i = 0; i < 5; ++i) CHECK(force[i] == Approx(expected[i]).epsilon(0.03));
+  }
+}
+
+TEST_CASE("Small moves of straight bristles have the force of their stiffness, each of them", "[fit]") {
+  std::vector<PathPoint> path{{0.0, 2.0, false, 0.0}};
+  const double length = 1e-5;
+  for (int i = 1; i <= 40; ++i) path.push_back({1.7e-5 * length * i, 2.0, true, 0.01 * i});
+  const std::vector<double> force = force_along(path, {SnapLaw::lognormal, SnapRule::keep, 0.3}, length);
+  // Kept bristles are bent by half a length on average in sliding: stiffness 2 / length over the kinetic
+  // force.
+  for (std::size_t i = 0; i < force.size(); ++i)
+    CHECK(force[i] == Approx(2.0 * 2.0 * 1.7e-5 * static_cast<double>(i + 1)).epsilon(1e-3));
+}
+
+TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
+  const double length = 3e-5;
+  std::vector<PathPoint> path;
+  for (int part = 0; part < 3; ++part) {
+    path.push_back({1e-3 * part, 1.0, true, 10.0 * part});
+    path.back().begins = part > 0;
+    path.push_back({1e-3 * part, 1.0, true, 10.0 * part + 1.0});
+  }
+  cli::Past past;
+  past.later = {cli::StartState::forward, cli::StartState::backward};
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep, SnapRule::slide}) {
+    CAPTURE(static_cast<int>(rule));
+    const std::vector<double> force = force_along(path, {SnapLaw::lognormal, rule, 0.3}, length, past);
+    const double expected[] = {0.0, 0.0, 1.0, 1.0, -1.0, -1.0};
+    for (std::size_t i = 0; i < 6; ++i) CHECK(force[i] == Approx(expected[i]).margin(0.02));
+  }
+}
+
+TEST_CASE("A rest or a slide before the record is that which a path with it has", "[fit]") {
+  const double length = 3e-5, speed = 1e-4;
+  cli::BrushShape shape{SnapLaw::lognormal, SnapRule::redraw, 0.3};
+  shape.ageing_strength = 0.05;
+  shape.ageing_time = 0.01;
+  std::vector<PathPoint> record, rested{{0.0, 1.0, false, -1000.0}},
+      slid{{-300.0 * length, 1.0, false, -90.0}};
+  for (int i = 0; i <= 40; ++i) record.push_back({0.1 * length * i, 1.0, true, 0.3 * 0.1 * i});
+  for (int i = 1; i <= 300; ++i) slid.push_back({(i - 300.0) * length, 1.0, false, 0.3 * (i - 300.0)});
+  rested.insert(rested.end(), record.begin(), record.end());
+  slid.insert(slid.end(), record.begin() + 1, record.end());
+  cli::Past rest, slide;
+  rest.rested = 1000.0;
+  slide.start = cli::StartState::forward;
+  slide.speed = speed;
+  const std::vector<double> after_rest = force_along(record, shape, length, rest, speed),
+                            expected_rest = force_along(rested, shape, length, {}, speed),
+                            after_slide = force_along(record, shape, length, slide, speed),
+                            expected_slide = force_along(slid, shape, length, {}, speed);
+  const std::vector<double> fresh = force_along(record, shape, length, {}, speed);
+  CHECK(*std::max_element(after_rest.begin(), after_rest.end()) >
+        1.05 * *std::max_element(fresh.begin(), fresh.end()));
+  for (std::size_t i = 0; i < after_rest.size(); ++i)
+    CHECK(after_rest[i] == Approx(expected_rest[i]).margin(0.003));
+  for (std::size_t i = 1; i < after_slide.size(); ++i) {
+    CHECK(after_slide[i] == Approx(expected_slide[i - 1]).margin(0.003));
+    CHECK(after_slide[i] ==
+          Approx(1.0).margin(0.01));  // steady sliding at the speed of the kinetic coefficient
+  }
+}
+
+// -------------------------------------------------------------------------------------------------- stage
+// and sensor
+
+TEST_CASE("Delay, offset and drift of a sensor are those of closed forms, the delay anew in each file",
+          "[fit]") {
+  // Friction of a lubricant alone, 1 N s/m, which grows by 2 N/s.
+  cli::FitData data = made_record(1, 60, [](double t) { return 2.0 * t; });
+  data.columns.parts = {30};
+  const cli::FitOptions options;
+  cli::FitModel model(data, options, cli::Detail::search);
+  cli::FitValues p = cli::fit_defaults;
+  p[cli::fit_kinetic] = 0.0;
+  p[cli::fit_viscous] = 1.0;
+  p[cli::fit_delay] = 0.05;
+  p[cli::fit_offset] = 0.3;
+  p[cli::fit_drift] = 0.1;
+  const Eigen::VectorXd force = model.force(p);
+  for (Eigen::Index i = 0; i < 60; ++i) {
+    const double t = 0.01 * static_cast<double>(i), since = i < 30 ? t : t - 0.3;
+    const double lag = 2.0 * 0.05 * (1.0 - std::exp(-since / 0.05));
+    CHECK(force[i] == Approx(2.0 * t - lag + 0.3 + 0.1 * (t - 0.295)).margin(1e-9));
+  }
+}
+
+TEST_CASE("Each axis has its own offset, drift and bending of the stage", "[fit]") {
+  cli::FitData data = made_record(2, 40, [](double) { return 0.0; });
+  const cli::FitOptions options;
+  cli::FitModel model(data, options, cli::Detail::search);
+  cli::FitValues p = cli::fit_defaults;
+  p[cli::fit_offset] = 0.3;
+  p[cli::fit_drift] = 0.1;
+  p[cli::fit_offset_y] = -0.2;
+  p[cli::fit_drift_y] = -0.4;
+  const Eigen::VectorXd force = model.force(p);
+  for (Eigen::Index i = 0; i < 40; ++i) {
+    const double t = 0.01 * static_cast<double>(i) - 0.195;
+    CHECK(force[i] == Approx(0.3 + 0.1 * t).margin(1e-9));
+    CHECK(force[i + 40] == Approx(-0.2 - 0.4 * t).margin(1e-9));
+  }
+  p[cli::fit_compliance] = 2e-6;
+  Eigen::VectorXd bends(80);
+  for (Eigen::Index i = 0; i < 40; ++i) {
+    bends[i] = 0.1 * static_cast<double>(i);
+    bends[i + 40] = -3.0;
+  }
+  model.set_stage_force(bends);
+  const std::vector<PathPoint> contact = model.contact_path(p);
+  for (std::size_t i = 0; i < 40; ++i) {
+    CHECK(contact[i].x == Approx(-2e-6 * 0.1 * static_cast<double>(i)).margin(1e-15));
+    CHECK(contact[i].y == Approx(6e-6));
+  }
+}
+
+TEST_CASE("Another start, or another force on the stage, is another force", "[fit]") {
+  const cli::FitData data = made_record(1, 40, [](double) { return 1e-4; });
+  const cli::FitOptions options;
+  cli::FitModel used(data, options, cli::Detail::search);
+  cli::FitValues p = cli::fit_defaults;
+  p[cli::fit_compliance] = 1e-6;
+  static_cast<void>(used.force(p));
+  cli::Past past;
+  past.start = cli::StartState::backward;
+  const Eigen::VectorXd bends = Eigen::VectorXd::LinSpaced(40, 0.0, 5.0);
+  for (const bool stage : {false, true}) {
+    cli::FitModel fresh(data, options, cli::Detail::search);
+    for (cli::FitModel* model : {&used, &fresh}) {
+      model->set_past(past);
+      if (stage) model->set_stage_force(bends);
+    }
+    CHECK(used.force(p) == fresh.force(p));
+    CHECK(used.force(p)[0] < -0.5);
+  }
+}
+
+TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
+  cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
+  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // a quarter of the way
+  const cli::FitOptions options;
+  cli::FitModel model(data, options, cli::Detail::search);
+  cli::FitValues p = cli::fit_defaults;
+  p[cli::fit_compliance] = 1e-6;
+  model.set_stage_force(Eigen::Vector3d(1.0, 2.0, 4.0));
+  CHECK(model.contact_path(p)[1].x == Approx(5e-6 - 1.25e-6));
+}
+
+TEST_CASE("Derivatives of the force are its differences, on a line and on a disc", "[fit]") {
+  for (const bool disc : {false, true})
+    for (const auto decay : {bristle::DamperDecay::exponential, bristle::DamperDecay::gaussian}) {
+      CAPTURE(disc, static_cast<int>(decay));
+      cli::FitData data = made_record(1, 80, [](double t) { return 1e-3 * std::sin(20.0 * t + 0.1); });
+      data.columns.disc = disc;
+      cli::FitOptions options;
+      options.decay = decay;
+      cli::FitModel model(data, options, cli::Detail::search);
+      cli::FitFrame frame;
+      frame.speed = 3e-4;
+      model.set_frame(frame);
+      cli::FitValues p = cli::fit_defaults;
+      p[cli::fit_viscous] = 50.0;
+      p[cli::fit_damping] = 40.0;
+      p[cli::fit_stribeck] = 7e-4;
+      p[cli::fit_strengthening] = 0.02;
+      p[cli::fit_strengthening_speed] = 2e-4;
+      p[cli::fit_asymmetry] = 0.05;
+      p[cli::fit_delay] = 0.02;
+      p[cli::fit_drift] = 0.1;
+      for (const FitParameter q : {cli::fit_kinetic, cli::fit_strengthening, cli::fit_strengthening_speed,
+                                   cli::fit_viscous, cli::fit_damping, cli::fit_stribeck, cli::fit_delay,
+                                   cli::fit_asymmetry, cli::fit_offset, cli::fit_drift}) {
+        CAPTURE(cli::fit_name(q));
+        constexpr double h = 1e-4;
+        const double unit = model.scale(p, q);
+        const auto moved = [&](double by) {
+          cli::FitValues at = p;
+          at[q] = cli::FitModel::is_logarithmic(q) ? p[q] * std::exp(by) : p[q] + by * unit;
+          return at;
+        };
+        const Eigen::VectorXd differences = (model.force(moved(h)) - model.force(moved(-h))) / (2.0 * h);
+        const Eigen::VectorXd slope = model.derivative(p, q);
+        CHECK((slope - differences).cwiseAbs().maxCoeff() < 1e-3 * slope.cwiseAbs().maxCoeff());
+      }
+      // In one direction the lubricant of a disc has half the force at the rim: mean square of the levers.
+      cli::FitValues oil = cli::fit_defaults;
+      oil[cli::fit_kinetic] = 0.0;
+      oil[cli::fit_viscous] = 1.0;
+      CHECK(model.force(oil)[5] == Approx((disc ? 0.5 : 1.0) * data.velocity[5]));
+    }
+}
+
+// -------------------------------------------------------------------------------------------------------------
+// data
+
+TEST_CASE("A turn between two samples is the vertex of its parabola", "[fit]") {
+  // Strokes at 1 mm/s that turn within 60 ms, the first at 0.433 s, 0.418 mm from the start.
+  const auto x = [](double t) {
+    const double s = std::fmod(t, 0.866), u = s - 0.403, half = 1e-3 * s;
+    const double forth = u < 0.0 ? half : u < 0.06 ? half - u * u / 0.06 * 1e-3 : 1e-3 * (0.403 - (u - 0.06));
+    return forth;
+  };
+  const cli::FitData data = prepared(rows_of("t,x,load,force", 87, [&](double t) {
+    return fmt::format("{:.17g},2,{}", x(t), t < 0.433 ? 0.7 : -0.7);
+  }));
+  const auto turn =
+      std::find_if(data.path.begin(), data.path.end(), [](const PathPoint& p) { return !p.wanted; });
+  REQUIRE(turn != data.path.end());
+  CHECK(turn->t == Approx(0.433).margin(1e-6));
+  CHECK(turn->x == Approx(0.418e-3).epsilon(1e-6));
+  CHECK((turn - 1)->t < turn->t);
+  CHECK((turn + 1)->t > turn->t);
+}
+
+TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit]") {
+  const auto csv = [](const std::function<double(double)>& load) {
+    return rows_of("t,x,load,force", 400, [&](double t) {
+      const double x = t < 1.0 ? 1e-3 * t : t < 3.0 ? 1e-3 : 1e-3 * (4.0 - t);
+      return fmt::format("{:.17g},{},{}", x, load(t), t < 3.0 ? 0.7 : -0.7);
+    });
+  };
+  // A rest of two seconds, with another load for ten samples of it.
+  const cli::FitData steps = prepared(csv([](double t) { return t > 1.795 && t < 1.895 ? 2.5 : 2.0; }));
+  const cli::FitData thin = cli::without_rests(steps);
+  CHECK(thin.samples() < steps.samples());
+  CHECK(std::count(thin.load.begin(), thin.load.end(), 2.5) == 10);
+  for (std::size_t i = 115; i < 285; ++i) CHECK(steps.velocity[i] == 0.0);
+  // A contact that is lifted once, for one sample of 400, has a load that varies by 0.1 %.
+  CHECK_FALSE(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 0.9 : 2.0; })).steady_load);
+  CHECK(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 1.98 : 2.0; })).steady_load);
+}
+
+TEST_CASE("Inertia and sign of a force in the plane concern each axis", "[fit]") {
+  // A circle of 1 mm, two and a half times a second, with 0.7 N of friction and half a kilogram.
+  const double w = 5.0 * M_PI, r = 1e-3, mass = 0.5, friction = 0.7;
+  for (const double sign : {1.0, -1.0}) {
+    const cli::FitData data =
+        prepared(rows_of("t,x,y,load,fx,fy", 200,
+                         [&](double t) {
+                           const double c = std::cos(w * t), s = std::sin(w * t);
+                           return fmt::format("{:.17g},{:.17g},2,{:.17g},{:.17g}", r * c, r * s,
+                                              sign * (-friction * s - mass * r * w * w * c),
+                                              sign * (friction * c - mass * r * w * w * s));
+                         }),
+                 mass);
+    REQUIRE(data.axes == 2);
+    for (std::size_t i = 5; i + 5 < 200; ++i) {
+      const double a = w * 0.01 * static_cast<double>(i);
+      CHECK(data.force[i] == Approx(-friction * std::sin(a)).margin(0.003));
+      CHECK(data.force[200 + i] == Approx(friction * std::cos(a)).margin(0.003));
+    }
+  }
+}
+
+TEST_CASE("A speed that is given serves for the acceleration", "[fit]") {
+  // Positions to 20 um, speeds as they are: differences of positions would be of 0.2 m/s^2 and more.
+  const double w = 10.0, r = 5e-3, mass = 1.0;
+  const cli::FitData data =
+      prepared(rows_of("t,x,v,load,force", 300,
+                       [&](double t) {
+                         const double v = r * w * std::cos(w * t);
+                         return fmt::format("{:.17g},{:.17g},2,{:.17g}",
+                                            20e-6 * std::round(r * std::sin(w * t) / 20e-6), v,
+                                            (v > 0.0 ? 0.7 : -0.7) - mass * r * w * w * std::sin(w * t));
+                       }),
+               mass);
+  for (std::size_t i = 5; i + 5 < 300; ++i) CHECK(std::abs(data.force[i]) == Approx(0.7).margin(0.01));
+}
+
+TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") {
+  const auto circle = [](double x, double y) {
+    return cli::parse_fit_columns(rows_of("t,x,y,load,fx,fy", 60,
+                                          [&](double t) {
+                                            const double c = std::cos(20.0 * t), s = std::sin(20.0 * t);
+                                            return fmt::format("{:.17g},{:.17g},2,{},{}", x + 1e-3 * c,
+                                                               y + 1e-3 * s, -0.7 * s, 0.7 * c);
+                                          }),
+                                  "circle.csv");
+  };
+  const cli::FitColumns all =
+      cli::join_fit_columns({circle(0.0, 0.0), circle(0.02, 0.05), circle(0.0, 0.01)});
+  REQUIRE(all.y.size() == 180);
+  CHECK(all.y[60] == Approx(0.05));
+  CHECK(all.x[60] == Approx(0.021));
+  const cli::FitData data = cli::prepare_fit_data(all, cli::ForceSign::automatic, {});
+  CHECK(data.travelled == Approx(3.0 * 59.0 * 2e-3 * std::sin(0.1)).epsilon(1e-6));
+  const cli::FitData thin = cli::thinned(data, 30);
+  REQUIRE(thin.columns.parts.size() == 2);
+  REQUIRE(thin.columns.parts[1] < thin.samples());
+  for (std::size_t k = 0; k < 2; ++k)
+    CHECK(thin.columns.t[thin.columns.parts[k]] == data.columns.t[60 * (k + 1)]);
+  // A replay slides on where a file ends: the body was lifted to the next one's start.
+  const std::string replay = cli::fit_motion(data);
+  double place[2][2] = {};
+  std::size_t row = 0;
+  for (std::size_t at = replay.find('\n') + 1; at < replay.size(); at = replay.find('\n', at) + 1, ++row) {
+    double t = 0.0;
+    if (row != 59 && row != 60) continue;
+    REQUIRE(std::sscanf(replay.c_str() + at, "%lf,%lf,%lf", &t, &place[row - 59][0], &place[row - 59][1]) ==
+            3);
+  }
+  CHECK(place[1][0] == Approx(place[0][0]).margin(1e-12));
+  CHECK(place[1][1] == Approx(place[0][1]).margin(1e-12));
+}
+
+TEST_CASE("Kept bristles are straight where each file begins", "[fit]") {
+  // Two strokes of 0.4 mm, read by an encoder of 1 um whose zero is another one in the second.
+  const auto stroke = [](double from) {
+    return cli::parse_fit_columns(
+        rows_of("t,x,load,force", 200,
+                [&](double t) {
+                  const double v = std::cos(7.3 * t);
+                  return fmt::format("{:.9g},2,{}", from + 1e-6 * std::round(200.0 * std::sin(7.3 * t)),
+                                     v > 0.0 ? 0.7 : -0.7);
+                }),
+        "stroke.csv");
+  };
+  const cli::FitData data = cli::prepare_fit_data(cli::join_fit_columns({stroke(0.0), stroke(0.0100004)}),
+                                                  cli::ForceSign::automatic, {});
+  REQUIRE(data.quantum == Approx(1e-6));
+  const cli::FitData part = cli::without_origin(data);
+  REQUIRE(part.samples() < data.samples());
+  for (std::size_t i = 1; i + 1 < part.samples(); ++i)
+    if (part.columns.t[i] > data.columns.t[201]) CHECK(std::abs(part.columns.x[i] - 0.0100004) > 15e-6);
+}
+
+TEST_CASE("Counts behind the digits of a file lie where the file has them", "[fit]") {
+  const double digit = 1e-6, count = 5.5 * digit;
+  const auto x = [](double t) { return 0.02 + 300e-6 * std::sin(t); };
+  const cli::FitData data = prepared(rows_of("t,x,load,force", 800, [&](double t) {
+    return fmt::format("{:.9g},2,{:.6g}", digit * std::round(count * std::round(x(t) / count) / digit),
+                       0.7 * std::tanh(15.0 * std::cos(t)) + 0.01 * std::fmod(100.0 * t, 3.0));
+  }));
+  REQUIRE(data.quantum == Approx(count).epsilon(1e-3));
+  for (const PathPoint& point : data.path) CHECK(point.x == Approx(x(point.t)).margin(1.5 * count));
+}
+
+TEST_CASE("Reports tell each axis and each end of an interval, and a replay has short steps", "[fit]") {
+  cli::FitData data = made_record(2, 30, [](double) { return 1e-4; });
+  data.columns.x.assign(30, 0.0);
+  data.columns.y.assign(30, 0.0);
+  cli::FitResult result;
+  for (std::size_t i = 0; i < 60; ++i) {
+    data.force[i] = i < 30 ? 1.0 : 4.0;
+    result.curve.push_back(i < 30 ? 0.75 : 2.0);
+  }
+  result.estimates[cli::fit_kinetic] = {0.4, true, 0.3, 0.6, {}};
+  CHECK_THAT(cli::fit_csv(data, result), Contains(",1,4,0.75,2,0.25,2\n"));
+  const std::string json = cli::fit_json(data, result);
+  const auto first = [&](const std::string& key) {
+    const std::size_t at = json.find(key);
+    REQUIRE(at != json.npos);
+    return std::stod(json.substr(json.find_first_of("0123456789", at + key.size())));
+  };
+  CHECK(first("\"force_y_n\"") == 4.0);
+  CHECK(first("\"fit_y_n\"") == 2.0);
+  CHECK(first("\"low\"") == 0.3);
+  CHECK(first("\"high\"") == 0.6);
+  CHECK_THAT(cli::fit_toml(data, {}, result), Contains("dt = 0.001 "));
+}
+
+TEST_CASE("Columns keep what the file says, and what was changed is not replayed from it", "[fit][files]") {
+  const auto parse = [](const std::string& text, const cli::FitReading& reading) {
+    return cli::parse_fit_columns(text, "data.csv", reading);
+  };
+  cli::FitReading clips;
+  clips.clip_load = 0.01;
+  CHECK(parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", clips).replayable);
+  CHECK_FALSE(parse("t,x,load,force\n0,0,1,1\n1,1,-0.005,1\n", clips).replayable);
+  cli::FitReading moves;
+  moves.speed = 0.5;
+  const cli::FitColumns rebuilt = parse("t,load,force\n5,2,1\n6,2,1\n8,2,1\n", moves);
+  CHECK(rebuilt.x == std::vector<double>{0.0, 0.5, 1.5});
+  const cli::FitColumns scaled = parse("t[ms],x[um],load,force\n0,3,1,1\n7,4,1,1\n", {});
+  CHECK(scaled.x[0] == Approx(3e-6));
+  REQUIRE(scaled.written.size() == 4);
+  CHECK(scaled.written[0].values == std::vector<double>{0.0, 7.0});
+  CHECK(scaled.written[1].values == std::vector<double>{3.0, 4.0});
+  cli::FitColumns short_of_loads = parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", {});
+  short_of_loads.load.pop_back();
+  CHECK_THROWS_WITH(cli::check_fit_columns(short_of_loads), Contains("column load has 1 rows, column t 2"));
+}
