@@ -32,7 +32,7 @@ template <class Call>
 std::string message_of(const Call& call) {
   try {
     call();
-  } catch (const bristle::Error& error) {
+  } catch (const Exception& error) {
     return error.what();
   }
   return "(no error)";

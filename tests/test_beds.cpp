@@ -835,12 +835,7 @@ TEST_CASE("Beds refuse what contradicts itself or is out of range, and name it")
   const BedMaterial good = BedMaterial(0.5).with_presliding(1e-4);
   const BedShape disc = BedShape::disc(1e-3, BedPressure::hertz);
   const auto text = [&](const BedMaterial& material, const BedShape& shape, const BedOptions& options = {}) {
-    try {
-      batch.add(material, shape, options);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return bristle_test::message_of([&] { batch.add(material, shape, options); });
   };
   using Catch::Contains;
   CHECK_THAT(text(BedMaterial(0.5), disc), Contains("no elasticity"));

@@ -32,16 +32,12 @@
 
 using bristle::DeadlineMonitor;
 using bristle_test::TemporaryFolder;
+using bristle_test::read_file;
 using nlohmann::json;
 
 namespace {
 
 const std::string stroke = std::string(BRISTLE_SCENES) + "/stroke.toml";
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 int run_shell(const std::string& command) {
   const int status = std::system(command.c_str());
