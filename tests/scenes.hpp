@@ -96,6 +96,22 @@ inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
           {"exponential", SnapLength::exponential(mean)}};
 }
 
+inline SnapLength reference_law(const std::string& name, double mean = dbar) {
+  for (const NamedLaw& law : reference_laws(mean))
+    if (name == law.name) return law.law;
+  throw std::runtime_error("no such law: " + name);
+}
+
+/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+inline Material reduced_material(const SnapLength& law, SnapRule rule, double kappa = 0.0,
+                                 double residual_over_mean = 0.0) {
+  return plain_material(law, rule)
+      .with_normal_stiffness(1.0)
+      .with_asperity_height_deviation(law.mean())
+      .with_shared_renewal(kappa)
+      .with_residual_length(residual_over_mean * law.mean());
+}
+
 /// Returns the reference tables' name for a snap rule.
 inline const char* table_name(SnapRule rule) {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "fixed" : "redraw";

@@ -73,14 +73,8 @@ double growth(const Ageing& a, double age) {
 
 // ----------------------------------------------------------------------------------------------- the tables
 
-const SnapLength& law_of(const Row& row) {
-  static const std::vector<NamedLaw> laws = reference_laws();
-  for (const NamedLaw& law : laws)
-    if (row.at("dist") == law.name) return law.law;
-  throw std::runtime_error("no such law: " + row.at("dist"));
-}
 AgedBrush brush_of(const Row& row, double resolution) {
-  return AgedBrush(aged(law_of(row), number(row, "beta")),
+  return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")),
                    infinite_options(resolution, resolution > 8.0 ? 512 : 0));
 }
 
