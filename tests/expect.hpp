@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -27,8 +28,8 @@ inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
 }
 
-/// Returns the text of the bristle::Error that a call throws.
-template <class Call>
+/// Returns the text of the error that a call throws.
+template <class Exception = bristle::Error, class Call>
 std::string message_of(const Call& call) {
   try {
     call();

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "expect.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
 

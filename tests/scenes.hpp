@@ -120,6 +120,14 @@ inline const char* name_of(Precision precision) {
   return precision == Precision::single ? "single" : "double";
 }
 
+/// Steps a single patch of a batch, or a single outline, and returns its response.
+template <class Patches, class AnyMotion>
+auto step_one(Patches& patches, const AnyMotion& motion, double dt_s = tick) {
+  decltype(patches.find_force(dt_s, motion)) response;
+  patches.step(dt_s, {&motion, 1}, {&response, 1});
+  return response;
+}
+
 /// A patch in a batch of its own.
 class OnePatch {
  public:
@@ -129,11 +137,7 @@ class OnePatch {
   }
 
   Response step(double dx_m, double dy_m, double load_n, double dt_s = tick) {
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = dx_m;
-    motion.displacement[1] = dy_m;
-    motion.normal_load = load_n;
+    const Motion motion{id, {dx_m, dy_m}, load_n};
     return step(motion, dt_s);
   }
   Response step(const Motion& motion, double dt_s = tick) {

@@ -13,6 +13,7 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/material.hpp>
 
@@ -34,15 +35,10 @@ namespace {
 constexpr double dbar = 8e-6, tau = 0.25;
 
 SnapLength law_of(const std::string& name) {
-  if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
-  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
-  if (name == "exponential") return SnapLength::exponential(dbar);
   if (name == "normal_0.25") return SnapLength::normal(dbar, 0.25 * dbar);
   return bristle_test::reference_law(name, dbar);
 }
 
-/// Returns a material scaled so that its friction coefficient equals the mean deflection in mean snap
-/// lengths.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
   return bristle_test::reduced_material(law, rule, kappa, residual_over_mean).with_ageing(ageing);

@@ -472,7 +472,7 @@ TEST_CASE("A saved bed goes on with the same bits, and a trial leaves no trace")
     REQUIRE(bed.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
     const std::uint64_t hash = bed.batch.state_hash();
     CHECK(other.batch.state_hash() != hash);
-    other.batch.restore_state({bytes.data(), bytes.size()});
+    other.batch.restore_state(bytes);
     CHECK(other.batch.state_hash() == hash);
     for (int i = 0; i < 30; ++i) {
       const BedMotion m = draw_motion(random, bed.motion.id, kind.shape.rolls, 1e-3, 1e-4, 20.0);
@@ -488,7 +488,7 @@ TEST_CASE("A saved bed goes on with the same bits, and a trial leaves no trace")
     }
     const std::uint64_t now = bed.batch.state_hash();
     bytes[bytes.size() / 2] ^= std::byte{4};
-    CHECK_THROWS_AS(bed.batch.restore_state({bytes.data(), bytes.size()}), Error);
+    CHECK_THROWS_AS(bed.batch.restore_state(bytes), Error);
     CHECK_THROWS_AS(bed.batch.restore_state({bytes.data(), 11}), Error);
     CHECK(bed.batch.state_hash() == now);
     const std::uint64_t fresh =
@@ -1180,10 +1180,7 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   KeyedBeds keyed(batch, material, shape, with_load(2.0), KeyedOptions{}.with_capacity(2));
   CHECK(batch.bed_count() == 2);
   const auto push = [&](std::uint64_t key, double distance) {
-    BedMotion motion;
-    motion.id = keyed.find_or_add(key);
-    motion.displacement[0] = distance;
-    motion.normal_load = 2.0;
+    const BedMotion motion{keyed.find_or_add(key), {distance, 0.0}, 0.0, {0.0, 0.0}, 2.0};
     BedResponse out;
     batch.step({&motion, 1}, {&out, 1});
     return out;
@@ -1209,11 +1206,11 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(batch.info(first).normal_load == 2.0);
   CHECK(push(12, 0.0).force[0] == 0.0);
   batch.restore_state({state.data(), state.size()});
-  keyed.restore_state({keys.data(), keys.size()});
+  keyed.restore_state(keys);
   CHECK(keyed.find(7) == first);
   CHECK(push(7, 0.0).force[0] == on.force[0]);
   keys[20] ^= std::byte{1};
-  CHECK_THROWS_WITH(keyed.restore_state({keys.data(), keys.size()}), Catch::Contains("KeyedBeds"));
+  CHECK_THROWS_WITH(keyed.restore_state(keys), Catch::Contains("KeyedBeds"));
   CHECK(keyed.remove(7));
   CHECK_FALSE(keyed.remove(7));
   keyed.clear();

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "c_program.h"
+#include "expect.hpp"
 #include "scenes.hpp"
 #include "temporary_folder.hpp"
 
@@ -85,8 +86,7 @@ TEST_CASE("The C and the C++ interface give the same bits", "[c]") {
     Motion motion{cpp_id, {d, 0.0}, n * (0.5 + (k % 7) / 14.0)};
     motion.has_velocity = k % 2 == 0;
     motion.velocity[0] = 0.5e-3;
-    Response response;
-    fresh.step(1e-3, {&motion, 1}, {&response, 1});
+    const Response response = step_one(fresh, motion, 1e-3);
     bristle_motion c_motion{};
     c_motion.id = c_id;
     c_motion.displacement[0] = d;

@@ -42,14 +42,7 @@ struct OpenBrush {
     id = BatchAccess::add(batch, made);
   }
   bristle::Response step(double dx, double dy, double load) {
-    bristle::Motion in;
-    in.id = id;
-    in.displacement[0] = dx * dbar;
-    in.displacement[1] = dy * dbar;
-    in.normal_load = load;
-    bristle::Response out;
-    batch.step(tick, {&in, 1}, {&out, 1});
-    return out;
+    return step_one(batch, bristle::Motion{id, {dx * dbar, dy * dbar}, load});
   }
 
   bristle::PatchBatch batch;

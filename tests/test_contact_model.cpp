@@ -16,6 +16,7 @@
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/patch_pool.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 
 namespace {
@@ -141,12 +142,7 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
 /// Returns the force after a move. Under plain_material it is the load (N) times the deflection (m), for the
 /// load is the number of bristles.
 double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
-  bristle::Motion in;
-  in.id = id;
-  in.displacement[0] = dx;
-  in.normal_load = load;
-  bristle::Response out;
-  batch.step(tick, {&in, 1}, {&out, 1});
+  const bristle::Response out = step_one(batch, bristle::Motion{id, {dx, 0.0}, load});
   REQUIRE(out.status == bristle::Status::ok);
   return out.end[0];
 }
@@ -244,19 +240,12 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   const bristle::PatchId id = batch.add(material, options);
   REQUIRE(twin.add(material, options) == id);
   std::vector<std::byte> saved;
-  bristle::Motion trial;
-  trial.id = id;
-  trial.displacement[0] = 0.3 * dbar;
-  trial.normal_load = 511.3;
+  bristle::Motion trial{id, {0.3 * dbar, 0.0}, 511.3};
 
   const auto step_both = [&](double dx, double load) {
-    bristle::Motion in;
-    in.id = id;
-    in.displacement[0] = dx;
-    in.normal_load = load;
-    bristle::Response out;
-    batch.step(tick, {&in, 1}, {&out, 1});
-    twin.step(tick, {&in, 1}, {&out, 1});
+    const bristle::Motion in{id, {dx, 0.0}, load};
+    step_one(batch, in);
+    step_one(twin, in);
   };
   // Compares with a twin that makes no trials: from an equal state it takes as a step every motion that the
   // other batch tried.

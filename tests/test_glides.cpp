@@ -149,11 +149,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
   for (int i = 0; i < 300; ++i) {
     direction += turn(i);
     const double dx = 0.3 * dbar * std::cos(direction), dy = 0.3 * dbar * std::sin(direction);
-    Motion motion;
-    motion.id = watched.id;
-    motion.displacement[0] = dx;
-    motion.displacement[1] = dy;
-    motion.normal_load = load_n;
+    Motion motion{watched.id, {dx, dy}, load_n};
     const Response tried = watched.batch.find_force(tick, motion);
     const double energy = watched.energy();
     std::vector<double> zx(4096), zy(4096);

@@ -36,8 +36,7 @@ std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t
   for (int k = 0; k < steps; ++k) {
     Motion motion = scripted_motion(script, k, axes);
     motion.id = id;
-    Response r;
-    batch.step(tick, {&motion, 1}, {&r, 1});
+    const Response r = step_one(batch, motion);
     for (const double x : {r.end[0], r.end[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss}) {
       std::uint64_t word;
       std::memcpy(&word, &x, 8);
@@ -250,13 +249,11 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
         REQUIRE(motion.id);
-        Response alone;
-        quiet.step(tick, {&motion, 1}, {&alone, 1});
+        const Response alone = step_one(quiet, motion);
         motion.id = many.find_or_add(keys[j]);
         REQUIRE(motion.id);
         slots.insert(motion.id.value);
-        Response among;
-        busy.step(tick, {&motion, 1}, {&among, 1});
+        const Response among = step_one(busy, motion);
         expect(among.end[0] == alone.end[0] && among.end[1] == alone.end[1] &&
                    among.dissipated == alone.dissipated,
                "forces to the bit");
@@ -492,9 +489,7 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
       }
       (bent ? again : fresh)++;
       last_place[keys[i]] = contacts[i];
-      Motion motion{id, {0.2 * dbar, 0.0}, 10.0};
-      Response response;
-      batch.step(tick, {&motion, 1}, {&response, 1});
+      step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 10.0});
     }
     patches.end_step();
   }
@@ -534,20 +529,9 @@ struct Engine {
     bits.push_back(matcher.match(contacts, keys));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
       const double load = 1.0 + 0.1 * static_cast<double>(contacts[c].pair) + 0.05 * (k % 4);
-      Motion motion;
-      motion.id = points.find_or_add(keys[c]);
-      motion.displacement[0] = 3e-6;
-      motion.displacement[1] = 1e-6 * (k % 5);
-      motion.normal_load = load;
-      Response r;
-      batch.step(tick, {&motion, 1}, {&r, 1});
-      bristle::ExtendedMotion turning;
-      turning.id = outlines.find_or_add(keys[c]);
-      turning.displacement[0] = 2e-6;
-      turning.displacement[2] = 1e-3;
-      turning.normal_load = load;
-      bristle::ExtendedResponse wrench;
-      pads.step(tick, {&turning, 1}, {&wrench, 1});
+      const Response r = step_one(batch, Motion{points.find_or_add(keys[c]), {3e-6, 1e-6 * (k % 5)}, load});
+      const bristle::ExtendedResponse wrench =
+          step_one(pads, bristle::ExtendedMotion{outlines.find_or_add(keys[c]), {2e-6, 0.0, 1e-3}, load});
       for (const double x : {r.end[0], r.end[1], wrench.end[0], wrench.end[1], wrench.end[2]}) {
         std::uint64_t word;
         std::memcpy(&word, &x, 8);

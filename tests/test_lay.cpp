@@ -68,23 +68,11 @@ struct Winding {
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
     angle += random() % 30 == 0 ? 3.0 * flat(random) : 0.2 * flat(random);
     const double h = length * (1.0 + flat(random)), share = 0.7 + 0.3 * flat(random);
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = h * std::cos(angle);
-    motion.displacement[1] = h * std::sin(angle);
-    motion.normal_load = load * (wavers ? share : 1.0);
-    return motion;
+    return {id, {h * std::cos(angle), h * std::sin(angle)}, load * (wavers ? share : 1.0)};
   }
 };
 
-Motion moved(PatchId id, double x, double y, double normal_load = load) {
-  Motion motion;
-  motion.id = id;
-  motion.displacement[0] = x;
-  motion.displacement[1] = y;
-  motion.normal_load = normal_load;
-  return motion;
-}
+Motion moved(PatchId id, double x, double y, double normal_load = load) { return {id, {x, y}, normal_load}; }
 
 /// Returns a motion with its displacement turned by `angle` rad.
 Motion turned(Motion motion, double angle) {

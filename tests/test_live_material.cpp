@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 

@@ -14,6 +14,7 @@
 #include "brute_force.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/error.hpp>
 #include <bristle/material.hpp>
@@ -29,9 +30,9 @@ using bristle::virgin_deflection;
 using bristle_test::expect_near;
 using bristle_test::number;
 using bristle_test::read_table;
-using bristle_test::Row;
 using bristle_test::reduced_material;
 using bristle_test::reference_law;
+using bristle_test::Row;
 
 using bristle_test::message_of;
 using bristle_test::names;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "expect.hpp"
 #include "tools/files/motion_file.hpp"
 #include "tools/files/user_error.hpp"
 

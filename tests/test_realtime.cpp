@@ -22,6 +22,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command_line.hpp"
 #include "scenes.hpp"
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
@@ -31,8 +32,8 @@
 #include "tools/run/run.hpp"
 
 using bristle::DeadlineMonitor;
-using bristle_test::TemporaryFolder;
 using bristle_test::read_file;
+using bristle_test::TemporaryFolder;
 using nlohmann::json;
 
 namespace {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/patches/saved_state.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
 

@@ -18,6 +18,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"

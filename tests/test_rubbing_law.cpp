@@ -15,6 +15,7 @@
 #include "core/materials/kernel_law.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/material.hpp>
 #include <bristle/patch_batch.hpp>
@@ -31,31 +32,11 @@ using bristle_test::names;
 using bristle_test::number;
 using bristle_test::Quantile;
 using bristle_test::read_table;
-using bristle_test::Row;
 using bristle_test::reduced_material;
 using bristle_test::reference_law;
+using bristle_test::Row;
 
 namespace {
-
-SnapLength law_of(const Row& row, double mean) {
-  const std::string& name = row.at("dist");
-  if (name == "lognormal_cv0.3") return SnapLength::lognormal(mean, 0.3);
-  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * mean, 1.5 * mean);
-  if (name == "exponential") return SnapLength::exponential(mean);
-  throw std::runtime_error("the table names an unknown law: " + name);
-}
-
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
-Material rubbed(const SnapLength& law, SnapRule rule, double kappa, double residual_over_mean) {
-  return Material{}
-      .with_snap_length(law)
-      .with_snap_rule(rule)
-      .with_bristle_stiffness(1.0)
-      .with_normal_stiffness(1.0)
-      .with_asperity_height_deviation(law.mean())
-      .with_shared_renewal(kappa)
-      .with_residual_length(residual_over_mean * law.mean());
-}
 
 Material material_of(const Row& row, double mean) {
   return reduced_material(reference_law(row.at("dist"), mean),

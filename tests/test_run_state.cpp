@@ -7,15 +7,17 @@
 
 #include <bristle/state_file.hpp>
 
+#include "command_line.hpp"
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/run/run.hpp"
 
-using bristle_test::TemporaryFolder;
-using Catch::Matchers::Contains;
 using bristle_test::message_of;
 using bristle_test::read_file;
+using bristle_test::TemporaryFolder;
+using Catch::Matchers::Contains;
 
 namespace {
 

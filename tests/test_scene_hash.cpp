@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
 #include "test_paths.hpp"

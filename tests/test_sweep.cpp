@@ -27,6 +27,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "command_line.hpp"
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
@@ -34,8 +35,8 @@
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
 
-using bristle_test::Outcome;
 using bristle_test::message_of;
+using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
 using Catch::Matchers::Contains;

@@ -15,6 +15,7 @@
 #include "core/bed_table.hpp"
 #include "core/common/hashing.hpp"
 #include "core/patches/saved_state.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 
 using namespace bristle_test;
@@ -116,10 +117,9 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
   const Material plain = redrawn(SnapLength::exponential(dbar));
   for (Precision precision : precisions()) {
     OnePatch patch(plain, plain_options(many, 1, precision));
-    std::vector<double> x(many), y(many), length(many);
     const auto shortest = [&] {
-      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
-                                        {length.data(), many}) == many);
+      const std::vector<double> length = read(patch, many).delta;
+      REQUIRE(length.size() == many);
       return *std::min_element(length.begin(), length.end());
     };
     patch.step(0.0, 0.0, many);
@@ -211,12 +211,11 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
     // A long slide is jumped over. Its last bristle combines two draws, the path since its snap and the rest
     // of its length, and one of a million exceeds the longest single draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
-    std::vector<double> x(many), y(many), length(many);
     double longest = 0.0;
     for (int k = 0; k < 8; ++k) {
       patch.step(1e3 * dbar, 0.0, many);
-      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
-                                        {length.data(), many}) == many);
+      const std::vector<double> length = read(patch, many).delta;
+      REQUIRE(length.size() == many);
       longest = std::max(longest, *std::max_element(length.begin(), length.end()));
       expect_taken_back(patch);
     }
@@ -472,7 +471,7 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
       const std::uint64_t value = checksum.value();
       std::memcpy(bad.data() + 2 * sizeof value, &value, sizeof value);
       try {
-        batch.restore_state({bad.data(), bad.size()});
+        batch.restore_state(bad);
       } catch (const bristle::Error&) {
         return false;
       }
