@@ -48,6 +48,14 @@ inline bool names(const std::string& message, const std::vector<std::string>& pa
   return all;
 }
 
+/// Returns the saved state of a batch, of keys or of a model.
+template <class Model>
+std::vector<std::byte> saved_state(const Model& of) {
+  std::vector<std::byte> state(of.state_size());
+  expect(of.save_state({state.data(), state.size()}) == state.size(), "the whole state is saved");
+  return state;
+}
+
 /// Returns a smaller number of bristles or steps in builds that run slowly; tolerances must follow from the
 /// number.
 inline std::uint32_t test_size(std::uint32_t full) {

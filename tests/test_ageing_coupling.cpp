@@ -117,8 +117,7 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
   patch.step(0.0, 0.0, load, 3.0);
   slide(patch, 40.0, 1e-4);
   patch.step(0.0, 0.0, load, 0.3);
-  std::vector<std::byte> saved(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state({saved.data(), saved.size()}) == saved.size());
+  const std::vector<std::byte> saved = saved_state(patch.batch);
   OnePatch other(m, options_of(population));
   other.step(0.0, 0.0, load, 1e3);
   other.batch.restore_state(saved);

@@ -139,8 +139,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
   // force() has the response of the last step, and a restored state has none.
-  std::vector<std::byte> state(simple.state_size());
-  REQUIRE(simple.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(simple);
   simple.restore_state(state);
   CHECK(simple.force(a[0]).status == Status::unknown_id);
   const std::uint64_t hash = simple.state_hash();

@@ -21,6 +21,8 @@ using bristle_test::Brush;
 using bristle_test::dbar;
 using bristle_test::infinite_options;
 using bristle_test::load_n;
+using bristle_test::saved_state;
+using bristle_test::step_one;
 using bristle_test::tick;
 
 namespace {
@@ -292,8 +294,7 @@ TEST_CASE("A restored state does not hold by the bound of the state before", "[c
     b->step(0.0);
     b->step(0.45);
   }
-  std::vector<std::byte> state(brush.patch.batch.state_size());
-  REQUIRE(brush.patch.batch.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(brush.patch.batch);
   brush.load = 0.0;
   brush.step(0.0);
   brush.load = load_n;

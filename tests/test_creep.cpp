@@ -72,9 +72,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   const std::uint64_t hash = crept.hash();
   for (int k = 0; k < 5; ++k) crept.batch.find_force(1e-3, trial);
   CHECK(crept.hash() == hash);
-  std::vector<std::byte> state(crept.batch.state_size());
-  REQUIRE(crept.batch.save_state({state.data(), state.size()}) == state.size());
-  fresh.batch.restore_state({state.data(), state.size()});
+  fresh.batch.restore_state(saved_state(crept.batch));
   CHECK(fresh.hash() == hash);
   for (OnePatch* patch : {&crept, &fresh})
     patch->step(1.7e-19, 0.0, 300.0);  // the remainders of both steps together change the position

@@ -613,10 +613,8 @@ TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]"
   ExtendedPatches first(first_batch), second(second_batch);
   const PatchId a = make(first), b = make(second);
   walk(first, a, 0, 50);
-  std::vector<std::byte> state(first.state_size());
-  REQUIRE(first.save_state(state) == state.size());
+  std::vector<std::byte> state = saved_state(first);
   CHECK(first.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
-  REQUIRE(first.save_state(state) == state.size());
   second.restore_state(state);
   CHECK(first.state_hash() == second.state_hash());
   const ExtendedResponse on = walk(first, a, 50, 90), again = walk(second, b, 50, 90);
@@ -938,8 +936,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   pads.set_material(pad, soft);
   CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
 
-  std::vector<std::byte> state(pads.state_size());
-  REQUIRE(pads.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(pads);
   for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, 0.5 * load_n).stiffness[0][0] == Approx(0.5 * load_n));
   pads.restore_state(state);
   CHECK(pads.info(pad).normal_load == load_n);
@@ -1031,8 +1028,7 @@ TEST_CASE("A state of other outlines is refused by that name, and changes nothin
   second.add(material, light_options(), point);
   const PatchId pad = second.add(material, light_options(), disc);
   stick(second, pad, load_n);
-  std::vector<std::byte> state(first.state_size());
-  REQUIRE(first.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(first);
   const std::uint64_t before = second.state_hash();
   CHECK(names(message_of([&] { second.restore_state(state); }), {"ExtendedPatches", "other outlines"}));
   CHECK(second.state_hash() == before);
@@ -1165,8 +1161,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   CHECK(now != first);
   CHECK(one.reset_and_slide() == now);
   CHECK(one.batch.info(one.pads.cell_patches(one.id)[0]).key == 9);
-  std::vector<std::byte> state(one.pads.state_size());
-  REQUIRE(one.pads.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(one.pads);
   other.pads.restore_state(state);
   CHECK(other.pads.state_hash(other.id) == now);
   CHECK(other.reset_and_slide() == now);

@@ -155,9 +155,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
     std::vector<double> zx(4096), zy(4096);
     watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
     if (i % 50 == 37) {
-      std::vector<std::byte> bytes(watched.batch.state_size());
-      REQUIRE(watched.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
-      restored.batch.restore_state({bytes.data(), bytes.size()});
+      restored.batch.restore_state(saved_state(watched.batch));
       CHECK(restored.energy() == energy);
     }
     const Response a = plain.step(dx, dy, load_n), b = watched.step(dx, dy, load_n);

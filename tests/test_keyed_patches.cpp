@@ -111,8 +111,7 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
     expect(run_script(used_batch, used, script + 1, c.options.axes, 15) ==
                run_script(fresh_batch, fresh, script + 1, c.options.axes, 15),
            "the same after a change of material");
-    std::vector<std::byte> saved(used_batch.state_size());
-    REQUIRE(used_batch.save_state(saved) == saved.size());
+    const std::vector<std::byte> saved = saved_state(used_batch);
     const auto further = run_script(used_batch, used, script + 2, c.options.axes, 9);
     used_batch.reset(used, 5, 6);
     used_batch.restore_state(saved);
@@ -499,13 +498,6 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
 
 namespace {
 
-template <class T>
-std::vector<std::byte> saved(const T& of) {
-  std::vector<std::byte> bytes(of.state_size());
-  expect(of.save_state(bytes) == bytes.size(), "all is written");
-  return bytes;
-}
-
 /// Two pools and a matcher over one batch, used as by an engine: contacts that appear, move, change places
 /// and end; outlines and points.
 struct Engine {
@@ -551,8 +543,8 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   std::vector<std::uint64_t> bits, again;
   for (int k = 0; k < 25; ++k) first.step(k, bits);
   REQUIRE(first.points.refused() > 0);
-  const auto patches = saved(first.pads), points = saved(first.points), outlines = saved(first.outlines),
-             matcher = saved(first.matcher);
+  const auto patches = saved_state(first.pads), points = saved_state(first.points),
+             outlines = saved_state(first.outlines), matcher = saved_state(first.matcher);
   bits.clear();
   for (int k = 25; k < 50; ++k) first.step(k, bits);
 
@@ -563,7 +555,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);
   second.matcher.restore_state(matcher);
-  REQUIRE(saved(second.points) == points);
+  REQUIRE(saved_state(second.points) == points);
   again.clear();
   for (int k = 25; k < 50; ++k) second.step(k, again);
   REQUIRE(bits == again);
@@ -574,8 +566,8 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   Engine engine;
   std::vector<std::uint64_t> bits;
   for (int k = 0; k < 9; ++k) engine.step(k, bits);
-  const auto batch = saved(engine.pads);
-  const auto points = saved(engine.points), matcher = saved(engine.matcher);
+  const auto batch = saved_state(engine.pads);
+  const auto points = saved_state(engine.points), matcher = saved_state(engine.matcher);
   REQUIRE(engine.points.size() > 1);
   for (std::size_t at = 0; at < points.size(); ++at) {
     std::vector<std::byte> damaged = points;
@@ -592,8 +584,8 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   REQUIRE_THROWS_AS(engine.outlines.restore_state(points), bristle::Error);
   REQUIRE_THROWS_AS(engine.matcher.restore_state(points), bristle::Error);
   REQUIRE_THROWS_AS(ContactMatcher(MatcherOptions{}.with_capacity(1)).restore_state(matcher), bristle::Error);
-  REQUIRE(saved(engine.points) == points);
-  REQUIRE(saved(engine.matcher) == matcher);
+  REQUIRE(saved_state(engine.points) == points);
+  REQUIRE(saved_state(engine.matcher) == matcher);
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 

@@ -116,9 +116,7 @@ TEST_CASE("a lay of ratios 1 has the bits of none", "[lay]") {
         expect(std::memcmp(a.end, b.end, sizeof a.end) == 0 && a.dissipated == b.dissipated, "equal bits");
       }
       CHECK(plain.hash() == laid.hash());
-      std::vector<std::byte> bytes(plain.batch.state_size());
-      REQUIRE(plain.batch.save_state(bytes) == bytes.size());
-      laid.batch.restore_state(bytes);
+      laid.batch.restore_state(saved_state(plain.batch));
       CHECK(plain.batch.info(plain.id).memory_bytes == laid.batch.info(laid.id).memory_bytes);
     }
 }
@@ -371,8 +369,7 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
     OnePatch patch(kind.material, options), other(kind.material, options);
     Winding path;
     for (int k = 0; k < 30; ++k) patch.step(path.next(patch.id));
-    std::vector<std::byte> bytes(patch.batch.state_size());
-    REQUIRE(patch.batch.save_state(bytes) == bytes.size());
+    const std::vector<std::byte> bytes = saved_state(patch.batch);
     OnePatch another(kind.material, PatchOptions(options).with_lay(Lay(lay).with_angle(0.6)));
     CHECK_THROWS_WITH(another.batch.restore_state(bytes), Catch::Contains("options"));
     other.batch.restore_state(bytes);

@@ -45,12 +45,6 @@ void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-std::vector<std::byte> saved_state(const PatchBatch& batch) {
-  std::vector<std::byte> state(batch.state_size());
-  REQUIRE(batch.save_state(state) == state.size());
-  return state;
-}
-
 /// One patch of each variant, moved by a script.
 class Scripted {
  public:
