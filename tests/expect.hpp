@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -27,12 +28,12 @@ inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
 }
 
-/// Returns the text of the bristle::Error that a call throws.
-template <class Call>
+/// Returns the text of the error that a call throws.
+template <class Exception = bristle::Error, class Call>
 std::string message_of(const Call& call) {
   try {
     call();
-  } catch (const bristle::Error& error) {
+  } catch (const Exception& error) {
     return error.what();
   }
   return "(no error)";
@@ -45,6 +46,14 @@ inline bool names(const std::string& message, const std::vector<std::string>& pa
   });
   if (!all) UNSCOPED_INFO(message);
   return all;
+}
+
+/// Returns the saved state of a batch, of keys or of a model.
+template <class Model>
+std::vector<std::byte> saved_state(const Model& of) {
+  std::vector<std::byte> state(of.state_size());
+  expect(of.save_state({state.data(), state.size()}) == state.size(), "the whole state is saved");
+  return state;
 }
 
 /// Returns a smaller number of bristles or steps in builds that run slowly; tolerances must follow from the

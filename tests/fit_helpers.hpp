@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "expect.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
 
@@ -28,12 +29,7 @@ inline Fitted fit(const std::string& csv, cli::FitOptions options = {}) {
 }
 
 inline std::string refusal(const std::string& csv, const cli::FitOptions& options = {}) {
-  try {
-    fit(csv, options);
-  } catch (const cli::UserError& error) {
-    return error.what();
-  }
-  return {};
+  return message_of<cli::UserError>([&] { fit(csv, options); });
 }
 
 /// Checks that the interval holds the true value, with a margin: a half-width is two standard errors, so one

@@ -59,9 +59,9 @@ struct Brush {
                  const BatchOptions& batch = {})
       : Brush(plain_material(law, SnapRule::redraw), options, batch) {}
 
-  void step(double dx, double dy = 0.0) {
+  void step(double dx, double dy = 0.0, double seconds = tick) {
     const double before = patch.energy();
-    response = patch.step(dx * dbar, dy * dbar, load);
+    response = patch.step(dx * dbar, dy * dbar, load, seconds);
     const double work = -(response.mean[0] * dx + response.mean[1] * dy) * dbar;
     const double after = patch.energy();
     const double error = work - (after - before) - response.dissipated - response.contact_loss;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -95,12 +96,36 @@ inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
           {"exponential", SnapLength::exponential(mean)}};
 }
 
+inline SnapLength reference_law(const std::string& name, double mean = dbar) {
+  for (const NamedLaw& law : reference_laws(mean))
+    if (name == law.name) return law.law;
+  throw std::runtime_error("no such law: " + name);
+}
+
+/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+inline Material reduced_material(const SnapLength& law, SnapRule rule, double kappa = 0.0,
+                                 double residual_over_mean = 0.0) {
+  return plain_material(law, rule)
+      .with_normal_stiffness(1.0)
+      .with_asperity_height_deviation(law.mean())
+      .with_shared_renewal(kappa)
+      .with_residual_length(residual_over_mean * law.mean());
+}
+
 /// Returns the reference tables' name for a snap rule.
 inline const char* table_name(SnapRule rule) {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "fixed" : "redraw";
 }
 inline const char* name_of(Precision precision) {
   return precision == Precision::single ? "single" : "double";
+}
+
+/// Steps a single patch of a batch, or a single outline, and returns its response.
+template <class Patches, class AnyMotion>
+auto step_one(Patches& patches, const AnyMotion& motion, double dt_s = tick) {
+  decltype(patches.find_force(dt_s, motion)) response;
+  patches.step(dt_s, {&motion, 1}, {&response, 1});
+  return response;
 }
 
 /// A patch in a batch of its own.
@@ -112,11 +137,7 @@ class OnePatch {
   }
 
   Response step(double dx_m, double dy_m, double load_n, double dt_s = tick) {
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = dx_m;
-    motion.displacement[1] = dy_m;
-    motion.normal_load = load_n;
+    const Motion motion{id, {dx_m, dy_m}, load_n};
     return step(motion, dt_s);
   }
   Response step(const Motion& motion, double dt_s = tick) {

@@ -24,6 +24,7 @@
 
 namespace test_accuracy {
 
+using bristle_test::step_one;
 using bristle_test::with_random_lengths;
 using nlohmann::json;
 
@@ -47,9 +48,7 @@ std::vector<double> snap_lengths(bool random, std::uint32_t n, std::uint32_t see
   const auto id =
       batch.add(bristle::Material{},
                 with_random_lengths(bristle::PatchOptions{}.with_bristles(n).with_seed(seed), random));
-  const bristle::Motion motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}};
-  bristle::Response response;
-  batch.step(1e-3, {&motion, 1}, {&response, 1});
+  step_one(batch, bristle::Motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
   std::vector<double> delta(n);
   REQUIRE(batch.read_bristles(id, {}, {}, {delta.data(), n}) == n);
   return delta;
@@ -99,9 +98,8 @@ std::vector<double> late_errors(bool random, std::uint32_t n, double load_share,
   std::vector<double> errors;
   double at = 0.0;
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const bristle::Motion motion{id, {places[k] - at, 0.0}, load_share, false, {0.0, 0.0}};
-    bristle::Response r;
-    batch.step(1e-3, {&motion, 1}, {&r, 1});
+    const bristle::Response r =
+        step_one(batch, bristle::Motion{id, {places[k] - at, 0.0}, load_share, false, {0.0, 0.0}}, 1e-3);
     at = places[k];
     const double mean = -r.end[0] / (m.bristles_in_contact(load_share) * m.bristle_stiffness);
     errors.push_back((mean - expected[k]) / 10e-6);
@@ -152,9 +150,8 @@ double virgin_error(bool random, std::uint32_t n, int seeds) {
     const auto options = bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(
         static_cast<std::uint32_t>(977 * seed));
     const auto id = batch.add(m, with_random_lengths(options, random));
-    const bristle::Motion motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}};
-    bristle::Response r;
-    batch.step(1e-3, {&motion, 1}, {&r, 1});
+    const bristle::Response r =
+        step_one(batch, bristle::Motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
     // Virgin curve of the uniform law on 0.5 to 1.5 in the first pass: x - x^2/2 + 1/8.
     const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
     squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;

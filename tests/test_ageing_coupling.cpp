@@ -64,9 +64,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
   // A patch that is not named in a step ages as well.
   const PatchId other = patch.batch.add(m, options_of(population));
   patch.batch.warm_up();
-  Motion rest{other, {0.0, 0.0}, load};
-  Response r;
-  patch.batch.step(5e3, {&rest, 1}, {&r, 1});
+  const Response r = step_one(patch.batch, Motion{other, {0.0, 0.0}, load}, 5e3);
   CHECK(r.force_limit == Approx(load * m.peak_coefficient(5e3)).epsilon(1e-9));
   CHECK(patch.step(0.0, 0.0, load, 1.0).force_limit ==
         Approx(load * m.peak_coefficient(time + 5001.0)).epsilon(1e-9));
@@ -120,11 +118,10 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
   patch.step(0.0, 0.0, load, 3.0);
   slide(patch, 40.0, 1e-4);
   patch.step(0.0, 0.0, load, 0.3);
-  std::vector<std::byte> saved(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state({saved.data(), saved.size()}) == saved.size());
+  const std::vector<std::byte> saved = saved_state(patch.batch);
   OnePatch other(m, options_of(population));
   other.step(0.0, 0.0, load, 1e3);
-  other.batch.restore_state({saved.data(), saved.size()});
+  other.batch.restore_state(saved);
   for (int i = 0; i < 50; ++i) {
     const double dx = i % 7 < 3 ? 0.4 * length : 0.0;
     const Response a = patch.step(dx, 0.0, load, 0.01), b = other.step(dx, 0.0, load, 0.01);

@@ -13,6 +13,7 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/material.hpp>
 
@@ -36,27 +37,13 @@ namespace {
 constexpr double dbar = 8e-6, tau = 0.25;
 
 SnapLength law_of(const std::string& name) {
-  if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
-  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
-  if (name == "exponential") return SnapLength::exponential(dbar);
   if (name == "normal_0.25") return SnapLength::normal(dbar, 0.25 * dbar);
-  if (name == "delta") return SnapLength::single(dbar);
-  throw std::runtime_error("no such law: " + name);
+  return bristle_test::reference_law(name, dbar);
 }
 
-/// Returns a material scaled so that its friction coefficient equals the mean deflection in mean snap
-/// lengths.
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
-  return Material{}
-      .with_snap_length(law)
-      .with_snap_rule(rule)
-      .with_bristle_stiffness(1.0)
-      .with_normal_stiffness(1.0)
-      .with_asperity_height_deviation(law.mean())
-      .with_shared_renewal(kappa)
-      .with_residual_length(residual_over_mean * law.mean())
-      .with_ageing(ageing);
+  return bristle_test::reduced_material(law, rule, kappa, residual_over_mean).with_ageing(ageing);
 }
 
 /// Returns the growth g of a snap length, written independently of the library.

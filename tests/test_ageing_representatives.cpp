@@ -21,17 +21,10 @@ namespace {
 constexpr double tau = 0.01;  ///< s
 constexpr double sigmas = 4.5;
 
-const SnapLength& law_named(const std::string& name) {
-  static const std::vector<NamedLaw> laws = reference_laws();
-  for (const NamedLaw& law : laws)
-    if (law.name == name) return law.law;
-  throw std::runtime_error("no such law: " + name);
-}
-
 SnapRule rule_named(const std::string& name) { return name == "keep" ? SnapRule::keep : SnapRule::redraw; }
 
 Material ageing_material(const Row& row) {
-  return plain_material(law_named(row.at("dist")), rule_named(row.at("variant")))
+  return plain_material(reference_law(row.at("dist")), rule_named(row.at("variant")))
       .with_ageing(Ageing::logarithmic(number(row, "beta"), tau));
 }
 

@@ -135,13 +135,11 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   simple.move(a[0], 1e-3, 0.0, 0.1);
   simple.move(a[0], 1e-6, 0.0, 0.5);
   Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
-  Response response;
-  bulk.step(tick, {&motion, 1}, {&response, 1});
+  const Response response = step_one(bulk, motion);
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
   // force() has the response of the last step, and a restored state has none.
-  std::vector<std::byte> state(simple.state_size());
-  REQUIRE(simple.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(simple);
   simple.restore_state(state);
   CHECK(simple.force(a[0]).status == Status::unknown_id);
   const std::uint64_t hash = simple.state_hash();
@@ -484,10 +482,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
   bool shared = false;
   // After a step that found the workers busy, some steps are not shared with them, so it may take many.
   for (int k = 0; k < 20000 && !shared; ++k) {
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = 0.3 * dbar;
-    motion.normal_load = 2.0 * many;
+    const Motion motion{id, {0.3 * dbar, 0.0}, 2.0 * many};
     Response response;
     const auto report = batch.step(tick, {&motion, 1}, {&response, 1});
     CHECK(response.status == Status::overload);

@@ -275,8 +275,7 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
       Material{}.with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)).with_snap_rule(SnapRule::keep);
   const PatchId id = batch.add(material, PatchOptions{}.with_bristles(800).with_axes(1));
   Motion motion{id, {1.2 * dbar, 0.0}, 0.75};
-  Response response;
-  batch.step(1e-3, {&motion, 1}, {&response, 1});
+  step_one(batch, motion, 1e-3);
   c.step();
   REQUIRE(batch.set_detail(id, 300) == Status::ok);
   REQUIRE(bristle_set_detail(c.batch, c.motion.id, 300) == BRISTLE_STATUS_OK);

@@ -370,70 +370,63 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
   }
 }
 
+namespace {
+
+/// Result of a tool that slides over the floor at 0.1 m/s with bristles that all snap at one friction.
+struct Sliding {
+  double ripple;  // rms of the friction about its mean, over the mean
+  double early;   // pull of the first tick, of 0.1 um, N
+};
+
+/// Slides along x until `to`, m; takes the mean of the friction from x = `from` on.
+Sliding slide(const BrushProxyOptions& options, double from, double to) {
+  cWorld world;
+  cGenericObject ground(floor_between());
+  world.objects = {&ground};
+  const Vector3d start(0, 0, radius - depth);
+  Tool tool(world, start, options,
+            Material::from_coefficients(
+                Coefficients{}.with_kinetic(kinetic).with_peak(kinetic).with_presliding_length(0.1e-3)));
+  tool.hold_at(start);
+  tool.go({0.1e-6, 0, start[2]}, 0.1);
+  const double early = -tool.friction()[0];
+  tool.go({from, 0, start[2]}, 0.1);
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  tool.go({to, 0, start[2]}, 0.1, [&] {
+    sum += tool.friction()[0];
+    squares += tool.friction()[0] * tool.friction()[0];
+    ++count;
+  });
+  const double mean = sum / count;
+  CHECK(-mean == Approx(kinetic * stiffness * depth).epsilon(0.01));
+  return {std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::fabs(mean), early};
+}
+
+/// Makes options of a tool with so many representatives.
+BrushProxyOptions with_bristles(unsigned bristles, double max_load) {
+  return BrushProxyOptions{}.with_patch(
+      bristle::PatchOptions{}.with_max_normal_load(max_load).with_bristles(bristles));
+}
+
+}  // namespace
+
 TEST_CASE("By default a CHAI3D tool renders cohorts: sliding has no ripple", "[chai3d]") {
   // CHAI3D's own friction has 2.4 % rms at 0.1 m/s. Representatives of this law scatter by 0.74 n^-1/2 times
   // 1.9 for their shared renewal: 8 % with 300, 4.6 % with 900.
   CHECK(BrushProxyOptions{}.patch.population == bristle::Population::infinite);
-  double ripple[3];
-  const unsigned bristles[3] = {0, 900, 300};
-  for (int k = 0; k < 3; ++k) {
-    cWorld world;
-    cGenericObject ground(floor_between());
-    world.objects = {&ground};
-    const Vector3d start(0, 0, radius - depth);
-    BrushProxyOptions options;
-    if (bristles[k] > 0)
-      options.patch = bristle::PatchOptions{}.with_max_normal_load(2.0).with_bristles(bristles[k]);
-    Tool tool(world, start, options,
-              Material::from_coefficients(
-                  Coefficients{}.with_kinetic(kinetic).with_peak(kinetic).with_presliding_length(0.1e-3)));
-    tool.hold_at(start);
-    tool.go({0.02, 0, start[2]}, 0.1);
-    double sum = 0.0, squares = 0.0;
-    int count = 0;
-    tool.go({0.3, 0, start[2]}, 0.1, [&] {
-      sum += tool.friction()[0];
-      squares += tool.friction()[0] * tool.friction()[0];
-      ++count;
-    });
-    const double mean = sum / count;
-    ripple[k] = std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::fabs(mean);
-    CHECK(-mean == Approx(kinetic * stiffness * depth).epsilon(0.01));
-  }
-  CHECK(ripple[0] < 1e-4);
-  CHECK(ripple[1] > 0.02);
-  CHECK(ripple[2] > 1.4 * ripple[1]);
+  const double of_900 = slide(with_bristles(900, 2.0), 0.02, 0.3).ripple;
+  CHECK(slide({}, 0.02, 0.3).ripple < 1e-4);
+  CHECK(of_900 > 0.02);
+  CHECK(slide(with_bristles(300, 2.0), 0.02, 0.3).ripple > 1.4 * of_900);
 }
 
 TEST_CASE("The mean of a tick has less ripple and comes half a tick later", "[chai3d]") {
-  const Material redrawn = Material::from_coefficients(
-      Coefficients{}.with_kinetic(kinetic).with_peak(kinetic).with_presliding_length(0.1e-3));
-  double ripple[2], early[2];
-  for (const bool mean : {false, true}) {
-    cWorld world;
-    cGenericObject ground(floor_between());
-    world.objects = {&ground};
-    const Vector3d start(0, 0, radius - depth);
-    Tool tool(world, start,
-              BrushProxyOptions{}.with_mean(mean).with_patch(
-                  bristle::PatchOptions{}.with_max_normal_load(2.5).with_bristles(300)),
-              redrawn);
-    tool.hold_at(start);
-    tool.go({0.1e-6, 0, start[2]}, 0.1);
-    early[mean ? 1 : 0] = -tool.friction()[0];
-    tool.go({0.01, 0, start[2]}, 0.1);
-    double sum = 0.0, squares = 0.0;
-    int count = 0;
-    tool.go({0.2, 0, start[2]}, 0.1, [&] {
-      sum += tool.friction()[0];
-      squares += tool.friction()[0] * tool.friction()[0];
-      ++count;
-    });
-    ripple[mean ? 1 : 0] = std::sqrt(squares / count - std::pow(sum / count, 2)) / std::fabs(sum / count);
-    CHECK(-sum / count == Approx(kinetic * stiffness * depth).epsilon(0.01));
-  }
-  CHECK(early[1] == Approx(0.5 * early[0]).epsilon(0.01));
-  CHECK(ripple[1] < 0.7 * ripple[0]);
+  const BrushProxyOptions options = with_bristles(300, 2.5);
+  const Sliding end = slide(options, 0.01, 0.2),
+                mean = slide(BrushProxyOptions(options).with_mean(true), 0.01, 0.2);
+  CHECK(mean.early == Approx(0.5 * end.early).epsilon(0.01));
+  CHECK(mean.ripple < 0.7 * end.ripple);
 }
 
 }  // namespace test_chai3d

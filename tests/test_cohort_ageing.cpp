@@ -28,20 +28,12 @@ constexpr double tau = 1.0;  ///< s
 // ------------------------------------------------------------------------------- a patch, in reduced units
 
 /// A patch that moves along (0.6, 0.8), with lengths in mean snap lengths, times in s, forces over load.
-struct AgedBrush {
-  explicit AgedBrush(const Material& material, const PatchOptions& options = infinite_options(),
-                     const BatchOptions& batch = {})
-      : patch(material, options, batch) {}
+struct AgedBrush : Brush {
+  using Brush::Brush;
 
   double step(double length, double seconds) { return step(0.6 * length, 0.8 * length, seconds); }
   double step(double dx, double dy, double seconds) {
-    const double before = patch.energy();
-    response = patch.step(dx * dbar, dy * dbar, load, seconds);
-    const double work = -(response.mean[0] * dx + response.mean[1] * dy) * dbar;
-    const double after = patch.energy();
-    const double error = work - (after - before) - response.dissipated - response.contact_loss;
-    imbalance = std::max(imbalance, std::abs(error) / (std::abs(work) + before + after + 1e-30));
-    most_negative = std::min(most_negative, response.dissipated);
+    Brush::step(dx, dy, seconds);
     return force();
   }
   /// Slides in steps of `piece`, at this speed.
@@ -51,14 +43,7 @@ struct AgedBrush {
     return force();
   }
   void hold(double seconds) { step(0.0, 0.0, seconds); }
-  double x() const { return -response.elastic[0] / (load * dbar); }
-  double y() const { return -response.elastic[1] / (load * dbar); }
   double force() const { return 0.6 * x() + 0.8 * y(); }
-
-  OnePatch patch;
-  Response response{};
-  double load = load_n;
-  double imbalance = 0.0, most_negative = 0.0;
 };
 
 Material aged(const SnapLength& law, const Ageing& ageing) {
@@ -74,14 +59,8 @@ double growth(const Ageing& a, double age) {
 
 // ----------------------------------------------------------------------------------------------- the tables
 
-const SnapLength& law_of(const Row& row) {
-  static const std::vector<NamedLaw> laws = reference_laws();
-  for (const NamedLaw& law : laws)
-    if (row.at("dist") == law.name) return law.law;
-  throw std::runtime_error("no such law: " + row.at("dist"));
-}
 AgedBrush brush_of(const Row& row, double resolution) {
-  return AgedBrush(aged(law_of(row), number(row, "beta")),
+  return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")),
                    infinite_options(resolution, resolution > 8.0 ? 512 : 0));
 }
 
@@ -573,10 +552,7 @@ TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts]
   const auto move = [&](std::initializer_list<int> who, double length, double seconds) {
     std::vector<Motion> in;
     for (int i : who) {
-      Motion m;
-      m.id = ids[static_cast<std::size_t>(i)];
-      m.displacement[0] = length * dbar;
-      m.normal_load = load_n;
+      Motion m{ids[static_cast<std::size_t>(i)], {length * dbar, 0.0}, load_n};
       in.push_back(m);
     }
     std::vector<Response> out(in.size());
@@ -602,12 +578,10 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
   const auto live = [&](PatchId id) {
     std::vector<std::uint64_t> hashes;
     for (int i = 0; i < 40; ++i) {
-      Motion m;
-      m.id = id;
-      m.displacement[0] = (i % 7 == 0 ? 0.0 : i % 3 - 1.0) * 0.7 * dbar;
-      m.normal_load = load_n * (i % 5 == 0 ? 0.7 : 1.0);
-      Response r;
-      batch.step(1e-3 * (i % 4 + 1), {&m, 1}, {&r, 1});
+      step_one(
+          batch,
+          Motion{id, {(i % 7 == 0 ? 0.0 : i % 3 - 1.0) * 0.7 * dbar, 0.0}, load_n * (i % 5 == 0 ? 0.7 : 1.0)},
+          1e-3 * (i % 4 + 1));
       hashes.push_back(batch.state_hash(id));
     }
     return hashes;

@@ -23,6 +23,8 @@ using bristle_test::Brush;
 using bristle_test::dbar;
 using bristle_test::infinite_options;
 using bristle_test::load_n;
+using bristle_test::saved_state;
+using bristle_test::step_one;
 using bristle_test::tick;
 
 namespace {
@@ -44,14 +46,7 @@ struct OpenBrush {
     id = BatchAccess::add(batch, made);
   }
   bristle::Response step(double dx, double dy, double load) {
-    bristle::Motion in;
-    in.id = id;
-    in.displacement[0] = dx * dbar;
-    in.displacement[1] = dy * dbar;
-    in.normal_load = load;
-    bristle::Response out;
-    batch.step(tick, {&in, 1}, {&out, 1});
-    return out;
+    return step_one(batch, bristle::Motion{id, {dx * dbar, dy * dbar}, load});
   }
 
   bristle::PatchBatch batch;
@@ -301,8 +296,7 @@ TEST_CASE("A restored state does not hold by the bound of the state before", "[c
     b->step(0.0);
     b->step(0.45);
   }
-  std::vector<std::byte> state(brush.patch.batch.state_size());
-  REQUIRE(brush.patch.batch.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(brush.patch.batch);
   brush.load = 0.0;
   brush.step(0.0);
   brush.load = load_n;

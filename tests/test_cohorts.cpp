@@ -486,10 +486,7 @@ TEST_CASE("A trial that bears many cohorts answers what the step does, whatever 
                        infinite_options());
         patch.step(0.0, 0.0, load_n);
         for (int k = 0; k < before; ++k) patch.step(0.3 * dbar, 0.0, load_n);
-        Motion motion;
-        motion.id = patch.id;
-        motion.displacement[0] = length * dbar;
-        motion.normal_load = load_n;
+        Motion motion{patch.id, {length * dbar, 0.0}, load_n};
         CHECK_FALSE(fill_stack(left) == 0.5);
         const Response trial = patch.batch.find_force(tick, motion);
         const Response done = patch.step(motion);

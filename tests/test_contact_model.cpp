@@ -16,6 +16,7 @@
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/patch_pool.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 
 namespace test_contact_model {
@@ -27,6 +28,8 @@ using bristle::PatchInfo;
 using bristle::Span;
 using bristle_test::dbar;
 using bristle_test::plain_material;
+using bristle_test::saved_state;
+using bristle_test::step_one;
 using bristle_test::tick;
 
 /// One elastic bristle along x that slides when bent beyond the mean snap length: Coulomb friction with an
@@ -143,12 +146,7 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
 /// Returns the force after a move. Under plain_material it is the load (N) times the deflection (m), for the
 /// load is the number of bristles.
 double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
-  bristle::Motion in;
-  in.id = id;
-  in.displacement[0] = dx;
-  in.normal_load = load;
-  bristle::Response out;
-  batch.step(tick, {&in, 1}, {&out, 1});
+  const bristle::Response out = step_one(batch, bristle::Motion{id, {dx, 0.0}, load});
   REQUIRE(out.status == bristle::Status::ok);
   return out.end[0];
 }
@@ -176,8 +174,7 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
     trial.normal_load = load;
     CHECK(batch.find_force(tick, trial).end[0] == Approx(-load * dbar));
   }
-  std::vector<std::byte> saved(batch.state_size());
-  REQUIRE(batch.save_state(saved) == saved.size());
+  std::vector<std::byte> saved = saved_state(batch);
   const std::uint64_t hash = batch.state_hash();
 
   CHECK(force_after(batch, id, 2.0 * dbar, 3.0) == Approx(-3.0 * dbar));
@@ -198,8 +195,7 @@ TEST_CASE("A state of one contact model is refused by a patch of another", "[con
   add_coulomb(coulombs, 3.0);
   brushes.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
               bristle_test::plain_options(3, 1));
-  std::vector<std::byte> saved(coulombs.state_size());
-  REQUIRE(coulombs.save_state(saved) == saved.size());
+  const std::vector<std::byte> saved = saved_state(coulombs);
   CHECK_THROWS_WITH(brushes.restore_state(saved), Catch::Contains("another material or other options"));
 }
 
@@ -246,28 +242,19 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   const bristle::PatchId id = batch.add(material, options);
   REQUIRE(twin.add(material, options) == id);
   std::vector<std::byte> saved;
-  bristle::Motion trial;
-  trial.id = id;
-  trial.displacement[0] = 0.3 * dbar;
-  trial.normal_load = 511.3;
+  bristle::Motion trial{id, {0.3 * dbar, 0.0}, 511.3};
 
   const auto step_both = [&](double dx, double load) {
-    bristle::Motion in;
-    in.id = id;
-    in.displacement[0] = dx;
-    in.normal_load = load;
-    bristle::Response out;
-    batch.step(tick, {&in, 1}, {&out, 1});
-    twin.step(tick, {&in, 1}, {&out, 1});
+    const bristle::Motion in{id, {dx, 0.0}, load};
+    step_one(batch, in);
+    step_one(twin, in);
   };
   // Compares with a twin that makes no trials: from an equal state it takes as a step every motion that the
   // other batch tried.
   const auto answers_agree = [&] {
     const bristle::Response tried = batch.find_force(tick, trial);
-    std::vector<std::byte> before(twin.state_size());
-    twin.save_state(before);
-    bristle::Response stepped;
-    twin.step(tick, {&trial, 1}, {&stepped, 1});
+    const std::vector<std::byte> before = saved_state(twin);
+    const bristle::Response stepped = step_one(twin, trial);
     twin.restore_state(before);
     return tried.end[0] == stepped.end[0] && tried.mean[0] == stepped.mean[0] &&
            tried.contact_loss == stepped.contact_loss && tried.end[0] != 0.0;
@@ -281,8 +268,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   step_both(0.9 * dbar, 700.0);  // a step that changes the state of both
   CHECK(answers_agree());
-  saved.resize(batch.state_size());
-  batch.save_state(saved);
+  saved = saved_state(batch);
   step_both(0.4 * dbar, 650.0);
   CHECK(answers_agree());
   batch.restore_state(saved);

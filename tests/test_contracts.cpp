@@ -256,11 +256,10 @@ std::vector<double> step_outline_while(Meanwhile meanwhile) {
   bristle::ExtendedPatches pads(batch);
   const Material material =
       plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep).with_viscous_friction(2.0);
-  bristle::ExtendedMotion motion;
-  motion.id = pads.add(material, plain_options(800), bristle::Outline::disc(1e-3, bristle::Pressure::hertz));
-  motion.normal_load = 400.0;
-  motion.displacement[0] = 0.2 * dbar;
-  motion.displacement[2] = 1e-4;
+  bristle::ExtendedMotion motion{
+      pads.add(material, plain_options(800), bristle::Outline::disc(1e-3, bristle::Pressure::hertz)),
+      {0.2 * dbar, 0.0, 1e-4},
+      400.0};
   std::atomic<bool> stop{false};
   std::thread other([&] { meanwhile(pads, stop); });
   std::vector<double> bits;

@@ -68,16 +68,11 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit, which changes only the remainder
   CHECK(crept.hash() != before);
   // A trial step includes the remainder and leaves it unchanged.
-  Motion trial;
-  trial.id = crept.id;
-  trial.displacement[0] = 1.7e-19;
-  trial.normal_load = 300.0;
+  Motion trial{crept.id, {1.7e-19, 0.0}, 300.0};
   const std::uint64_t hash = crept.hash();
   for (int k = 0; k < 5; ++k) crept.batch.find_force(1e-3, trial);
   CHECK(crept.hash() == hash);
-  std::vector<std::byte> state(crept.batch.state_size());
-  REQUIRE(crept.batch.save_state({state.data(), state.size()}) == state.size());
-  fresh.batch.restore_state({state.data(), state.size()});
+  fresh.batch.restore_state(saved_state(crept.batch));
   CHECK(fresh.hash() == hash);
   for (OnePatch* patch : {&crept, &fresh})
     patch->step(1.7e-19, 0.0, 300.0);  // the remainders of both steps together change the position
@@ -167,12 +162,7 @@ class HeldCapsule {
                                                 .with_damping_per_newton(damping_per_newton)
                                                 .with_stribeck_velocity(1e-3))) {
     ids_ = add_patches(batch_, 2, rubber_,
-                       PatchOptions{}
-                           .with_max_normal_load(60.0)
-                           .with_bristles(600)
-                           .with_axes(axes)
-                           .with_precision(precision)
-                           .with_outputs(Outputs::mean));
+                       plain_options(600, axes, precision, Outputs::mean).with_max_normal_load(60.0));
   }
 
   double position() const { return position_; }  ///< m, downwards

@@ -59,8 +59,7 @@ Outcome run(const std::vector<PatchCase>& cases, const std::vector<std::size_t>&
     }
   }
   for (PatchId id : ids) outcome.hashes.push_back(batch.state_hash(id));
-  outcome.saved.resize(batch.state_size());
-  batch.save_state(outcome.saved);
+  outcome.saved = saved_state(batch);
   return outcome;
 }
 
@@ -324,8 +323,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   PatchBatch original(BatchOptions{}.with_threads(2));
   const std::vector<PatchId> ids = fill(original);
   advance(original, ids, 0, settled);
-  std::vector<std::byte> state(original.state_size());
-  REQUIRE(original.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(original);
   const std::uint64_t hash_then = original.state_hash();
   const std::vector<Response> expected = advance(original, ids, settled, end);
   const std::uint64_t hash_end = original.state_hash();
@@ -362,15 +360,10 @@ TEST_CASE("A state that does not fit is refused and changes nothing", "[determin
   PatchBatch batch;
   const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(500));
   batch.warm_up();
-  Motion motion;
-  motion.id = id;
-  motion.displacement[0] = 7e-6;
-  motion.normal_load = 0.9;
-  Response response;
-  batch.step(tick, {&motion, 1}, {&response, 1});
-  std::vector<std::byte> state(batch.state_size());
+  const Motion motion{id, {7e-6, 0.0}, 0.9};
+  Response response = step_one(batch, motion);
+  std::vector<std::byte> state = saved_state(batch);
   CHECK(batch.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
-  REQUIRE(batch.save_state(state) == state.size());
   const std::uint64_t hash = batch.state_hash();
 
   const auto refused = [&](PatchBatch& to, bristle::Span<const std::byte> bytes, const char* what) {

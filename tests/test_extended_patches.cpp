@@ -71,12 +71,7 @@ struct Pad {
       : batch(batch_options), pads(batch), id(pads.add(material, options, outline)), load(its_load) {}
 
   const ExtendedResponse& step(double dx, double dy, double spin, double seconds = tick) {
-    ExtendedMotion motion;
-    motion.id = id;
-    motion.displacement[0] = dx;
-    motion.displacement[1] = dy;
-    motion.displacement[2] = spin;
-    motion.normal_load = load;
+    const ExtendedMotion motion{id, {dx, dy, spin}, load};
     const double before = pads.stored_energy(id);
     pads.step(seconds, {&motion, 1}, {&response, 1});
     const double after = pads.stored_energy(id);
@@ -492,8 +487,7 @@ TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[ext
     const double seconds = 1e-6;
     to[0] = velocity * (given ? 1.0 : seconds);
     to[2] = spin_velocity * (given ? 1.0 : seconds);
-    ExtendedResponse r;
-    pad.pads.step(seconds, {&motion, 1}, {&r, 1});
+    ExtendedResponse r = step_one(pad.pads, motion, seconds);
     CHECK(r.damper[0] == Approx(-c * velocity).epsilon(1e-6));
     CHECK(r.damper[2] == Approx(-c * spin_velocity * radius * radius / 2.0).epsilon(1e-6));
     CHECK(r.damping[0][0] == Approx(c).epsilon(1e-9));
@@ -610,11 +604,7 @@ TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]"
   const auto walk = [](ExtendedPatches& pads, PatchId pad, int from, int to) {
     ExtendedResponse response;
     for (int k = from; k < to; ++k) {
-      ExtendedMotion motion;
-      motion.id = pad;
-      motion.displacement[0] = dbar * std::sin(0.2 * k);
-      motion.displacement[2] = 0.03 * std::cos(0.1 * k);
-      motion.normal_load = load_n;
+      const ExtendedMotion motion{pad, {dbar * std::sin(0.2 * k), 0.0, 0.03 * std::cos(0.1 * k)}, load_n};
       if (k == 20) pads.set_scale(pad, 1.5);
       pads.step(tick, {&motion, 1}, {&response, 1});
     }
@@ -624,10 +614,8 @@ TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]"
   ExtendedPatches first(first_batch), second(second_batch);
   const PatchId a = make(first), b = make(second);
   walk(first, a, 0, 50);
-  std::vector<std::byte> state(first.state_size());
-  REQUIRE(first.save_state(state) == state.size());
+  std::vector<std::byte> state = saved_state(first);
   CHECK(first.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
-  REQUIRE(first.save_state(state) == state.size());
   second.restore_state(state);
   CHECK(first.state_hash() == second.state_hash());
   const ExtendedResponse on = walk(first, a, 50, 90), again = walk(second, b, 50, 90);
@@ -664,12 +652,8 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
                                Outline::disc(1e-3, Pressure::uniform, 2));
-  ExtendedMotion good;
-  good.id = pad;
-  good.displacement[2] = 0.01;
-  good.normal_load = load_n;
-  ExtendedResponse response;
-  pads.step(tick, {&good, 1}, {&response, 1});
+  const ExtendedMotion good{pad, {0.0, 0.0, 0.01}, load_n};
+  ExtendedResponse response = step_one(pads, good);
   const std::uint64_t hash = pads.state_hash(pad);
   const auto refused = [&](const ExtendedMotion& motion, double dt = tick) {
     ExtendedResponse r;
@@ -746,11 +730,7 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
   std::vector<Motion> motions(count + 1);
   std::vector<Response> responses(count + 1);
   for (int k = 0; k < 100; ++k) {
-    ExtendedMotion motion;
-    motion.id = pad;
-    motion.displacement[0] = 0.5 * dbar;
-    motion.displacement[2] = 0.02;
-    motion.normal_load = load_n;
+    ExtendedMotion motion{pad, {0.5 * dbar, 0.0, 0.02}, load_n};
     REQUIRE(pads.write_motions({&motion, 1}, motions) == count);
     motions[count] = {};
     motions[count].id = point;
@@ -779,12 +759,11 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
 TEST_CASE("A creep far below the resolution of a position counts in full for an outline too", "[extended]") {
   PatchBatch batch;
   ExtendedPatches pads(batch);
-  ExtendedMotion motion;
-  motion.id =
+  const ExtendedMotion motion{
       pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0).with_outputs(Outputs::end),
-               Outline::disc(1e-3, Pressure::uniform, 2));
-  motion.displacement[0] = 1e-15 * dbar;
-  motion.normal_load = load_n;
+               Outline::disc(1e-3, Pressure::uniform, 2)),
+      {1e-15 * dbar, 0.0, 0.0},
+      load_n};
   ExtendedResponse response;
   for (int k = 0; k < 20000; ++k) pads.step(tick, {&motion, 1}, {&response, 1});
   // There is one bristle per newton, of 1 N/m. Rounding changes the sum of each cell by a third of a per
@@ -820,11 +799,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   const auto slide = [](ExtendedPatches& of, PatchId id) {
     ExtendedResponse response;
     for (int k = 0; k < 30; ++k) {
-      ExtendedMotion motion;
-      motion.id = id;
-      motion.displacement[0] = 0.3 * dbar;
-      motion.displacement[2] = 0.02;
-      motion.normal_load = load_n;
+      const ExtendedMotion motion{id, {0.3 * dbar, 0.0, 0.02}, load_n};
       of.step(tick, {&motion, 1}, {&response, 1});
     }
     return response;
@@ -918,21 +893,13 @@ namespace {
 PatchOptions light_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
 
 ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
-  ExtendedMotion motion;
-  motion.id = id;
-  motion.displacement[0] = dx;
-  motion.displacement[2] = spin;
-  motion.normal_load = load;
-  return motion;
+  return {id, {dx, 0.0, spin}, load};
 }
 
 /// Moves an outline so little that it sticks. With plain_material its stiffness in N/m is its load in
 /// newtons.
 ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx = 0.01 * dbar) {
-  const ExtendedMotion motion = motion_of(id, dx, 0.0, load);
-  ExtendedResponse response;
-  pads.step(tick, {&motion, 1}, {&response, 1});
-  return response;
+  return step_one(pads, motion_of(id, dx, 0.0, load));
 }
 
 /// Returns bytes allocated and not freed, or 0 if the C library does not tell.
@@ -970,8 +937,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   pads.set_material(pad, soft);
   CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
 
-  std::vector<std::byte> state(pads.state_size());
-  REQUIRE(pads.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(pads);
   for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, 0.5 * load_n).stiffness[0][0] == Approx(0.5 * load_n));
   pads.restore_state(state);
   CHECK(pads.info(pad).normal_load == load_n);
@@ -982,8 +948,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   // Refuses a motion that gives a velocity, so that every cell computes its response.
   ExtendedMotion nowhere = motion_of(pad, INFINITY, 0.0, load_n);
   nowhere.has_velocity = 1;
-  ExtendedResponse refused;
-  pads.step(tick, {&nowhere, 1}, {&refused, 1});
+  const ExtendedResponse refused = step_one(pads, nowhere);
   CHECK(refused.status == Status::bad_input);
   CHECK(refused.stiffness[0][0] == 0.0);
   const ExtendedResponse next = stick(pads, pad, load_n);
@@ -1064,8 +1029,7 @@ TEST_CASE("A state of other outlines is refused by that name, and changes nothin
   second.add(material, light_options(), point);
   const PatchId pad = second.add(material, light_options(), disc);
   stick(second, pad, load_n);
-  std::vector<std::byte> state(first.state_size());
-  REQUIRE(first.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(first);
   const std::uint64_t before = second.state_hash();
   CHECK(names(message_of([&] { second.restore_state(state); }), {"ExtendedPatches", "other outlines"}));
   CHECK(second.state_hash() == before);
@@ -1109,10 +1073,7 @@ TEST_CASE("An outline that was given another seed keeps it when it is reset", "[
 TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[extended]") {
   Pad pad(Material{}, PatchOptions{}.with_max_normal_load(1.0), Outline::disc(1e-3, Pressure::uniform, 1),
           1.0);
-  ExtendedMotion motion;
-  motion.id = pad.id;
-  motion.displacement[0] = dbar;
-  motion.normal_load = 1.0;
+  const ExtendedMotion motion{pad.id, {dbar, 0.0, 0.0}, 1.0};
   std::vector<Motion> cells(10);
   for (Motion& cell : cells) cell.id = PatchId{1};
   const std::size_t written = pad.pads.write_motions({&motion, 1}, {cells.data(), cells.size()});
@@ -1170,8 +1131,7 @@ TEST_CASE("A lubricant resists in every step, whatever was known from the one be
   ExtendedMotion motion = motion_of(
       pads.add(material, light_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
   for (int k = 0; k < 3; ++k) {
-    ExtendedResponse out;
-    pads.step(tick, {&motion, 1}, {&out, 1});
+    const ExtendedResponse out = step_one(pads, motion);
     CHECK(out.damper[0] == Approx(-lubricant * dbar / tick));
   }
 }
@@ -1202,8 +1162,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   CHECK(now != first);
   CHECK(one.reset_and_slide() == now);
   CHECK(one.batch.info(one.pads.cell_patches(one.id)[0]).key == 9);
-  std::vector<std::byte> state(one.pads.state_size());
-  REQUIRE(one.pads.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(one.pads);
   other.pads.restore_state(state);
   CHECK(other.pads.state_hash(other.id) == now);
   CHECK(other.reset_and_slide() == now);

@@ -13,12 +13,8 @@ TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[
     for (double max_load : {1e-12, 1.0, 1e6}) {
       for (std::uint32_t n : {1u, 300u}) {
         INFO(kind.name() << ", maximum load " << max_load << " N, " << n << " bristles");
-        OnePatch patch(plain_material(uniform, kind.rule), PatchOptions{}
-                                                               .with_max_normal_load(max_load)
-                                                               .with_bristles(n)
-                                                               .with_axes(kind.axes)
-                                                               .with_precision(kind.precision)
-                                                               .with_outputs(Outputs::all));
+        OnePatch patch(plain_material(uniform, kind.rule),
+                       plain_options(n, kind.axes, kind.precision).with_max_normal_load(max_load));
         patch.step(0.0, 0.0, max_load);
         Response r = step_along(patch, kind, 0.4 * dbar, max_load);
         expect_near(friction_along(r, kind), max_load * 0.4 * dbar, 1e-6 * max_load * dbar, "force");

@@ -187,12 +187,7 @@ TEST_CASE("Energies that no double holds read as 1e300 J", "[extremes]") {
   for (const Kind& kind : kinds()) {
     INFO(kind.name());
     OnePatch patch(plain_material(uniform, kind.rule).with_bristle_stiffness(1e15).with_viscous_friction(1.0),
-                   PatchOptions{}
-                       .with_max_normal_load(1e15)
-                       .with_bristles(600)
-                       .with_axes(kind.axes)
-                       .with_precision(kind.precision)
-                       .with_outputs(Outputs::all));
+                   plain_options(600, kind.axes, kind.precision).with_max_normal_load(1e15));
     Response r = step_along(patch, kind, 1e300, 1e15);
     check_finite(r);
     CHECK(r.dissipated >= 0.99e300);
@@ -228,11 +223,7 @@ TEST_CASE("A step of one snap length less an ulp holds, and of one more snaps, b
           const PatchId id = batch.add(plain_material(law, kind.rule),
                                        plain_options(1, kind.axes, kind.precision).with_seed(seed));
           const double delta = read(batch, id, 1).delta[0];
-          Motion motion;
-          motion.id = id;
-          motion.displacement[0] = delta * (1.0 + off) * kind.ex();
-          motion.displacement[1] = delta * (1.0 + off) * kind.ey();
-          motion.normal_load = 1.0;
+          const Motion motion{id, {delta * (1.0 + off) * kind.ex(), delta * (1.0 + off) * kind.ey()}, 1.0};
           Response r;
           batch.step(tick, {&motion, 1}, {&r, 1});
           // An ulp of a double is below the resolution of positions, so the bristle may snap or not, but

@@ -107,12 +107,8 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(bristle_test::names(named.understood, {"t = 'time' in ms", "angle = 'q' in deg", "motor = 'u'"}));
   const auto refusal = [&](const std::string& text, std::optional<double> constant = {},
                            const cli::FitReading& how = {}) {
-    try {
-      cli::parse_joint_log(text, "log", how, constant, {});
-    } catch (const cli::UserError& error) {
-      return std::string(error.what());
-    }
-    return std::string("(none)");
+    return bristle_test::message_of<cli::UserError>(
+        [&] { cli::parse_joint_log(text, "log", how, constant, {}); });
   };
   CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms as too short
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));

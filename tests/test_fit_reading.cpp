@@ -45,12 +45,7 @@ std::string with_commas(std::string text) {
 }
 
 std::string refused(const std::string& text, const cli::FitReading& reading = {}) {
-  try {
-    cli::parse_fit_columns(text, "data.csv", reading);
-  } catch (const cli::UserError& error) {
-    return error.what();
-  }
-  return {};
+  return bristle_test::message_of<cli::UserError>([&] { cli::parse_fit_columns(text, "data.csv", reading); });
 }
 
 /// Writes a record of strokes x(t), `rate` samples a second, under 2 N.

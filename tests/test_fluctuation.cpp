@@ -335,8 +335,7 @@ TEST_CASE("A brush that fluctuates is reset to a new one, and takes no state of 
     OnePatch patch(material_of(lognormal, r), options_of(300, 5)),
         other(material_of(lognormal, r), options_of(301, 5));
     const double once = slide(patch);
-    std::vector<std::byte> state(patch.batch.state_size());
-    patch.batch.save_state(state);
+    const std::vector<std::byte> state = saved_state(patch.batch);
     patch.batch.reset(patch.id);
     CHECK(slide(patch) == once);
     CHECK(message_of([&] { other.batch.restore_state(state); }) != "(no error)");

@@ -149,19 +149,13 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
   for (int i = 0; i < 300; ++i) {
     direction += turn(i);
     const double dx = 0.3 * dbar * std::cos(direction), dy = 0.3 * dbar * std::sin(direction);
-    Motion motion;
-    motion.id = watched.id;
-    motion.displacement[0] = dx;
-    motion.displacement[1] = dy;
-    motion.normal_load = load_n;
+    Motion motion{watched.id, {dx, dy}, load_n};
     const Response tried = watched.batch.find_force(tick, motion);
     const double energy = watched.energy();
     std::vector<double> zx(4096), zy(4096);
     watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
     if (i % 50 == 37) {
-      std::vector<std::byte> bytes(watched.batch.state_size());
-      REQUIRE(watched.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
-      restored.batch.restore_state({bytes.data(), bytes.size()});
+      restored.batch.restore_state(saved_state(watched.batch));
       CHECK(restored.energy() == energy);
     }
     const Response a = plain.step(dx, dy, load_n), b = watched.step(dx, dy, load_n);

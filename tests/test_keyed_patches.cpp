@@ -37,8 +37,7 @@ std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t
   for (int k = 0; k < steps; ++k) {
     Motion motion = scripted_motion(script, k, axes);
     motion.id = id;
-    Response r;
-    batch.step(tick, {&motion, 1}, {&r, 1});
+    const Response r = step_one(batch, motion);
     for (const double x : {r.end[0], r.end[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss}) {
       std::uint64_t word;
       std::memcpy(&word, &x, 8);
@@ -113,8 +112,7 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
     expect(run_script(used_batch, used, script + 1, c.options.axes, 15) ==
                run_script(fresh_batch, fresh, script + 1, c.options.axes, 15),
            "the same after a change of material");
-    std::vector<std::byte> saved(used_batch.state_size());
-    REQUIRE(used_batch.save_state(saved) == saved.size());
+    const std::vector<std::byte> saved = saved_state(used_batch);
     const auto further = run_script(used_batch, used, script + 2, c.options.axes, 9);
     used_batch.reset(used, 5, 6);
     used_batch.restore_state(saved);
@@ -251,13 +249,11 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
         REQUIRE(motion.id);
-        Response alone;
-        quiet.step(tick, {&motion, 1}, {&alone, 1});
+        const Response alone = step_one(quiet, motion);
         motion.id = many.find_or_add(keys[j]);
         REQUIRE(motion.id);
         slots.insert(motion.id.value);
-        Response among;
-        busy.step(tick, {&motion, 1}, {&among, 1});
+        const Response among = step_one(busy, motion);
         expect(among.end[0] == alone.end[0] && among.end[1] == alone.end[1] &&
                    among.dissipated == alone.dissipated,
                "forces to the bit");
@@ -493,9 +489,7 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
       }
       (bent ? again : fresh)++;
       last_place[keys[i]] = contacts[i];
-      Motion motion{id, {0.2 * dbar, 0.0}, 10.0};
-      Response response;
-      batch.step(tick, {&motion, 1}, {&response, 1});
+      step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 10.0});
     }
     patches.end_step();
   }
@@ -504,13 +498,6 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
 }
 
 namespace {
-
-template <class T>
-std::vector<std::byte> saved(const T& of) {
-  std::vector<std::byte> bytes(of.state_size());
-  expect(of.save_state(bytes) == bytes.size(), "all is written");
-  return bytes;
-}
 
 /// Two pools and a matcher over one batch, used as by an engine: contacts that appear, move, change places
 /// and end; outlines and points.
@@ -535,20 +522,9 @@ struct Engine {
     bits.push_back(matcher.match(contacts, keys));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
       const double load = 1.0 + 0.1 * static_cast<double>(contacts[c].pair) + 0.05 * (k % 4);
-      Motion motion;
-      motion.id = points.find_or_add(keys[c]);
-      motion.displacement[0] = 3e-6;
-      motion.displacement[1] = 1e-6 * (k % 5);
-      motion.normal_load = load;
-      Response r;
-      batch.step(tick, {&motion, 1}, {&r, 1});
-      bristle::ExtendedMotion turning;
-      turning.id = outlines.find_or_add(keys[c]);
-      turning.displacement[0] = 2e-6;
-      turning.displacement[2] = 1e-3;
-      turning.normal_load = load;
-      bristle::ExtendedResponse wrench;
-      pads.step(tick, {&turning, 1}, {&wrench, 1});
+      const Response r = step_one(batch, Motion{points.find_or_add(keys[c]), {3e-6, 1e-6 * (k % 5)}, load});
+      const bristle::ExtendedResponse wrench =
+          step_one(pads, bristle::ExtendedMotion{outlines.find_or_add(keys[c]), {2e-6, 0.0, 1e-3}, load});
       for (const double x : {r.end[0], r.end[1], wrench.end[0], wrench.end[1], wrench.end[2]}) {
         std::uint64_t word;
         std::memcpy(&word, &x, 8);
@@ -568,8 +544,8 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   std::vector<std::uint64_t> bits, again;
   for (int k = 0; k < 25; ++k) first.step(k, bits);
   REQUIRE(first.points.refused() > 0);
-  const auto patches = saved(first.pads), points = saved(first.points), outlines = saved(first.outlines),
-             matcher = saved(first.matcher);
+  const auto patches = saved_state(first.pads), points = saved_state(first.points),
+             outlines = saved_state(first.outlines), matcher = saved_state(first.matcher);
   bits.clear();
   for (int k = 25; k < 50; ++k) first.step(k, bits);
 
@@ -580,7 +556,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);
   second.matcher.restore_state(matcher);
-  REQUIRE(saved(second.points) == points);
+  REQUIRE(saved_state(second.points) == points);
   again.clear();
   for (int k = 25; k < 50; ++k) second.step(k, again);
   REQUIRE(bits == again);
@@ -591,8 +567,8 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   Engine engine;
   std::vector<std::uint64_t> bits;
   for (int k = 0; k < 9; ++k) engine.step(k, bits);
-  const auto batch = saved(engine.pads);
-  const auto points = saved(engine.points), matcher = saved(engine.matcher);
+  const auto batch = saved_state(engine.pads);
+  const auto points = saved_state(engine.points), matcher = saved_state(engine.matcher);
   REQUIRE(engine.points.size() > 1);
   for (std::size_t at = 0; at < points.size(); ++at) {
     std::vector<std::byte> damaged = points;
@@ -609,8 +585,8 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   REQUIRE_THROWS_AS(engine.outlines.restore_state(points), bristle::Error);
   REQUIRE_THROWS_AS(engine.matcher.restore_state(points), bristle::Error);
   REQUIRE_THROWS_AS(ContactMatcher(MatcherOptions{}.with_capacity(1)).restore_state(matcher), bristle::Error);
-  REQUIRE(saved(engine.points) == points);
-  REQUIRE(saved(engine.matcher) == matcher);
+  REQUIRE(saved_state(engine.points) == points);
+  REQUIRE(saved_state(engine.matcher) == matcher);
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 

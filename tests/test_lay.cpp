@@ -69,23 +69,11 @@ struct Winding {
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
     angle += random() % 30 == 0 ? 3.0 * flat(random) : 0.2 * flat(random);
     const double h = length * (1.0 + flat(random)), share = 0.7 + 0.3 * flat(random);
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = h * std::cos(angle);
-    motion.displacement[1] = h * std::sin(angle);
-    motion.normal_load = load * (wavers ? share : 1.0);
-    return motion;
+    return {id, {h * std::cos(angle), h * std::sin(angle)}, load * (wavers ? share : 1.0)};
   }
 };
 
-Motion moved(PatchId id, double x, double y, double normal_load = load) {
-  Motion motion;
-  motion.id = id;
-  motion.displacement[0] = x;
-  motion.displacement[1] = y;
-  motion.normal_load = normal_load;
-  return motion;
-}
+Motion moved(PatchId id, double x, double y, double normal_load = load) { return {id, {x, y}, normal_load}; }
 
 /// Returns a motion with its displacement turned by `angle` rad.
 Motion turned(Motion motion, double angle) {
@@ -129,9 +117,7 @@ TEST_CASE("a lay of ratios 1 has the bits of none", "[lay]") {
         expect(std::memcmp(a.end, b.end, sizeof a.end) == 0 && a.dissipated == b.dissipated, "equal bits");
       }
       CHECK(plain.hash() == laid.hash());
-      std::vector<std::byte> bytes(plain.batch.state_size());
-      REQUIRE(plain.batch.save_state(bytes) == bytes.size());
-      laid.batch.restore_state(bytes);
+      laid.batch.restore_state(saved_state(plain.batch));
       CHECK(plain.batch.info(plain.id).memory_bytes == laid.batch.info(laid.id).memory_bytes);
     }
 }
@@ -384,8 +370,7 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
     OnePatch patch(kind.material, options), other(kind.material, options);
     Winding path;
     for (int k = 0; k < 30; ++k) patch.step(path.next(patch.id));
-    std::vector<std::byte> bytes(patch.batch.state_size());
-    REQUIRE(patch.batch.save_state(bytes) == bytes.size());
+    const std::vector<std::byte> bytes = saved_state(patch.batch);
     OnePatch another(kind.material, PatchOptions(options).with_lay(Lay(lay).with_angle(0.6)));
     CHECK_THROWS_WITH(another.batch.restore_state(bytes), Catch::Contains("options"));
     other.batch.restore_state(bytes);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
@@ -179,8 +180,7 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   CHECK(before == Approx(0.5 * n * 0.45 * 0.45 * dbar * dbar));
   patch.batch.set_material(patch.id, shorter);
   const double after = patch.energy();
-  std::vector<std::byte> state(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(patch.batch);
   // The loss is reported by the next step, whether that comes at once, or from the saved state after steps
   // without a snap.
   for (int times = 3; times >= 0; --times) {

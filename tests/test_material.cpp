@@ -14,6 +14,7 @@
 #include "brute_force.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/error.hpp>
 #include <bristle/material.hpp>
@@ -31,6 +32,8 @@ using bristle::virgin_deflection;
 using bristle_test::expect_near;
 using bristle_test::number;
 using bristle_test::read_table;
+using bristle_test::reduced_material;
+using bristle_test::reference_law;
 using bristle_test::Row;
 
 using bristle_test::message_of;
@@ -38,26 +41,8 @@ using bristle_test::names;
 
 namespace {
 
-SnapLength reference_law(const std::string& name, double mean) {
-  if (name == "delta") return SnapLength::single(mean);
-  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * mean, 1.5 * mean);
-  if (name == "lognormal_cv0.3") return SnapLength::lognormal(mean, 0.3);
-  if (name == "exponential") return SnapLength::exponential(mean);
-  throw std::runtime_error("the table names an unknown law: " + name);
-}
-
 SnapRule reference_rule(const std::string& name) {
   return name == "fixed" ? SnapRule::keep : SnapRule::redraw;
-}
-
-/// Returns a material whose friction coefficient equals the mean deflection in mean snap lengths.
-Material reduced_material(const SnapLength& law, SnapRule rule) {
-  return Material{}
-      .with_snap_length(law)
-      .with_snap_rule(rule)
-      .with_normal_stiffness(1.0)
-      .with_asperity_height_deviation(law.mean())
-      .with_bristle_stiffness(1.0);
 }
 
 double peak_deflection(const SnapLength& law, SnapRule rule) {

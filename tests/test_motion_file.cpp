@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "expect.hpp"
 #include "tools/files/motion_file.hpp"
 #include "tools/files/user_error.hpp"
 
@@ -16,12 +17,7 @@ namespace {
 
 /// Returns the message with which `text` is refused; empty if it is accepted.
 std::string refusal(const std::string& text) {
-  try {
-    parse_motion_file(text, "hand.csv");
-  } catch (const cli::UserError& error) {
-    return error.what();
-  }
-  return {};
+  return bristle_test::message_of<cli::UserError>([&] { parse_motion_file(text, "hand.csv"); });
 }
 
 }  // namespace

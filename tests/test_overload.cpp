@@ -260,9 +260,7 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
   const std::uint64_t fresh = a.hash();
   for (int k = 0; k < 5; ++k) a.step(0.6 * dbar, 0.2 * dbar, 800.0);
   a.batch.set_detail(a.id, 170);
-  std::vector<std::byte> state(a.batch.state_size());
-  REQUIRE(a.batch.save_state(state) == state.size());
-  b.batch.restore_state(state);
+  b.batch.restore_state(saved_state(a.batch));
   CHECK(b.batch.info(b.id).detail == 170);
   CHECK(b.hash() == a.hash());
   for (int k = 0; k < 5; ++k) {

@@ -22,6 +22,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command_line.hpp"
 #include "scenes.hpp"
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
@@ -33,17 +34,13 @@
 namespace test_realtime {
 
 using bristle::DeadlineMonitor;
+using bristle_test::read_file;
 using bristle_test::TemporaryFolder;
 using nlohmann::json;
 
 namespace {
 
 const std::string stroke = std::string(BRISTLE_SCENES) + "/stroke.toml";
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 int run_shell(const std::string& command) {
   const int status = std::system(command.c_str());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/patches/saved_state.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
 
@@ -65,8 +66,7 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   patch.step(0.4 * dbar, 200.0);
   // All bristles are bent beyond their new lengths and snap once.
   patch.batch.set_material(patch.motion.id, shorter);
-  std::vector<std::byte> state(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(patch.batch);
   other.batch.restore_state(state);
   CHECK(other.step(0.0, 200.0).snaps == 200);
   CHECK(other.step(0.0, 200.0).snaps == 0);
@@ -138,8 +138,7 @@ TEST_CASE("A patch that ages and is reset is as young as a new one", "[ageing][k
 TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   Lone patch(surface, plain_options(20));
   patch.step(0.3 * dbar, 20.0);
-  std::vector<std::byte> state(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state(state) == state.size());
+  std::vector<std::byte> state = saved_state(patch.batch);
   state.resize(state.size() + 8);
   bristle::detail::seal_batch({state.size(), 1}, state);  // corrects the checksum of the changed state
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
@@ -158,8 +157,7 @@ TEST_CASE("A saved state is refused where any parameter of the material is anoth
   const PatchOptions options = plain_options(20);
   Lone patch(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
   patch.step(0.3 * dbar, 20.0);
-  std::vector<std::byte> state(patch.batch.state_size());
-  REQUIRE(patch.batch.save_state(state) == state.size());
+  const std::vector<std::byte> state = saved_state(patch.batch);
   Lone same(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
   same.batch.restore_state(state);
   CHECK(same.batch.state_hash() == patch.batch.state_hash());

@@ -18,6 +18,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
@@ -1200,12 +1201,7 @@ TEST_CASE("Pause holds world and plots, a single step moves both by one tick, re
 
 TEST_CASE("A script that is wrong says where", "[room]") {
   const auto message = [](const std::string& text) -> std::string {
-    try {
-      parse_script(text, "push.toml", RoomMeasures{});
-    } catch (const cli::UserError& error) {
-      return error.what();
-    }
-    return "";
+    return bristle_test::message_of<cli::UserError>([&] { parse_script(text, "push.toml", RoomMeasures{}); });
   };
   CHECK_THAT(message("[settings]\nkinetic = 7.0\n"),
              Catch::Contains("push.toml:2") && Catch::Contains("kinetic"));

@@ -15,6 +15,7 @@
 #include "core/materials/kernel_law.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 #include <bristle/material.hpp>
 #include <bristle/patch_batch.hpp>
@@ -33,33 +34,16 @@ using bristle_test::names;
 using bristle_test::number;
 using bristle_test::Quantile;
 using bristle_test::read_table;
+using bristle_test::reduced_material;
+using bristle_test::reference_law;
 using bristle_test::Row;
 
 namespace {
 
-SnapLength law_of(const Row& row, double mean) {
-  const std::string& name = row.at("dist");
-  if (name == "lognormal_cv0.3") return SnapLength::lognormal(mean, 0.3);
-  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * mean, 1.5 * mean);
-  if (name == "exponential") return SnapLength::exponential(mean);
-  throw std::runtime_error("the table names an unknown law: " + name);
-}
-
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
-Material rubbed(const SnapLength& law, SnapRule rule, double kappa, double residual_over_mean) {
-  return Material{}
-      .with_snap_length(law)
-      .with_snap_rule(rule)
-      .with_bristle_stiffness(1.0)
-      .with_normal_stiffness(1.0)
-      .with_asperity_height_deviation(law.mean())
-      .with_shared_renewal(kappa)
-      .with_residual_length(residual_over_mean * law.mean());
-}
-
 Material material_of(const Row& row, double mean) {
-  return rubbed(law_of(row, mean), row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw,
-                number(row, "kappa"), number(row, "residual_over_dbar"));
+  return reduced_material(reference_law(row.at("dist"), mean),
+                          row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw,
+                          number(row, "kappa"), number(row, "residual_over_dbar"));
 }
 
 std::string describe(const Row& row) {
@@ -148,13 +132,14 @@ TEST_CASE("Shared renewal in closed form: exponential and single lengths", "[rub
       INFO("kappa " << kappa << ", l_r " << residual);
       // With d a snap length in means, the equation E[exp(-lambda d)] = 1 / (1 + kappa) has the solution
       // lambda = kappa. Deflections beyond the residual have a density in proportion to exp(-(1 + kappa) r).
-      const Material memoryless = rubbed(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
+      const Material memoryless =
+          reduced_material(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
       CHECK(memoryless.snap_rate() * 2e-3 == Approx(1.0).epsilon(1e-9));
       CHECK(memoryless.kinetic_coefficient() == Approx(residual + 1.0 / (1.0 + kappa)).epsilon(1e-9));
       CHECK(virgin_deflection(memoryless, residual + 0.7) ==
             Approx(residual + (1.0 - std::exp(-(1.0 + kappa) * 0.7)) / (1.0 + kappa)).margin(1e-6));
       for (SnapRule rule : both_rules) {
-        const Material single = rubbed(SnapLength::single(2e-3), rule, kappa, residual);
+        const Material single = reduced_material(SnapLength::single(2e-3), rule, kappa, residual);
         const double lambda = std::log1p(kappa);
         CHECK(single.snap_rate() * 2e-3 == Approx(lambda / kappa).epsilon(1e-12));
         if (kappa >= 0.1) {
@@ -174,7 +159,8 @@ TEST_CASE("Shared renewal that goes to 0 leads to the brush without it", "[rubbi
          {SnapLength::uniform(0.5, 1.5), SnapLength::normal(1.0, 0.2), SnapLength::lognormal(1.0, 0.3),
           SnapLength::lognormal(1.0, 0.1), SnapLength::lognormal(1.0, 1.0), SnapLength::table(quantiles)}) {
       INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw"));
-      const Material without = rubbed(law, rule, 0.0, 0.3), little = rubbed(law, rule, 1e-7, 0.3);
+      const Material without = reduced_material(law, rule, 0.0, 0.3),
+                     little = reduced_material(law, rule, 1e-7, 0.3);
       CHECK(little.kinetic_coefficient() == Approx(without.kinetic_coefficient()).margin(1e-6));
       CHECK(little.peak_coefficient() == Approx(without.peak_coefficient()).margin(1e-5));
       CHECK(little.snap_rate() == Approx(without.snap_rate()).epsilon(1e-6));
@@ -191,7 +177,8 @@ TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extre
          {SnapLength::uniform(0.5, 1.5), SnapLength::lognormal(1.0, 0.15), SnapLength::lognormal(1.0, 0.6)})
       for (const double tiny : {5e-324, 2.3e-308, 1e-200, 1e-154, 1e-100, 1e-17}) {
         CAPTURE(tiny, law.cv());
-        const Material without = rubbed(law, rule, 0.0, 0.3), with = rubbed(law, rule, tiny, 0.3);
+        const Material without = reduced_material(law, rule, 0.0, 0.3),
+                       with = reduced_material(law, rule, tiny, 0.3);
         CHECK(with.snap_rate() == Approx(without.snap_rate()).epsilon(1e-12));
         CHECK(with.kinetic_coefficient() == Approx(without.kinetic_coefficient()).epsilon(1e-12));
         CHECK(with.peak_coefficient() == Approx(without.peak_coefficient()).epsilon(1e-6));
@@ -203,7 +190,7 @@ TEST_CASE("A renewal that is an avalanche is refused, whatever the population", 
   // A third of the drawn lengths snap at once, and each snap draws five more, its own and four renewed ones.
   // So draws multiply: a step would draw without end, or cut a path into 1e11 pieces.
   const std::vector<double> lengths{1e-12, 1e-12, 15e-6, 20e-6};
-  const Material avalanche = rubbed(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
+  const Material avalanche = reduced_material(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
   const Material calm = Material(avalanche).with_shared_renewal(0.3);
   for (const auto population : {bristle::Population::representatives, bristle::Population::infinite}) {
     const auto options = bristle::PatchOptions{}.with_population(population);
@@ -235,7 +222,7 @@ TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one b
         Case{"table", SnapLength::table(spread), table_quantile(spread), 0.0},
         Case{"atoms", SnapLength::table(atoms), table_quantile(atoms), 0.004}}) {
     for (SnapRule rule : both_rules) {
-      const Material material = rubbed(c.law, rule, 1.5, 0.2 / c.law.mean());
+      const Material material = reduced_material(c.law, rule, 1.5, 0.2 / c.law.mean());
       const std::vector<Population> brute = drag(c.quantile, rule, 1.5, 0.2, paths, n);
       for (std::size_t i = 0; i < paths.size(); ++i) {
         INFO(c.name << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", x = " << paths[i]);
@@ -252,7 +239,7 @@ TEST_CASE("Steady sliding with shared renewal follows bristles one by one", "[ru
   for (SnapRule rule : both_rules) {
     for (double kappa : {0.5, 3.0}) {
       INFO((rule == SnapRule::keep ? "keep" : "redraw") << ", kappa " << kappa);
-      const Material material = rubbed(SnapLength::lognormal(1.0, 0.4), rule, kappa, 0.5);
+      const Material material = reduced_material(SnapLength::lognormal(1.0, 0.4), rule, kappa, 0.5);
       const std::vector<Population> brute =
           drag(lognormal_quantile(1.0, 0.4), rule, kappa, 0.5, {7.0, 10.0}, n);
       expect_near(material.kinetic_coefficient(), brute[1].deflection, 0.004 + 1.2 / std::sqrt(n), "kinetic");
@@ -270,7 +257,7 @@ TEST_CASE("Far out a virgin curve with shared renewal is steady sliding, by equa
          {SnapLength::uniform(0.3, 1.7), SnapLength::normal(1.0, 0.3), SnapLength::lognormal(1.0, 0.4),
           SnapLength::lognormal(1.0, 1.2), SnapLength::table(values)}) {
       INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw"));
-      const Material material = rubbed(law, rule, 2.0, 0.4);
+      const Material material = reduced_material(law, rule, 2.0, 0.4);
       CHECK(virgin_deflection(material, 20.0) == Approx(material.kinetic_coefficient()).margin(1e-5));
       if (law.law() != SnapLaw::table)
         CHECK(virgin_deflection(material, 1e6) == Approx(material.kinetic_coefficient()).margin(1e-5));
@@ -280,7 +267,7 @@ TEST_CASE("Far out a virgin curve with shared renewal is steady sliding, by equa
 
 TEST_CASE("Before the residual length every bristle sticks", "[rubbing][virgin]") {
   for (SnapRule rule : both_rules) {
-    const Material material = rubbed(SnapLength::lognormal(1e-4, 0.3), rule, 1.0, 0.6);
+    const Material material = reduced_material(SnapLength::lognormal(1e-4, 0.3), rule, 1.0, 0.6);
     for (double x : {0.0, 0.1, 0.6}) {
       CHECK(virgin_deflection(material, x) == x);
       CHECK(virgin_deflection(material, -x) == -x);
@@ -299,7 +286,7 @@ TEST_CASE("The peak of a curve with shared renewal is its highest point", "[rubb
       for (double kappa : {0.3, 2.0}) {
         INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
                                   << ", kappa " << kappa);
-        const Material material = rubbed(law, rule, kappa, 0.0);
+        const Material material = reduced_material(law, rule, kappa, 0.0);
         double highest = material.kinetic_coefficient();
         for (double x = 0.1; x < 4.0; x += 0.03 + 0.05 * x)
           highest = std::max(highest, virgin_deflection(material, x));
@@ -395,7 +382,7 @@ TEST_CASE("A ratio out of reach names the range with residual and shared renewal
 
 TEST_CASE("Keep with shared renewal takes no law with bristles near no length", "[rubbing][bad_input]") {
   const auto ask = [](const SnapLength& law, SnapRule rule, double kappa) {
-    return message_of([&] { rubbed(law, rule, kappa, 0.1).validate(); });
+    return message_of([&] { reduced_material(law, rule, kappa, 0.1).validate(); });
   };
   for (const SnapLength& law :
        {SnapLength::exponential(1.0), SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.5)}) {

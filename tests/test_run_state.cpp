@@ -2,13 +2,13 @@
 #include <catch2/catch.hpp>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include <bristle/state_file.hpp>
 
+#include "command_line.hpp"
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
 #include "tools/files/user_error.hpp"
@@ -16,15 +16,12 @@
 
 namespace test_run_state {
 
+using bristle_test::message_of;
+using bristle_test::read_file;
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 std::string without_header(const std::string& csv) { return csv.substr(csv.find('\n') + 1); }
 
@@ -36,16 +33,6 @@ cli::RunOptions options_of(std::optional<std::uint64_t> steps, const std::string
   options.restore_state = restore;
   options.save_state = save;
   return options;
-}
-
-template <class Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const cli::UserError& error) {
-    return error.what();
-  }
-  return "(taken)";
 }
 
 const std::string small_scene =
@@ -93,7 +80,8 @@ TEST_CASE("A run taken up again lasts to the end of its scene, on any number of 
   CHECK(rest.steps_before == 7);
   CHECK(rest.steps == 13);
   CHECK(rest.state_hash == whole.state_hash);
-  CHECK_THAT(refusal([&] { cli::run_scene(scene, options); }), Contains("20 steps") && Contains("--steps"));
+  CHECK_THAT(message_of<cli::UserError>([&] { cli::run_scene(scene, options); }),
+             Contains("20 steps") && Contains("--steps"));
 }
 
 TEST_CASE("A paced run, which has the next motion ready when it stops, is taken up with the same bits",
@@ -119,7 +107,8 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
     std::string text = small_scene;
     if (!from.empty()) text.replace(text.find(from), from.size(), to);
     const cli::Scene other = cli::parse_scene(text, "other.toml");
-    const std::string why = refusal([&] { cli::run_scene(other, options_of(3, "", file)); });
+    const std::string why =
+        message_of<cli::UserError>([&] { cli::run_scene(other, options_of(3, "", file)); });
     CHECK_THAT(why, Contains(file));
     return why;
   };
@@ -145,7 +134,8 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   const std::string file = folder.write("file", "");
   const auto refused = [&](const std::string& place) {
     // The refusal comes before the run begins, so no force file exists.
-    const std::string why = refusal([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
+    const std::string why =
+        message_of<cli::UserError>([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
     CHECK_THAT(why, Contains(place));
     CHECK_FALSE(std::filesystem::exists(folder.at("f")));
     return why;

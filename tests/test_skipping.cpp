@@ -17,6 +17,7 @@ namespace {
 
 using namespace bristle;
 using bristle_test::is_scalar;
+using bristle_test::plain_options;
 using bristle_test::stepped_eagerly;
 
 /// Two batches that must never differ: one skips, one visits every bristle in every step.
@@ -33,11 +34,7 @@ struct Twins {
   }
   /// Steps both batches. Returns whether all numbers of their responses agree to the bit.
   bool step(double dx, double dy, double load) {
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = dx;
-    motion.displacement[1] = dy;
-    motion.normal_load = load;
+    const Motion motion{id, {dx, dy}, load};
     Response a;
     Response b;
     visited_lazy += lazy.step(1e-3, {&motion, 1}, {&a, 1}).bristles_visited;
@@ -65,12 +62,9 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
       if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
       const int axes = BRISTLE_MINIMAL ? 1 : 2;
       if (BRISTLE_MINIMAL && rule == SnapRule::redraw) continue;
-      Twins twins(surface(rule, 0), PatchOptions{}
-                                        .with_max_normal_load(2.0)
-                                        .with_bristles(1500)
-                                        .with_axes(axes)
-                                        .with_outputs(BRISTLE_MINIMAL ? Outputs::end : Outputs::all)
-                                        .with_precision(precision));
+      Twins twins(surface(rule, 0),
+                  plain_options(1500, axes, precision, BRISTLE_MINIMAL ? Outputs::end : Outputs::all)
+                      .with_max_normal_load(2.0));
       std::mt19937 random(7);
       const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
       double load = 1.5;
@@ -129,20 +123,11 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
       if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
       for (int axes : {1, 2}) {
         INFO((rule == SnapRule::keep ? "keep, axes " : "redraw, axes ") << axes);
-        Twins twins(surface(rule, 0), PatchOptions{}
-                                          .with_max_normal_load(2.0)
-                                          .with_bristles(1500)
-                                          .with_axes(axes)
-                                          .with_outputs(Outputs::all)
-                                          .with_precision(precision));
+        Twins twins(surface(rule, 0), plain_options(1500, axes, precision).with_max_normal_load(2.0));
         std::mt19937 random(11);
         const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
         const auto snaps_in = [&twins](double way) {
-          Motion trial;
-          trial.id = twins.id;
-          trial.displacement[0] = way;
-          trial.normal_load = 2.0;
-          return twins.eager.find_force(1e-3, trial).snaps > 0;
+          return twins.eager.find_force(1e-3, Motion{twins.id, {way, 0.0}, 2.0}).snaps > 0;
         };
         int wrong = 0;
         for (int round = 0; round < 40; ++round) {
@@ -201,10 +186,7 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   const PatchId id = batch.add(surface(SnapRule::keep, 0),
                                PatchOptions{}.with_max_normal_load(2.0).with_bristles(100000).with_axes(1));
   const auto visited = [&](double dx, double load) {
-    Motion motion;
-    motion.id = id;
-    motion.displacement[0] = dx;
-    motion.normal_load = load;
+    const Motion motion{id, {dx, 0.0}, load};
     Response response;
     return batch.step(1e-3, {&motion, 1}, {&response, 1}).bristles_visited;
   };

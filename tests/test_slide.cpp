@@ -672,10 +672,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
   // The pool's patch served another contact until it was reset for this key.
   PatchId id = keyed.find_or_add(7);
   const auto step = [&](double x, double y) {
-    Motion motion{id, {x, y}, load, false, {0.0, 0.0}};
-    Response out;
-    batch.step(tick, {&motion, 1}, {&out, 1});
-    return out;
+    return step_one(batch, Motion{id, {x, y}, load, false, {0.0, 0.0}});
   };
   step(3.0 * dbar, dbar);
   for (int k = 0; k < 100; ++k) keyed.end_step();

@@ -166,8 +166,7 @@ class PatchDisc {
     motion_.displacement[0] = dx * radius_;
     motion_.displacement[1] = dy * radius_;
     motion_.displacement[2] = angle;
-    bristle::ExtendedResponse r;
-    patches_.step(tick, {&motion_, 1}, {&r, 1});
+    const bristle::ExtendedResponse r = step_one(patches_, motion_);
     // One bristle of 1 N/m per newton of load.
     const double unit = load_n * radius_;
     return {-r.end[0] / unit, -r.end[1] / unit, -r.end[2] / (unit * radius_)};

@@ -31,9 +31,7 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
     const double share = 0.5 + 0.45 * flat(random);
 
     // Both patches start from equal bits, so that an earlier difference by rounding is not counted again.
-    std::vector<std::byte> state(whole.batch.state_size());
-    REQUIRE(whole.batch.save_state(state) == state.size());
-    parts.batch.restore_state(state);
+    parts.batch.restore_state(saved_state(whole.batch));
 
     const Response once = whole.step(dx, dy, n);
     const Response first = parts.step(share * dx, share * dy, n);

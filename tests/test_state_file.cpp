@@ -45,12 +45,6 @@ void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-std::vector<std::byte> saved_state(const PatchBatch& batch) {
-  std::vector<std::byte> state(batch.state_size());
-  REQUIRE(batch.save_state(state) == state.size());
-  return state;
-}
-
 /// One patch of each variant, moved by a script.
 class Scripted {
  public:
@@ -206,9 +200,7 @@ TEST_CASE("A state file with any byte changed is refused, and the batch stays as
   const std::vector<std::byte> whole = read_bytes(folder.at("state"));
 
   PatchBatch batch = small_batch();
-  Motion further{{1ull << 32 | 1}, {0.2 * dbar, 0.0}, 1.0};
-  Response out;
-  batch.step(tick, {&further, 1}, {&out, 1});
+  const Response out = step_one(batch, Motion{{1ull << 32 | 1}, {0.2 * dbar, 0.0}, 1.0});
   REQUIRE(out.status == Status::ok);
   const std::uint64_t before = batch.state_hash();
   for (std::size_t i = 0; i < whole.size(); ++i) {

@@ -37,12 +37,8 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
           "[strengthening]") {
   for (const Population population : {Population::representatives, Population::infinite}) {
     for (const int axes : {1, 2}) {
-      const PatchOptions options = PatchOptions{}
-                                       .with_max_normal_load(4.0)
-                                       .with_bristles(200)
-                                       .with_axes(axes)
-                                       .with_population(population)
-                                       .with_outputs(Outputs::all);
+      const PatchOptions options =
+          plain_options(200, axes).with_max_normal_load(4.0).with_population(population);
       OnePatch with(strengthening_material(), options);
       OnePatch without(Material(strengthening_material()).with_speed_strengthening(0.0, slow), options);
       for (int i = 0; i < 200; ++i) {

@@ -29,6 +29,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "command_line.hpp"
+#include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
@@ -38,6 +39,7 @@
 
 namespace test_sweep {
 
+using bristle_test::message_of;
 using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
@@ -116,16 +118,6 @@ std::vector<double> numbers_of(const std::string& range) {
   return numbers;
 }
 
-template <class Call>
-std::string complaint_of(Call call) {
-  try {
-    call();
-  } catch (const UserError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 /// Arguments of a sweep of twelve rows, which take milliseconds each.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
@@ -161,7 +153,7 @@ TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOM
   CHECK(list[4] == "{ law = \"single\", length = 1e-5 }");
   for (const char* bad : {"k", "=1", "k=", "k=1:2:x", "k=1:2:0", "k=0:2:3:log", "k=1,,2", "k=1:2:3:4"}) {
     INFO(bad);
-    CHECK_THAT(complaint_of([&] { cli::parse_varied(bad); }), Contains(bad));
+    CHECK_THAT(message_of<UserError>([&] { cli::parse_varied(bad); }), Contains(bad));
   }
 }
 
@@ -227,7 +219,7 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK(root["material"][1]["rule"].value<std::string>() == "keep");
 
   const auto complaint = [&](const std::string& path) {
-    return complaint_of([&] { cli::set_key(root, path, 1.0); });
+    return message_of<UserError>([&] { cli::set_key(root, path, 1.0); });
   };
   CHECK_THAT(complaint("materiel.a.kinetic"), Contains("did you mean 'material'"));
   CHECK_THAT(complaint("body.d.mass"), Contains("no body 'd'") && Contains("there are: c"));
@@ -384,7 +376,8 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   const std::string row = first.run_row(1);
   CHECK(copy.run_row(1) == row);
   folder.write("motion.csv", "t,x,load\n0,0,1\n0.1,2.5e-4,1\n");
-  CHECK_THAT(complaint_of([&] { first.run_row(1); }), Contains("motion.csv: changed while the sweep ran"));
+  CHECK_THAT(message_of<UserError>([&] { first.run_row(1); }),
+             Contains("motion.csv: changed while the sweep ran"));
   CHECK(copy.run_row(1) == row);
   const cli::Study second(options);
   CHECK(second.hash() != first.hash());
@@ -464,7 +457,8 @@ TEST_CASE(
   {
     cli::SweepRows journal(study, path);
     for (std::uint64_t i = 0; i < 3; ++i) journal.add(study.run_row(i));
-    CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains("another sweep writes it"));
+    CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(study, path); }),
+               Contains("another sweep writes it"));
   }
   std::string text = read_file(path);
   const std::size_t second_row = text.find("[1,");
@@ -479,15 +473,16 @@ TEST_CASE(
 
   cli::StudyOptions other = study_options(scene);
   other.vary[0] = "material.wood.kinetic=0.3:0.44:3";
-  CHECK_THAT(complaint_of([&] { cli::SweepRows(cli::Study(other), path); }),
+  CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(cli::Study(other), path); }),
              Contains("another study") && Contains("0.3:0.45:3") && Contains("0.3:0.44:3"));
-  CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
-             Contains("is no journal"));
+  CHECK_THAT(
+      message_of<UserError>([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
+      Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
   // A file of another kind whose lines happen to begin with their hash.
   const std::string diary = line(R"({"schema":"diary","scene":"s","vary":[],"commit":""})") + "x\n";
-  CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("diary", diary)); }),
+  CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(study, folder.write("diary", diary)); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("diary")) == diary);
   // Lines with a right hash whose contents are not rows of the study.
@@ -497,7 +492,7 @@ TEST_CASE(
                                  study.run_row(0).substr(0, study.run_row(0).rfind(',')) + ",7]"}) {
     INFO(row.substr(0, 40));
     folder.write("journal", text.substr(0, text.find('\n') + 1) + line(row));
-    CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
+    CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(study, path); }), Contains(path));
   }
 
   // A comment added to the scene leaves the hash of the study, a changed number changes it.

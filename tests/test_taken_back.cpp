@@ -15,6 +15,7 @@
 #include "core/bed_table.hpp"
 #include "core/common/hashing.hpp"
 #include "core/patches/saved_state.hpp"
+#include "expect.hpp"
 #include "scenes.hpp"
 
 namespace bristle_test::test_taken_back {
@@ -34,17 +35,11 @@ PatchOptions infinite_options() {
   return PatchOptions{}.with_population(Population::infinite).with_max_normal_load(1.0);
 }
 
-std::vector<std::byte> saved(const PatchBatch& batch) {
-  std::vector<std::byte> state(batch.state_size());
-  REQUIRE(batch.save_state(state) == state.size());
-  return state;
-}
-
 /// Checks that saving, restoring and saving again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
-  const std::vector<std::byte> state = saved(patch.batch);
+  const std::vector<std::byte> state = saved_state(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));
-  CHECK(saved(patch.batch) == state);
+  CHECK(saved_state(patch.batch) == state);
 }
 
 }  // namespace
@@ -117,10 +112,9 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
   const Material plain = redrawn(SnapLength::exponential(dbar));
   for (Precision precision : precisions()) {
     OnePatch patch(plain, plain_options(many, 1, precision));
-    std::vector<double> x(many), y(many), length(many);
     const auto shortest = [&] {
-      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
-                                        {length.data(), many}) == many);
+      const std::vector<double> length = read(patch, many).delta;
+      REQUIRE(length.size() == many);
       return *std::min_element(length.begin(), length.end());
     };
     patch.step(0.0, 0.0, many);
@@ -187,7 +181,7 @@ TEST_CASE("A patch that ages and is rubbed is taken back after a slide in no tim
 TEST_CASE("A patch that has held longer than it has lived is refused", "[state][ageing]") {
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
-  const std::vector<std::byte> good = saved(patch.batch);
+  const std::vector<std::byte> good = saved_state(patch.batch);
   // Byte offset of the oldest hold (time at rest) in a saved state (core/patches/SAVED_STATE.md). It follows
   // both heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
@@ -212,12 +206,11 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
     // A long slide is jumped over. Its last bristle combines two draws, the path since its snap and the rest
     // of its length, and one of a million exceeds the longest single draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
-    std::vector<double> x(many), y(many), length(many);
     double longest = 0.0;
     for (int k = 0; k < 8; ++k) {
       patch.step(1e3 * dbar, 0.0, many);
-      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
-                                        {length.data(), many}) == many);
+      const std::vector<double> length = read(patch, many).delta;
+      REQUIRE(length.size() == many);
       longest = std::max(longest, *std::max_element(length.begin(), length.end()));
       expect_taken_back(patch);
     }
@@ -401,7 +394,7 @@ TEST_CASE("Times and paths that nobody gave are refused, or step on without over
     OnePatch patch(kind.material, kind.options);
     patch.step(3.3 * dbar, 0.7 * dbar, 0.8);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.8);
-    const std::vector<std::byte> good = saved(patch.batch);
+    const std::vector<std::byte> good = saved_state(patch.batch);
     const int taken = forge_words(good, bristle::detail::saved_batch_size, [&](std::vector<std::byte>& bad) {
       bristle::detail::seal_batch({bad.size(), 1}, {bad.data(), bad.size()});
       try {
@@ -411,12 +404,12 @@ TEST_CASE("Times and paths that nobody gave are refused, or step on without over
       }
       // A restored state can be saved and restored again, and steps on (sanitizers detect overflows).
       for (int k = 0; k < 4; ++k) patch.step((k % 2 == 0 ? 1.7 : -0.3) * dbar, 0.2 * dbar, 0.5 + 0.1 * k);
-      REQUIRE_NOTHROW(patch.batch.restore_state(saved(patch.batch)));
+      REQUIRE_NOTHROW(patch.batch.restore_state(saved_state(patch.batch)));
       return true;
     });
     CHECK(taken > 0);
     patch.batch.restore_state(good);
-    CHECK(saved(patch.batch) == good);
+    CHECK(saved_state(patch.batch) == good);
   }
 }
 
@@ -457,15 +450,10 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
       motion.normal_load = 10.0 + k;
       batch.step({&motion, 1}, {&out, 1});
     };
-    const auto save = [&] {
-      std::vector<std::byte> state(batch.state_size());
-      REQUIRE(batch.save_state({state.data(), state.size()}) == state.size());
-      return state;
-    };
     for (int k = 0; k < 6; ++k) step(k);
     if (lifted) motion.normal_load = 0.0;
     if (lifted) rest();
-    const std::vector<std::byte> good = save();
+    const std::vector<std::byte> good = saved_state(batch);
     constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // magic number, count and checksum
     const int taken = forge_words(good, head, [&](std::vector<std::byte>& bad) {
       bristle::detail::Hasher checksum;
@@ -473,7 +461,7 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
       const std::uint64_t value = checksum.value();
       std::memcpy(bad.data() + 2 * sizeof value, &value, sizeof value);
       try {
-        batch.restore_state({bad.data(), bad.size()});
+        batch.restore_state(bad);
       } catch (const bristle::Error&) {
         return false;
       }
@@ -481,13 +469,13 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
         k == 5 ? rest() : step(k);
         REQUIRE(std::isfinite(out.force[0] + out.force[1] + out.torque + out.stored + out.dissipated));
       }
-      const std::vector<std::byte> again = save();
-      REQUIRE_NOTHROW(batch.restore_state({again.data(), again.size()}));
+      const std::vector<std::byte> again = saved_state(batch);
+      REQUIRE_NOTHROW(batch.restore_state(again));
       return true;
     });
     CHECK(taken > 0);
-    batch.restore_state({good.data(), good.size()});
-    CHECK(save() == good);
+    batch.restore_state(good);
+    CHECK(saved_state(batch) == good);
   }
 }
 
@@ -673,7 +661,7 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
   OnePatch patch = make(), copy = make();
   for (int k = 0; k < 200; ++k) patch.step(2.0 * dbar, 0.0, 1.0);
   REQUIRE(patch.batch.set_detail(patch.id, 4) == bristle::Status::ok);
-  copy.batch.restore_state(saved(patch.batch));
+  copy.batch.restore_state(saved_state(patch.batch));
   for (int k = 0; k < 50; ++k) {
     const Response a = patch.step(2.0 * dbar, 0.0, 1.0), b = copy.step(2.0 * dbar, 0.0, 1.0);
     CHECK(first_difference(a, b) == "");
@@ -687,7 +675,7 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
   patch.step(0.0, 0.0, 0.5);
   patch.step(0.2 * dbar, 0.0, 0.5);
   patch.step(0.0, 0.0, 1.0);
-  const std::vector<std::byte> good = saved(patch.batch);
+  const std::vector<std::byte> good = saved_state(patch.batch);
   const std::uint64_t before = patch.hash();
   constexpr double half = 0x1p45;
   int found = 0, refused = 0;

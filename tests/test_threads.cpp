@@ -46,11 +46,8 @@ struct LongStep {
   explicit LongStep(const BatchOptions& options) : batch(BatchOptions(options).with_isa("scalar")) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
     for (std::uint32_t size : {140000u, 60000u, 3000u, 3000u}) {
-      Motion motion;
-      motion.id = batch.add(material, plain_options(size).with_seed(size + 7));
-      motion.normal_load = size;
-      motion.displacement[0] = 8.0 * dbar;
-      motion.displacement[1] = 5.0 * dbar;
+      Motion motion{
+          batch.add(material, plain_options(size).with_seed(size + 7)), {8.0 * dbar, 5.0 * dbar}, size};
       motions.push_back(motion);
     }
     responses.resize(motions.size());
@@ -270,10 +267,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   // A patch of 900 bristles, as in the paper, and nine small ones.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
-    Motion motion;
-    motion.id = batch.add(material, plain_options(size));
-    motion.normal_load = size;
-    motion.displacement[0] = 1.3 * dbar;
+    Motion motion{batch.add(material, plain_options(size)), {1.3 * dbar, 0.0}, size};
     small.push_back(motion);
   }
   std::vector<Response> responses(small.size());
@@ -328,11 +322,10 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
 
 TEST_CASE("A step of middle size is shared only while workers are awake", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  Motion motion;
-  motion.id = batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
-                        plain_options(100000));
-  motion.normal_load = 100000.0;
-  motion.displacement[0] = 1.3 * dbar;
+  const Motion motion{batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                                plain_options(100000)),
+                      {1.3 * dbar, 0.0},
+                      100000.0};
   Response response;
   batch.warm_up();
   // Pauses before every step, as a servo loop does.
@@ -380,11 +373,8 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     std::vector<Motion> motions;
     std::uint32_t seed = 0;
     const auto add = [&](std::uint32_t size) {
-      Motion motion;
-      motion.id = batch.add(material, plain_options(size).with_seed(++seed));
-      motion.normal_load = size;
-      motion.displacement[0] = 0.9 * dbar;
-      motion.displacement[1] = 0.2 * dbar;
+      Motion motion{
+          batch.add(material, plain_options(size).with_seed(++seed)), {0.9 * dbar, 0.2 * dbar}, size};
       motions.push_back(motion);
     };
     for (int k = 0; k < 6; ++k) {

@@ -99,12 +99,8 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
             const Material later = Material(material)
                                        .with_residual_length(kind % 2 ? 0.25 * dbar : 0.0)
                                        .with_shared_renewal(kind % 5 && !refused ? 0.8 : 0.0);
-            const PatchOptions options = PatchOptions{}
+            const PatchOptions options = plain_options(bristles + seed % 7, axes, precision, outputs)
                                              .with_max_normal_load(2.0)
-                                             .with_bristles(bristles + seed % 7)
-                                             .with_axes(axes)
-                                             .with_outputs(outputs)
-                                             .with_precision(precision)
                                              .with_seed(seed);
             ++seed;
             cases.push_back({name.str(), material, later, options});
@@ -157,13 +153,10 @@ inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t brist
           std::ostringstream name;
           name << axes << " axes, " << table_name(rule) << ", " << name_of(precision)
                << (renewal > 0.0 ? ", ageing, renewal, " : ", ageing, ") << to_string(law.law());
-          const PatchOptions options = PatchOptions{}
-                                           .with_max_normal_load(2.0)
-                                           .with_bristles(bristles + seed % 7)
-                                           .with_axes(axes)
-                                           .with_outputs(kind % 5 ? Outputs::all : Outputs::end)
-                                           .with_precision(precision)
-                                           .with_seed(seed);
+          const PatchOptions options =
+              plain_options(bristles + seed % 7, axes, precision, kind % 5 ? Outputs::all : Outputs::end)
+                  .with_max_normal_load(2.0)
+                  .with_seed(seed);
           cases.push_back({name.str(), kind % 7 == 0 ? plain : aged,
                            kind % 11 == 0  ? plain
                            : kind % 3 == 1 ? other
@@ -201,12 +194,8 @@ inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bris
           if (kind % 2) later.with_drop(kind % 4 == 1 ? 0.0 : 0.1);
           if (law.law() == bristle::SnapLaw::uniform)
             later.with_snap_length(SnapLength::uniform(0.3 * dbar, 1.1 * dbar));
-          const PatchOptions options = PatchOptions{}
+          const PatchOptions options = plain_options(bristles + kind % 7, axes, precision, outputs)
                                            .with_max_normal_load(2.0)
-                                           .with_bristles(bristles + kind % 7)
-                                           .with_axes(axes)
-                                           .with_outputs(outputs)
-                                           .with_precision(precision)
                                            .with_seed(kind);
           cases.push_back({name.str(), material, later, options});
         }
@@ -243,12 +232,8 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
                                       .with_viscous_friction(0.3);
               Material later = Material(material).with_bristle_stiffness(95.0).with_snap_length(
                   law.law() == bristle::SnapLaw::uniform ? SnapLength::uniform(0.3 * dbar, 1.1 * dbar) : law);
-              const PatchOptions options = PatchOptions{}
+              const PatchOptions options = plain_options(bristles + seed % 7, axes, precision, outputs)
                                                .with_max_normal_load(2.0)
-                                               .with_bristles(bristles + seed % 7)
-                                               .with_axes(axes)
-                                               .with_outputs(outputs)
-                                               .with_precision(precision)
                                                .with_seed(seed);
               ++seed;
               cases.push_back({name.str(), material, later, with_literal_rule(options, literal)});

@@ -192,12 +192,20 @@ void need(const void* pointer, const char* name) {
     return handle->it.save_state({static_cast<std::byte*>(to), size});                             \
   }                                                                                                \
   bristle_result prefix##_restore_state(bristle_##handle* handle, const void* from, size_t size) { \
-    return guarded([&] {                                                                           \
-      need(handle, #handle);                                                                       \
+    return with(handle, #handle, [&](auto& it) {                                                   \
       need(from, "from");                                                                          \
-      handle->it.restore_state({static_cast<const std::byte*>(from), size});                       \
+      it.restore_state({static_cast<const std::byte*>(from), size});                               \
     });                                                                                            \
   }
+
+/// Runs call(object) with the C++ object behind a handle; refuses a null handle by `name`.
+template <class Handle, class Call>
+bristle_result with(Handle* handle, const char* name, const Call& call) noexcept {
+  return guarded([&] {
+    need(handle, name);
+    call(handle->it);
+  });
+}
 
 /// Makes a handle and the C++ object behind it; `make` returns that object.
 template <class Handle, class Make>
@@ -205,14 +213,6 @@ bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
     need(handle, name);
     *handle = new Handle{{make()}};
-  });
-}
-
-template <class Handle>
-bristle_result remove_id(Handle* handle, const char* name, bristle_id id) {
-  return guarded([&] {
-    need(handle, name);
-    handle->it.remove({id});
   });
 }
 
@@ -492,6 +492,17 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
+/// Writes function(material, value) for each value.
+template <class Function>
+bristle_result write_of_material(const bristle_material* material, const double* in, const char* in_name,
+                                 double* out, const char* out_name, std::size_t count,
+                                 const Function& function) noexcept {
+  return guarded([&] {
+    const Material m = read_material(material);
+    write_column(in, in_name, out, out_name, count, [&](double x) { return function(m, x); });
+  });
+}
+
 /// Returns why the caller's arrays cannot be stepped, or null when they can.
 const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
                        const void* responses, std::size_t response_size, std::size_t count) noexcept {
@@ -626,38 +637,27 @@ bristle_result bristle_material_find_facts(const bristle_material* material, bri
 
 bristle_result bristle_material_steady_force(const bristle_material* material, double normal_load_n,
                                              const double* speeds, double* forces, size_t count) {
-  return guarded([&] {
-    const Material m = read_material(material);
-    write_column(speeds, "speeds", forces, "forces", count,
-                 [&](double v) { return m.steady_force(v, normal_load_n); });
-  });
+  return write_of_material(material, speeds, "speeds", forces, "forces", count,
+                           [&](const Material& m, double v) { return m.steady_force(v, normal_load_n); });
 }
 
 bristle_result bristle_material_kinetic_at(const bristle_material* material, const double* speeds,
                                            double* coefficients, size_t count) {
-  return guarded([&] {
-    const Material m = read_material(material);
-    write_column(speeds, "speeds", coefficients, "coefficients", count,
-                 [&](double v) { return m.kinetic_coefficient(v); });
-  });
+  return write_of_material(material, speeds, "speeds", coefficients, "coefficients", count,
+                           [&](const Material& m, double v) { return m.kinetic_coefficient(v); });
 }
 
 bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
                                         double* dampings, size_t count) {
-  return guarded([&] {
-    const Material m = read_material(material);
-    write_column(speeds, "speeds", dampings, "dampings", count, [&](double v) { return m.damping_at(v); });
-  });
+  return write_of_material(material, speeds, "speeds", dampings, "dampings", count,
+                           [&](const Material& m, double v) { return m.damping_at(v); });
 }
 
 bristle_result bristle_material_virgin_deflection(const bristle_material* material,
                                                   const double* displacements, double* deflections,
                                                   size_t count) {
-  return guarded([&] {
-    const Material m = read_material(material);
-    write_column(displacements, "displacements", deflections, "deflections", count,
-                 [&](double x) { return virgin_deflection(m, x); });
-  });
+  return write_of_material(material, displacements, "displacements", deflections, "deflections", count,
+                           [&](const Material& m, double x) { return virgin_deflection(m, x); });
 }
 
 bristle_result bristle_snap_length_quantile(const bristle_snap_length* snap_length, const double* shares,
@@ -705,18 +705,16 @@ void bristle_destroy(bristle_batch* batch) { delete batch; }
 
 bristle_result bristle_add(bristle_batch* batch, const bristle_material* material,
                            const bristle_patch_options* options, bristle_id* id) {
-  return guarded([&] {
-    need(batch, "batch");
+  return with(batch, "batch", [&](auto& it) {
     need(id, "id");
-    *id = batch->it.add(read_material(material), read_options(options, "options")).value;
+    *id = it.add(read_material(material), read_options(options, "options")).value;
   });
 }
 
 bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* material,
                                 const bristle_patch_options* options, size_t options_size, bristle_id* ids,
                                 size_t count) {
-  return guarded([&] {
-    need(batch, "batch");
+  return with(batch, "batch", [&](auto& it) {
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
@@ -726,22 +724,21 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     std::vector<PatchId> added;
     added.reserve(count);
     try {
-      for (const PatchOptions& o : all) added.push_back(batch->it.add(m, o));
+      for (const PatchOptions& o : all) added.push_back(it.add(m, o));
     } catch (...) {
-      for (; !added.empty(); added.pop_back()) batch->it.remove(added.back());
+      for (; !added.empty(); added.pop_back()) it.remove(added.back());
       throw;
     }
     for (size_t i = 0; i < count; ++i) ids[i] = added[i].value;
   });
 }
 
-bristle_result bristle_remove(bristle_batch* batch, bristle_id id) { return remove_id(batch, "batch", id); }
+bristle_result bristle_remove(bristle_batch* batch, bristle_id id) {
+  return with(batch, "batch", [&](auto& it) { it.remove({id}); });
+}
 
 bristle_result bristle_set_material(bristle_batch* batch, bristle_id id, const bristle_material* material) {
-  return guarded([&] {
-    need(batch, "batch");
-    batch->it.set_material({id}, read_material(material));
-  });
+  return with(batch, "batch", [&](auto& it) { it.set_material({id}, read_material(material)); });
 }
 
 bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {
@@ -751,10 +748,7 @@ bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed,
 }
 
 bristle_result bristle_warm_up(bristle_batch* batch) {
-  return guarded([&] {
-    need(batch, "batch");
-    batch->it.warm_up();
-  });
+  return with(batch, "batch", [&](auto& it) { it.warm_up(); });
 }
 
 bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
@@ -785,9 +779,8 @@ bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const brist
 }
 
 bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bristle_patch_info* info) {
-  return guarded([&] {
-    need(batch, "batch");
-    const PatchInfo p = batch->it.info({id});
+  return with(batch, "batch", [&](auto& it) {
+    const PatchInfo p = it.info({id});
     if (p.bristles == 0) throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
     write_struct(to_c<bristle_patch_info>(p), info, "info");
   });
@@ -811,21 +804,19 @@ BRISTLE_STATE_CALLS(bristle, batch)
 
 bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path, const void* extra,
                                        size_t extra_size) {
-  return guarded([&] {
-    need(batch, "batch");
+  return with(batch, "batch", [&](auto& it) {
     need(path, "path");
     if (extra_size > 0) need(extra, "extra");
-    save_state_file(path, batch->it, {static_cast<const std::byte*>(extra), extra_size});
+    save_state_file(path, it, {static_cast<const std::byte*>(extra), extra_size});
   });
 }
 
 bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
                                           size_t capacity, size_t* extra_size) {
-  return guarded([&] {
-    need(batch, "batch");
+  return with(batch, "batch", [&](auto& it) {
     need(path, "path");
     const std::vector<std::byte> found =
-        restore_state_file(path, batch->it, std::max(capacity, std::size_t{1} << 20));
+        restore_state_file(path, it, std::max(capacity, std::size_t{1} << 20));
     const size_t held = extra != nullptr ? std::min(capacity, found.size()) : 0;
     if (held > 0) std::memcpy(extra, found.data(), held);
     if (extra_size != nullptr) *extra_size = found.size();
@@ -859,10 +850,7 @@ void bristle_shedder_destroy(bristle_shedder* shedder) { delete shedder; }
 
 bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
                                    uint32_t least_bristles) {
-  return guarded([&] {
-    need(shedder, "shedder");
-    shedder->it.add({patch}, priority, least_bristles);
-  });
+  return with(shedder, "shedder", [&](auto& it) { it.add({patch}, priority, least_bristles); });
 }
 
 void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch) {
@@ -892,10 +880,9 @@ int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batc
 
 bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const bristle_batch* batch,
                                            bristle_shed_report* report) {
-  return guarded([&] {
-    need(shedder, "shedder");
+  return with(shedder, "shedder", [&](auto& it) {
     need(batch, "batch");
-    write_struct(to_c<bristle_shed_report>(shedder->it.report(batch->it)), report, "report");
+    write_struct(to_c<bristle_shed_report>(it.report(batch->it)), report, "report");
   });
 }
 
@@ -1000,11 +987,10 @@ bristle_result bristle_beds_create(const bristle_batch_options* options, bristle
 void bristle_beds_destroy(bristle_beds* beds) { delete beds; }
 
 bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bristle_id* id) {
-  return guarded([&] {
-    need(beds, "beds");
+  return with(beds, "beds", [&](auto& it) {
     need(id, "id");
     const GivenBed given = read_bed(bed);
-    *id = beds->it.add(given.material, given.shape, given.options).value;
+    *id = it.add(given.material, given.shape, given.options).value;
   });
 }
 
@@ -1012,27 +998,27 @@ uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id) {
   return beds != nullptr && beds->it.reset({id}) ? 1 : 0;
 }
 
-bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) { return remove_id(beds, "beds", id); }
+bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) {
+  return with(beds, "beds", [&](auto& it) { it.remove({id}); });
+}
 
 bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
                                  bristle_bed_response* responses, size_t count, bristle_step_report* report) {
-  return guarded([&] {
-    need(beds, "beds");
+  return with(beds, "beds", [&](auto& it) {
     need_columns(motions, "motions", responses, "responses", count);
     report_step(report, [&] {
-      return beds->it.step({reinterpret_cast<const BedMotion*>(motions), count},
-                           {reinterpret_cast<BedResponse*>(responses), count});
+      return it.step({reinterpret_cast<const BedMotion*>(motions), count},
+                     {reinterpret_cast<BedResponse*>(responses), count});
     });
   });
 }
 
 bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_motion* motions,
                                        bristle_bed_response* responses, size_t count) {
-  return guarded([&] {
-    need(beds, "beds");
+  return with(beds, "beds", [&](auto& it) {
     need_columns(motions, "motions", responses, "responses", count);
     try_each<BedMotion>(motions, responses, count,
-                        [&](const BedMotion& motion) { return beds->it.find_force(motion); });
+                        [&](const BedMotion& motion) { return it.find_force(motion); });
   });
 }
 
@@ -1060,13 +1046,12 @@ namespace {
 bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* step,
                            bristle_step_report* report,
                            StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept) {
-  return guarded([&] {
-    need(joints, "joints");
+  return with(joints, "joints", [&](auto& it) {
     need(step, "step");
     check_size(*step, "step");
     need(step->angle, "step.angle");
     if (report != nullptr) check_size(*report, "report");  // checked before the step, which cannot be undone
-    const std::size_t n = joints->it.joint_count();
+    const std::size_t n = it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);
     };
@@ -1074,15 +1059,15 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
       return Span<double>(column, column != nullptr ? rows * n : 0);
     };
     const StepReport done =
-        (joints->it.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
-                         {out(step->torque),
-                          out(step->mean),
-                          out(step->by_angle),
-                          out(step->by_speed),
-                          out(step->by_motor),
-                          out(step->by_outside),
-                          {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
-                          out(step->gradient, joint_parameters)});
+        (it.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
+                 {out(step->torque),
+                  out(step->mean),
+                  out(step->by_angle),
+                  out(step->by_speed),
+                  out(step->by_motor),
+                  out(step->by_outside),
+                  {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
+                  out(step->gradient, joint_parameters)});
     if (done.tasks == 0) throw Error("bristle_joints_step: a gradient needs bristle_joint_options.gradients");
     if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
   });
@@ -1100,16 +1085,11 @@ bristle_result bristle_joints_find_torque(bristle_joints* joints, const bristle_
 }
 
 bristle_result bristle_joints_reset(bristle_joints* joints) {
-  return guarded([&] {
-    need(joints, "joints");
-    joints->it.reset();
-  });
+  return with(joints, "joints", [&](auto& it) { it.reset(); });
 }
 bristle_result bristle_joints_reset_one(bristle_joints* joints, size_t joint) {
-  return guarded([&] {
-    need(joints, "joints");
-    if (!joints->it.reset(joint))
-      throw Error("bristle_joints_reset_one: there is no joint " + std::to_string(joint));
+  return with(joints, "joints", [&](auto& it) {
+    if (!it.reset(joint)) throw Error("bristle_joints_reset_one: there is no joint " + std::to_string(joint));
   });
 }
 
@@ -1130,28 +1110,24 @@ void bristle_extended_destroy(bristle_extended* extended) { delete extended; }
 bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
                                     const bristle_patch_options* options, const bristle_cell* cells,
                                     size_t count, double full_size_load, bristle_id* id) {
-  return guarded([&] {
-    need(extended, "extended");
+  return with(extended, "extended", [&](auto& it) {
     need(id, "id");
     if (count > 0) need(cells, "cells");
     const auto* first = reinterpret_cast<const PatchCell*>(cells);
     Outline outline;
     outline.cells.assign(first, first + count);
     outline.full_size_load = full_size_load;
-    *id = extended->it.add(read_material(material), read_options(options, "options"), outline).value;
+    *id = it.add(read_material(material), read_options(options, "options"), outline).value;
   });
 }
 
 bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id) {
-  return remove_id(extended, "extended", id);
+  return with(extended, "extended", [&](auto& it) { it.remove({id}); });
 }
 
 bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
                                              const bristle_material* material) {
-  return guarded([&] {
-    need(extended, "extended");
-    extended->it.set_material({id}, read_material(material));
-  });
+  return with(extended, "extended", [&](auto& it) { it.set_material({id}, read_material(material)); });
 }
 
 bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id, double scale) {
@@ -1165,12 +1141,11 @@ bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
                                      const bristle_extended_motion* motions,
                                      bristle_extended_response* responses, size_t count,
                                      bristle_step_report* report) {
-  return guarded([&] {
-    need(extended, "extended");
+  return with(extended, "extended", [&](auto& it) {
     need_columns(motions, "motions", responses, "responses", count);
     report_step(report, [&] {
-      return extended->it.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
-                               {reinterpret_cast<ExtendedResponse*>(responses), count});
+      return it.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
+                     {reinterpret_cast<ExtendedResponse*>(responses), count});
     });
   });
 }
@@ -1178,12 +1153,10 @@ bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
 bristle_result bristle_extended_find_force(bristle_extended* extended, double dt_s,
                                            const bristle_extended_motion* motions,
                                            bristle_extended_response* responses, size_t count) {
-  return guarded([&] {
-    need(extended, "extended");
+  return with(extended, "extended", [&](auto& it) {
     need_columns(motions, "motions", responses, "responses", count);
-    try_each<ExtendedMotion>(motions, responses, count, [&](const ExtendedMotion& motion) {
-      return extended->it.find_force(dt_s, motion);
-    });
+    try_each<ExtendedMotion>(motions, responses, count,
+                             [&](const ExtendedMotion& motion) { return it.find_force(dt_s, motion); });
   });
 }
 
@@ -1268,11 +1241,9 @@ void bristle_matcher_destroy(bristle_matcher* matcher) { delete matcher; }
 
 bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_contact_point* contacts,
                                      uint64_t* keys, size_t count, size_t* found) {
-  return guarded([&] {
-    need(matcher, "matcher");
+  return with(matcher, "matcher", [&](auto& it) {
     need_columns(contacts, "contacts", keys, "keys", count);
-    const size_t seen =
-        matcher->it.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
+    const size_t seen = it.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
     if (found != nullptr) *found = seen;
   });
 }

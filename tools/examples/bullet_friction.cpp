@@ -218,6 +218,7 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
       patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
                bristle::KeyedOptions{}.with_capacity(options.contacts)),
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
+      index_(options.contacts),
       system_(std::make_unique<System>()) {
   batch_.warm_up();
 }
@@ -263,38 +264,23 @@ void BristleSolver::match() {
   matcher_.match(points_, keys_);
 
   before_.swap(known_);
-  next_before_ = 0;
-  by_key_.clear();
   known_.clear();
   places_.clear();
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (keys_[i] == bristle::no_contact_key) continue;
-    const bristle::PatchId patch = patches_.find_or_add(keys_[i]);
-    if (!patch) continue;
-    const Contact* const old = find_before(keys_[i]);
-    Contact& contact = old ? known_.emplace_back(*old) : known_.emplace_back();
-    if (!old) contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
+    const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
+    if (!keyed.id) continue;
+    std::size_t& index = index_[keyed.place];
+    Contact& contact = keyed.is_new ? known_.emplace_back() : known_.emplace_back(before_[index]);
+    if (keyed.is_new) contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
+    index = known_.size() - 1;
     contact.key = keys_[i];
-    contact.patch = patch;
+    contact.patch = keyed.id;
     contact.scale = static_cast<double>(found_[i]->m_combinedFriction) / kinetic_;
-    places_.emplace_back(found_[i], known_.size() - 1);
+    places_.emplace_back(found_[i], index);
   }
   patches_.end_step();
   std::sort(places_.begin(), places_.end(), std::less<>{});
-}
-
-/// Finds a contact of the step before by its key, or null. Tries the next in order first, since the order
-/// mostly stays.
-const BristleSolver::Contact* BristleSolver::find_before(std::uint64_t key) {
-  if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
-  if (by_key_.empty()) {
-    for (std::size_t i = 0; i < before_.size(); ++i) by_key_.emplace_back(before_[i].key, i);
-    std::sort(by_key_.begin(), by_key_.end());
-  }
-  const auto found = std::lower_bound(by_key_.begin(), by_key_.end(), std::make_pair(key, std::size_t{0}));
-  if (found == by_key_.end() || found->first != key) return nullptr;
-  next_before_ = found->second + 1;
-  return &before_[found->second];
 }
 
 BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) {

@@ -126,7 +126,6 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
 
  private:
   void match();
-  const Contact* find_before(std::uint64_t key);
   Contact* contact_at(const btManifoldPoint& point);
   void begin(Contact& contact, int row, double dt_s);
   void set_sides(Contact& contact, const btManifoldPoint& point);
@@ -148,9 +147,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
-  std::size_t next_before_ = 0;          // index in before_ of the contact that is likely to come next
-  // Keys and indices of before_, sorted by key; empty until contacts come in another order.
-  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
+  std::vector<std::size_t> index_;       // index in known_ of the contact at each KeyedContact::place
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;

@@ -1,72 +1,35 @@
 // Runs bristle_bullet: compares Bullet's own friction with bristles, as a table and as CSV.
-#include <algorithm>
-#include <cstdio>
-#include <exception>
-#include <fstream>
-#include <stdexcept>
-
-#include <fmt/format.h>
-#include <CLI/CLI.hpp>
-
 #include "tools/examples/bullet_scenes.hpp"
-#include "tools/reports/table.hpp"
-
-namespace {
+#include "tools/examples/compare_scenes.hpp"
 
 using bullet_example::Friction;
 using bullet_example::Run;
+using bullet_example::Sample;
 using bullet_example::Scene;
 
-void add_rows(cli::Table& table, const Scene& scene, const std::vector<Run>& runs) {
-  table.add_note(scene.title);
-  for (const Run& run : runs) {
-    const auto &first = run.samples.front(), &last = run.samples.back();
-    table.add({std::string("  ") + to_string(run.friction), fmt::format("{:.5f}", 1e6 * run.creep + 0.0),
-               fmt::format("{:.4f}", 1e3 * (last.place[0] - first.place[0])),
-               fmt::format("{:.4f}", 1e3 * (last.place[1] - first.place[1])),
-               fmt::format("{:.3f}", last.turn * 57.29577951308232), fmt::format("{:.1f}", run.contacts),
-               fmt::format("{:.1f}", run.step_us), fmt::format("{:.2f}", run.step_us / runs[0].step_us)});
-  }
-}
-
-void write_csv(std::ostream& file, const Scene& scene, const std::vector<Run>& runs) {
-  for (const Run& run : runs) {
-    for (const auto& s : run.samples) {
-      file << fmt::format("{},\"{}\",{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}\n", scene.name,
-                          to_string(run.friction), s.t, s.place[0], s.place[1], s.place[2], s.turn);
-    }
-  }
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
-  CLI::App app{"Sets Bullet's own friction beside that of bristles: creep, place, turn, time of a step."};
-  std::string csv, only;
-  app.add_option("--csv", csv, "positions over time");
-  app.add_option("--scene", only, "one scene, by the name it has in the CSV");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    std::ofstream file;
-    if (!csv.empty()) {
-      file.open(csv);
-      file << "scene,friction,t[s],x[m],y[m],z[m],turn[rad]\n";
-      if (!file) throw std::runtime_error("cannot write " + csv);
-    }
-    cli::Table table(
-        {"<scene", "creep um/s", "x mm", "y mm", "turn deg", "contacts", "us a step", "of Bullet's"});
-    for (const Scene& scene : bullet_example::all_scenes()) {
-      if (!only.empty() && scene.name != only) continue;
-      const std::vector<Run> runs =
-          bullet_example::run(scene, {Friction::stock, Friction::anchored, Friction::bristle});
-      add_rows(table, scene, runs);
-      if (file.is_open()) write_csv(file, scene, runs);
-    }
-    if (table.empty()) throw std::runtime_error("no scene called " + only);
-    std::fputs(table.text().c_str(), stdout);
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bristle_bullet: %s\n", error.what());
-    return 2;
-  }
+  return bristle_example::compare_scenes(
+      argc, argv,
+      {"bristle_bullet",
+       "Sets Bullet's own friction beside that of bristles: creep, place, turn, time of a step.",
+       "positions over time",
+       {"<scene", "creep um/s", "x mm", "y mm", "turn deg", "contacts", "us a step", "of Bullet's"},
+       "t[s],x[m],y[m],z[m],turn[rad]"},
+      bullet_example::all_scenes(),
+      [](const Scene& scene) {
+        return bullet_example::run(scene, {Friction::stock, Friction::anchored, Friction::bristle});
+      },
+      [](const Run& run, const Run& stock) -> std::vector<std::string> {
+        const Sample &first = run.samples.front(), &last = run.samples.back();
+        return {fmt::format("{:.4f}", 1e3 * (last.place[0] - first.place[0])),
+                fmt::format("{:.4f}", 1e3 * (last.place[1] - first.place[1])),
+                fmt::format("{:.3f}", last.turn * 57.29577951308232),
+                fmt::format("{:.1f}", run.contacts),
+                fmt::format("{:.1f}", run.step_us),
+                fmt::format("{:.2f}", run.step_us / stock.step_us)};
+      },
+      [](const Sample& s) {
+        return fmt::format("{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}", s.t, s.place[0], s.place[1], s.place[2],
+                           s.turn);
+      });
 }

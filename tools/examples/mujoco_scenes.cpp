@@ -75,7 +75,7 @@ class Stepper {
     find_place(now.place);
     for (int a = 0; a < 3; ++a) {
       now.place[a] -= start_[a];
-      now.travel += scene_.direction[a] * now.place[a];
+      now.travel += scene_.direction[static_cast<std::size_t>(a)] * now.place[a];
     }
     result.samples.push_back(now);
   }
@@ -168,8 +168,7 @@ Scene tapped_block() {
   Scene scene;
   scene.name = "tapped_block";
   scene.title = "block on a slope, tapped";
-  scene.direction[0] = 1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {1.0, 0.0, 0.0};
   scene.xml = fmt::format(R"(<mujoco>{}
 <default><geom friction="0.5 0.005 0.0001"/></default>
 <worldbody>
@@ -201,8 +200,7 @@ Scene pushed_box() {
   scene.name = "pushed_box";
   scene.title = "box pushed off centre";
   scene.seconds = 2.0;
-  scene.direction[0] = 1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {1.0, 0.0, 0.0};
   scene.xml = fmt::format(R"(<mujoco>{}
 <default><geom solref="0.01 1" friction="0.4 0.005 0.0001"/></default>
 <worldbody>
@@ -225,8 +223,7 @@ Scene ten_blocks() {
   scene.name = "ten_blocks";
   scene.title = "ten blocks on a slope";
   scene.seconds = 2.0;
-  scene.direction[0] = 1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {1.0, 0.0, 0.0};
   std::string blocks;
   for (int i = 0; i < 10; ++i) {
     blocks += fmt::format(
@@ -244,8 +241,7 @@ Scene tower(double push_n, double ramp_s) {
   Scene scene;
   scene.name = push_n == 0.0 ? "tower" : ramp_s == 0.0 ? "pushed_tower" : "pressed_tower";
   scene.title = fmt::format("tower of ten plates, the fifth pushed with {:g} N", push_n);
-  scene.direction[0] = 1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {1.0, 0.0, 0.0};
   std::string blocks;
   for (int i = 0; i < 10; ++i)
     blocks += fmt::format(
@@ -269,8 +265,7 @@ Scene held_off_centre(double grip_n) {
   scene.name = "held_off_centre";
   scene.title = fmt::format("box held 20 mm off its centre with {:g} N, shaken", grip_n);
   scene.seconds = 60.0;
-  scene.direction[0] = -1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {-1.0, 0.0, 0.0};
   scene.point[1] = -0.02;
   constexpr double mass = 0.2;
   scene.xml = fmt::format(R"(<mujoco>{}
@@ -298,8 +293,7 @@ Scene fingertips(bool shaken) {
   Scene scene;
   scene.name = shaken ? "shaken_hand" : "fingertips";
   scene.title = shaken ? "box held by three fingertips, the hand is shaken" : "box held by three fingertips";
-  scene.direction[0] = -1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {-1.0, 0.0, 0.0};
   const auto finger = [](const char* name, double y, double z) {
     return fmt::format(R"(
     <body pos="0 {} {}"><joint name="{}" type="slide" axis="0 0 {}" damping="20"/>
@@ -336,8 +330,7 @@ Scene pushed_book() {
   Scene scene;
   scene.name = "pushed_book";
   scene.title = "book on a table, pushed stop and go";
-  scene.direction[0] = 1.0;
-  scene.direction[2] = 0.0;
+  scene.direction = {1.0, 0.0, 0.0};
   constexpr double mass = 0.8;
   scene.xml = fmt::format(R"(<mujoco>{}
 <default><geom solref="0.01 1" friction="{} 0.005 0.0001"/></default>

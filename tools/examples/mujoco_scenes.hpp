@@ -2,6 +2,7 @@
 // in one run.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -18,10 +19,10 @@ const char* to_string(Friction friction);
 
 struct Scene {
   std::string name, title;
-  std::string xml;                         ///< model in MJCF; its body "body" is observed
-  double seconds = 4.0;                    ///< s, simulated time
-  double direction[3] = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
-  double point[3] = {0.0, 0.0, 0.0};       ///< m, observed point of the body, in the body's axes
+  std::string xml;                                     ///< model in MJCF; its body "body" is observed
+  double seconds = 4.0;                                ///< s, simulated time
+  std::array<double, 3> direction = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
+  double point[3] = {0.0, 0.0, 0.0};                   ///< m, observed point of the body, in the body's axes
   /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
 };

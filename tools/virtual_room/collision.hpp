@@ -1,14 +1,12 @@
 // Finds the contacts between the block, the tool and the room's five surfaces.
 //
-// Bullet says which pairs are close. Its manifolds collect their points over several ticks, and the points
-// jump while the block rests, but a bristle must bend at a fixed place. So the contacts of a close pair are
-// persistent features: the block's eight corners against a flat surface, the closest point against the tool.
-// A box and a flat surface cannot touch at other points.
+// A bristle must bend at a fixed place, so contacts are persistent features: the block's eight corners
+// against a flat surface, the closest point against the tool. A box and a flat surface cannot touch at other
+// points.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <memory>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -55,21 +53,8 @@ struct Pose {
   Rotation orientation = Rotation::Identity();  ///< orientation of the block's axes in the room's
 };
 
-/// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
-Vector3 corner_of(const RoomMeasures& measures, int i) noexcept;
-
-class Collision {
- public:
-  explicit Collision(const RoomMeasures& measures);
-  ~Collision();
-  /// Finds all touches with a gap below a millimetre (a tenth for the tool). Does not allocate after the
-  /// first calls.
-  void find(const Pose& block, const Vector3& tool, Touches& touches);
-
- private:
-  struct Bullet;
-  RoomMeasures measures_;
-  std::unique_ptr<Bullet> bullet_;
-};
+/// Finds all touches with a gap below a millimetre (a tenth for the tool).
+void find_touches(const RoomMeasures& measures, const Pose& block, const Vector3& tool,
+                  Touches& touches) noexcept;
 
 }  // namespace room

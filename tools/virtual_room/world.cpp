@@ -79,7 +79,7 @@ void copy(const Vector3& from, double (&to)[3]) {
 }  // namespace
 
 World::World(const RoomMeasures& measures, bristle::PatchBatch& batch)
-    : measures_(measures), collision_(measures), friction_(batch), batch_(batch) {
+    : measures_(measures), friction_(batch), batch_(batch) {
   reset();
 }
 
@@ -104,7 +104,7 @@ void World::reset() noexcept {
   contact_count_ = 0;
   device_force_.setZero();
   touches_.count = 0;
-  collision_.find(block_, tool_, found_);
+  find_touches(measures_, block_, tool_, found_);
 }
 
 void World::step(double dt, const Hand& hand, double grip, double force_limit) noexcept {
@@ -122,7 +122,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   move(dt, mean);
 
   // 2. Collision detection: finds the contacts of the next tick.
-  collision_.find(block_, tool_, found_);
+  find_touches(measures_, block_, tool_, found_);
 
   // 3. Friction: steps every patch along its displacement in this tick, then sets the velocity that the
   //    forces give.
@@ -169,7 +169,7 @@ void World::put_tool(const Vector3& place) noexcept {
   tool_ = target_ = place;
   caught_up_ = true;
   body_.velocity.tail<3>().setZero();
-  collision_.find(block_, tool_, touches_);
+  find_touches(measures_, block_, tool_, touches_);
 }
 
 void World::refresh_mass() noexcept {

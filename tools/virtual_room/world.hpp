@@ -96,7 +96,6 @@ class World {
   TangentRows tangent_rows(const Touch& touch, const Place& place) const noexcept;
 
   RoomMeasures measures_;
-  Collision collision_;
   Friction friction_;
   bristle::PatchBatch& batch_;
   Parameters parameters_;
