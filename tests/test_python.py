@@ -891,6 +891,7 @@ class Fit(unittest.TestCase):
         found = bristle.fit(t, x, force, LOAD, mass=3.0, delay=0.0004, compliance=0.0, residual=0.1, renewal=1.0,
                             damper_decay="gaussian", rule="redraw")
         self.assertAlmostEqual(found.parameters["kinetic"].value, 0.5, delta=0.02)
+        self.assertIn("inertia of 3 kg taken off the force", " ".join(found.understood))
         self.assertEqual(found.parameters["sensor_delay"].value, 0.0004)
         self.assertEqual(found.parameters["stage_compliance"].value, 0.0)
         self.assertEqual(found.material.damper_decay, "gaussian")
