@@ -396,7 +396,7 @@ TEST_CASE("A turn between two samples is the vertex of its parabola", "[fit]") {
 
 TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit]") {
   const auto csv = [](const std::function<double(double)>& load) {
-    return rows_of("t,x,load,force", 400, [&](double t) {
+    return rows_of("t,x,load,force", 900, [&](double t) {
       const double x = t < 1.0 ? 1e-3 * t : t < 3.0 ? 1e-3 : 1e-3 * (4.0 - t);
       return fmt::format("{:.17g},{},{}", x, load(t), t < 3.0 ? 0.7 : -0.7);
     });
@@ -407,7 +407,8 @@ TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit
   CHECK(thin.samples() < steps.samples());
   CHECK(std::count(thin.load.begin(), thin.load.end(), 2.5) == 10);
   for (std::size_t i = 115; i < 285; ++i) CHECK(steps.velocity[i] == 0.0);
-  // A contact that is lifted once, for one sample of 400, has a load that varies by 0.1 %.
+  // A contact that is lifted for one sample of 900 has a load whose deviation is 1.8 %, below the 2 % of a
+  // steady one.
   CHECK_FALSE(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 0.9 : 2.0; })).steady_load);
   CHECK(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 1.98 : 2.0; })).steady_load);
 }

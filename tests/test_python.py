@@ -21,7 +21,9 @@ import tempfile
 import textwrap
 import threading
 import time
+import types
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -132,6 +134,16 @@ class Arrays(unittest.TestCase):
         typed = [c for c in ast.parse(stub.read_text()).body if getattr(c, "name", "") == "_PatchInfo"]
         self.assertEqual([line.target.id for line in typed[0].body], fields)
 
+    def test_patches_added_together_differ_in_their_seeds_and_loads(self):
+        options = bristle.PatchOptions(max_normal_load=LOAD, bristles=100)
+        ids = self.batch.add_many(2, bristle.Material(), options)
+        options.seed += 1
+        ids = [*ids, self.batch.add(bristle.Material(), options)]
+        first, second, third = (self.batch.read_bristles(id_)[2] for id_ in ids)
+        self.assertTrue((first != second).any())
+        np.testing.assert_array_equal(second, third)
+        np.testing.assert_array_equal(bristle.motions(ids, [0.5, 1.0, 1.5])["normal_load"], [0.5, 1.0, 1.5])
+
     def test_few_patches_go_without_arrays(self):
         self.batch.move(self.ids[0], 1e-6, 0.0, LOAD)
         self.assertEqual(self.batch.step(1e-3).patches_stepped, 1)
@@ -174,6 +186,7 @@ class Model(unittest.TestCase):
         # Exponential lengths that are redrawn forget: the mean deflection is 1 - exp(-x).
         np.testing.assert_allclose(bristle.virgin_deflection(law, "redraw", x), 1.0 - np.exp(-x), atol=2e-6)
         np.testing.assert_allclose(law.survival(x * DBAR), np.exp(-x), rtol=1e-12)
+        np.testing.assert_allclose(law.survival([[DBAR], [2 * DBAR]]), np.exp([[-1.0], [-2.0]]), rtol=1e-12)
         np.testing.assert_allclose(law.quantile(1.0 - np.exp(-x[1:])), x[1:] * DBAR, rtol=1e-12)
 
     def test_bristles_can_be_read(self):
@@ -247,6 +260,33 @@ class Copies(unittest.TestCase):
                 self.assertEqual(other, thing)
                 self.assertIsNot(other, thing)
                 self.assertEqual(repr(other), repr(thing))
+
+    def test_things_that_differ_in_one_number_are_not_equal(self):
+        self.assertNotEqual(bristle.SnapLength.lognormal(DBAR, 0.3), bristle.SnapLength.lognormal(DBAR, 0.4))
+        self.assertNotEqual(bristle.PatchOptions(axes=1), bristle.PatchOptions())
+        self.assertNotEqual(bristle.Material(viscous_friction=1.0), bristle.Material())
+
+    def test_a_copied_batch_keeps_every_option_of_its_patches(self):
+        fields = dict(axes=1, outputs="all", precision="double", population="representatives", fluctuation=7,
+                      max_normal_load=3.0, lay=bristle.Lay(limit_ratio=0.5), resolution=3.0, cohorts=80)
+        usual = dict(population="infinite") | dict(key=2**60)
+        for name, value in fields.items():
+            batch = bristle.PatchBatch()
+            for options in (usual, usual | {name: value}):
+                batch.add(bristle.Material(), bristle.PatchOptions(**options))
+            batch.add(bristle.Material(viscous_friction=1.0), bristle.PatchOptions(**usual))
+            batch.add(bristle.Material(), bristle.PatchOptions(**usual | dict(key=5)))
+            kinds = batch.__getstate__()[3]
+            self.assertEqual(len(kinds), 3, name)
+            self.assertEqual(getattr(kinds[1][1], name), value)
+        patches = batch.__getstate__()[4]
+        self.assertEqual(patches[:, 3].tolist(), [2**60] * 3 + [5])
+        self.assertEqual(copy.copy(batch).__getstate__()[4].tolist(), patches.tolist())
+        beyond = list(batch.__getstate__())
+        beyond[4] = beyond[4].copy()
+        beyond[4][0, 1] = len(beyond[3])
+        with self.assertRaisesRegex(bristle.Error, "not the patches of a batch"):
+            bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(beyond))
 
     def test_a_copied_material_is_another_one(self):
         surface = bristle.Material()
@@ -423,6 +463,7 @@ class Words(unittest.TestCase):
         for part in ("sliding slowly: 0.4;", "first loading: 0.46;", "presliding length: 20 um", "900 per newton, redraw"):
             self.assertIn(part, str(wood))
         self.assertIn("<td>presliding length</td><td>20 um</td>", wood._repr_html_())
+        self.assertIn("presliding length: 12 um", str(material(bristle.SnapLength.single(DBAR), residual_length=2e-6)))
         self.assertNotIn("ageing", str(wood))
         self.assertIn("ageing: logarithmic", str(bristle.Material.typical("room rubber")))
         self.assertIn("which no patch takes", str(bristle.Material(normal_stiffness=-1.0)))
@@ -481,6 +522,10 @@ class Outputs(unittest.TestCase):
         for force in (batch.force(ids[1]), batch.find_force(1e-3, bristle.motions(ids[1], LOAD))):
             with self.assertRaisesRegex(bristle.Error, "responses.mean"):
                 force.mean
+            for name in ("dissipated", "contact_loss", "damper_work"):
+                self.assertTrue(np.isnan(force[name]).all(), name)
+        for name in ("mean", "dissipated", "contact_loss", "damper_work"):
+            self.assertTrue(np.isnan(bristle.responses(2)[name]).all(), name)
 
     @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
     def test_responses_of_a_scene_raise_too(self):
@@ -493,6 +538,20 @@ class Outputs(unittest.TestCase):
             if not kernel:
                 with self.assertRaisesRegex(bristle.Error, "responses.mean of row 0"):
                     responses.mean
+
+
+    @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+    def test_each_patch_of_a_scene_has_its_own_outputs(self):
+        patch = ('[[patch]]\nname = "{0}"\nmaterial = "m"\nmax_normal_load = 1.0\nbristles = 10\noutputs = [{1}]\n'
+                 '[[motion]]\npatch = "{0}"\ntype = "ramp"\nvelocity = 1e-3\nload = 1.0\n')
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder) / "two.toml"
+            scene.write_text('[scene]\nname = "two"\ndt = 1e-3\nduration = 0.01\n[[material]]\nname = "m"\nkinetic = 0.4\n'
+                             'peak = 0.46\npresliding_length = 1e-5\n' + patch.format("a", '"mean"') +
+                             patch.format("b", '"energy"'))
+            found = bristle.run_scene(scene).responses
+        self.assertEqual([np.isnan(found[name]["mean"]).any() for name in "ab"], [False, True])
+        self.assertEqual([np.isnan(found[name]["dissipated"]).any() for name in "ab"], [True, False])
 
 
 class Environments(unittest.TestCase):
@@ -621,6 +680,14 @@ class Extent(unittest.TestCase):
             with self.assertRaises(bristle.Error):
                 bristle.ExtendedPatches(**wrong)
 
+    def test_a_scale_that_cannot_be_is_refused(self):
+        patches = bristle.ExtendedPatches()
+        pad = patches.add(self.material, bristle.Outline.disc(self.radius), self.options)
+        patches.set_scale(pad, 2.0)
+        for id_, scale in ((pad, -1.0), (pad + 1, 1.0)):
+            with self.assertRaisesRegex(bristle.Error, "allowed is 0 to 1e6"):
+                patches.set_scale(id_, scale)
+
     def test_cells_can_be_given_and_must_sum_to_one(self):
         outline = bristle.Outline([[1e-3, 0.0], [-1e-3, 0.0]], [0.5, 0.5])
         self.assertEqual(len(outline), 2)
@@ -692,6 +759,8 @@ class Threads(unittest.TestCase):
         def attempt(batch):
             batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
             time.sleep(0.002)
+            if repr(batch) != f"<bristle.PatchBatch: 1 thread, {batch.isa}>":
+                return "counted"
             try:
                 batch.state_hash()
                 return "read"
@@ -816,6 +885,32 @@ class Fit(unittest.TestCase):
         self.assertAlmostEqual(ratio, 1.5, delta=0.05)
         self.assertIn("full disc", " ".join(disc.understood))
 
+    def test_what_is_told_of_sensors_reaches_the_fit(self):
+        t, x = self.t[::3], self.x[::3]
+        force = 3.0 * np.gradient(np.gradient(x, t), t) - self.force[::3]
+        found = bristle.fit(t, x, force, LOAD, mass=3.0, delay=0.0004, compliance=0.0, residual=0.1, renewal=1.0,
+                            damper_decay="gaussian", rule="redraw")
+        self.assertAlmostEqual(found.parameters["kinetic"].value, 0.5, delta=0.02)
+        self.assertIn("inertia of 3 kg taken off the force", " ".join(found.understood))
+        self.assertEqual(found.parameters["sensor_delay"].value, 0.0004)
+        self.assertEqual(found.parameters["stage_compliance"].value, 0.0)
+        self.assertEqual(found.material.damper_decay, "gaussian")
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "measured.csv"
+            file.write_text("t,x,load,force\n0,0,-0.5,1\n")
+            with self.assertRaisesRegex(bristle.Error, "allowed: -0.25 N or more"):
+                bristle.fit(file, clip_load=0.25)
+            file.write_text("t,force\n0,1\n1,-1\n")
+            with self.assertRaisesRegex(bristle.Error, "--speed is of a motion one way"):
+                bristle.fit(file, speed=1e-3, load=LOAD)
+
+    def test_a_fit_in_short_says_what_is_determined_only(self):
+        known = types.SimpleNamespace(value=0.5, low=0.4, high=0.6, determined=True)
+        open_ = types.SimpleNamespace(value=2e-5, low=None, high=None, determined=False)
+        found = types.SimpleNamespace(parameters={"kinetic": known, "presliding_length": open_}, explained=0.9, force=[1.0])
+        self.assertEqual(bristle._words._fit_repr(found), "<bristle.FitResult: kinetic 0.5 (0.4 to 0.6); explains 90.0 % of "
+                                                          "1 samples>")
+
     def test_data_that_cannot_be_fitted_are_refused_by_name(self):
         t, x, force = self.t, self.x, self.force
         nan = force.copy()
@@ -883,11 +978,31 @@ class Scenes(unittest.TestCase):
             np.testing.assert_array_equal(data.force.sel(patch="rubber_pad", axis="x"), run.forces["rubber_pad"][:, 0])
             np.testing.assert_array_equal(data.load.sel(patch="steel_pad"), run.motions["steel_pad"].normal_load)
 
+    def test_words_and_other_libraries_get_each_axis(self):
+        """The libraries are stand-ins, since a machine may lack them."""
+        run = types.SimpleNamespace(
+            forces={"p": np.array([[3.0, -4.0]])}, t=np.array([0.1]), steps=1, state_hash=0,
+            motions={"p": {"displacement": np.array([[1.0, 2.0]]), "normal_load": np.array([5.0])}})
+        self.assertIn("<td>p</td><td>5</td>", bristle._words._run_html(run))
+        stand_in = types.SimpleNamespace(DataFrame=dict, Dataset=lambda data, places: data)
+        with unittest.mock.patch.dict(sys.modules, pandas=stand_in, xarray=stand_in):
+            frame, data = bristle._words._run_to_pandas(run), bristle._words._run_to_xarray(run)
+        self.assertEqual([frame[f"p.{name}"][0] for name in ("fx", "fy", "dx", "dy", "load")], [3.0, -4.0, 1.0, 2.0, 5.0])
+        self.assertEqual(data["displacement"][1].tolist(), [[[1.0, 2.0]]])
+        self.assertEqual((data["load"][1].tolist(), data["load"][2]), ([[5.0]], {"units": "N"}))
+
     def test_a_run_takes_the_options_of_the_command_line(self):
         scene = bristle.Scene(SCENES / "stroke.toml")
         whole = scene.run(steps=200)
         self.assertEqual(scene.run(steps=200, isa="scalar", threads=2).state_hash, whole.state_hash)
         self.assertEqual(whole.report["state_hash"], f"{whole.state_hash:016x}")
+        self.assertEqual(scene.run(steps=2, threads=2).report["conditions"]["threads"], 2)
+        with tempfile.TemporaryDirectory() as folder:
+            trace = pathlib.Path(folder) / "trace.csv"
+            trace.write_text("t,x,load\n0,0,1\n0.1,1e-5,-0.01\n")
+            with self.assertRaisesRegex(bristle.Error, "load: -0.01 is negative"):
+                scene.run(trace=trace)
+            self.assertEqual(scene.run(trace=trace, clip_load=0.1).motions["fingertip"].normal_load[-1], 0.0)
         few = scene.run(steps=200, bristles=7, out_patches=0)
         self.assertEqual((few.report["bristles"], few.forces), (7, {}))
         for options, message in (({"steps": 0}, "steps is 0"), ({"bristles": 0}, "bristles is 0; allowed: 1 to"),
@@ -896,16 +1011,20 @@ class Scenes(unittest.TestCase):
             with self.assertRaisesRegex(bristle.Error, message):
                 scene.run(**options)
 
-    def test_another_thread_can_end_a_run(self):
+    def test_another_thread_can_end_a_run_and_a_sweep(self):
         # A shell starts background processes with SIGINT ignored, so this sets the default handler.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
-        # The timer's thread can run only if the scene releases the interpreter's lock.
-        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
-        start = time.perf_counter()
-        timer.start()
-        with self.assertRaises(KeyboardInterrupt):
-            bristle.run_scene(SCENES / "stroke.toml", steps=400_000, out_patches=0)  # 15 s or more unless interrupted
-        self.assertLess(time.perf_counter() - start, 3.0)
+        stroke = SCENES / "stroke.toml"
+        for long_work in (  # each 15 s or more unless interrupted
+                lambda: bristle.run_scene(stroke, steps=400_000, out_patches=0),
+                lambda: bristle.sweep(stroke, {"scene.dt": [1e-3, 2e-3]}, steps=400_000, threads=1)):
+            # The timer's thread can run only if the work releases the interpreter's lock.
+            timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+            start = time.perf_counter()
+            timer.start()
+            with self.assertRaises(KeyboardInterrupt):
+                long_work()
+            self.assertLess(time.perf_counter() - start, 3.0)
 
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
@@ -931,6 +1050,18 @@ class Joints(unittest.TestCase):
         np.testing.assert_array_equal(status, 0)
         row = joints.parameter_names.index("base")
         np.testing.assert_allclose(gradient[row], -1.0, rtol=1e-13)
+        # Derivatives of -(0.4 + share |motor|) - 0.01 speed, while all bristles slide.
+        by_speed, by_motor = np.empty(n), np.empty(n)
+        joints.step(angle + 1.0, np.full(n, 1e3), motor, by_speed=by_speed, by_motor=by_motor)
+        np.testing.assert_allclose(by_speed, -0.01, rtol=1e-9)
+        np.testing.assert_allclose(by_motor, np.where(motor > 0, -0.1, 0.3), rtol=1e-9)
+
+    def test_the_spread_of_a_joint_rounds_its_break_away(self):
+        half = [bristle.JointFriction(1, self.gear(), spread=spread) for spread in (0.1, 1.0)]
+        for joint in half:
+            joint.step([0.0])
+        narrow, wide = (joint.step([1e-3])[0] for joint in half)
+        self.assertLess(narrow, 1.05 * wide)  # bristles of a wide law slide before those of a narrow one
 
     def test_trials_states_and_materials(self):
         gear = self.gear()
@@ -965,6 +1096,12 @@ class Joints(unittest.TestCase):
             joints.step([1.0, 1.0], torque=np.zeros(4)[::2])
         with self.assertRaisesRegex(bristle.Error, "gradients=True"):
             joints.step([1.0, 1.0], gradient=np.zeros((13, 2)))
+        read_only = np.zeros(2)
+        read_only.flags.writeable = False
+        with self.assertRaisesRegex(bristle.Error, "torque: a writeable array"):
+            joints.step([1.0, 1.0], torque=read_only)
+        with self.assertRaisesRegex(bristle.Error, "no such joint"):
+            joints.reset(2)
         with self.assertRaises(TypeError):
             bristle.JointFriction.__new__(bristle.JointFriction).step([1.0])
 
@@ -999,6 +1136,20 @@ class Beds(unittest.TestCase):
         self.assertEqual(self.beds.info(self.pad)["normal_load"], 0.0)
         with self.assertRaisesRegex(bristle.Error, "no such bed"):
             self.beds.reset(77)
+
+    def test_spin_and_options_of_a_bed_arrive(self):
+        turned = self.beds.step([self.pad], [[0, 0, 1.0, 0, 0, 5.0]])
+        # A disc under Hertz's pressure that slides everywhere: 3 pi / 16 of friction, load and radius.
+        self.assertAlmostEqual(turned["torque"][0] / (-3 * math.pi / 16 * 0.8 * 5.0 * 6e-3), 1.0, 1)
+        np.testing.assert_allclose(turned["force"][0], 0.0, atol=1e-6)
+        pad = bristle.BedMaterial(0.8).with_presliding(1e-3)
+        few = self.beds.add(pad, bristle.BedShape.rectangle(0.1, 0.08, nx=6, ny=2), max_normal_load=10.0, all_outputs=False)
+        out = self.beds.step([few], [[1e-5, 0, 0, 0, 0, 10.0]])
+        self.assertEqual((out["stored"][0], out["mean"][0, 0]), (0.0, 0.0))
+        places = self.beds.bristles(few)["position"]
+        self.assertEqual([len(np.unique(places[:, axis])) for axis in (0, 1)], [6, 2])
+        with self.assertRaisesRegex(bristle.Error, "longest_piece"):
+            self.beds.add(pad, bristle.BedShape.disc(0.07), max_normal_load=1.0, longest_piece=100.0)
 
     def test_wheels_of_every_kind_roll(self):
         material = bristle.BedMaterial(0.9, 0.8).with_slip_stiffness(8e4, 5e4)
@@ -1037,6 +1188,11 @@ class Experiment(unittest.TestCase):
         for rows in found["series"].values():
             self.assertEqual(rows.shape[1], len(found["columns"]))
             np.testing.assert_array_equal(rows[:, 0], 90.0)
+
+    def test_an_experiment_takes_lists(self):
+        found = bristle.experiment("turn", models=["coulomb"], turns=(30, 90.0))
+        self.assertEqual(found["parameters"]["turns"], [30.0, 90.0])
+        self.assertEqual(set(found["series"]["turn", "coulomb"][:, 0]), {30.0, 90.0})
 
     def test_what_an_experiment_does_not_know_is_named(self):
         for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*ratchet$"),
@@ -1140,6 +1296,10 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
+        for k in range(21):  # every fifth tick starts 0.4 ms late
+            monitor.record_tick(due=1e-3 * k, start=1e-3 * k + (4e-4 if k % 5 == 0 else 0.0), end=1e-3 * k + 5e-4)
+        self.assertLess(monitor.jitter_p50, 1e-6)
+        self.assertAlmostEqual(monitor.jitter_p99, 4e-4, delta=0.02 * 4e-4)
 
     def test_a_python_without_numpy_says_what_to_install(self):
         code = "import sys; sys.modules['numpy'] = None; import bristle"
@@ -1202,6 +1362,10 @@ class FirstMinutes(unittest.TestCase):
         names["batch"].step(1e-3, motions, responses)
         with self.assertRaisesRegex(bristle.Error, "1 of 10 patches .* row 3: <Status.bad_input"):
             responses.check()
+        motions.normal_load[3], motions.id[2] = 1.0, 12345
+        names["batch"].step(1e-3, motions, responses)
+        with self.assertRaisesRegex(bristle.Error, "1 of 10 patches .* row 2: <Status.unknown_id"):
+            responses.check()
 
 
 @unittest.skipUnless(HAS_TOOLS, "this build has no tools")
@@ -1224,11 +1388,59 @@ class Sweeps(unittest.TestCase):
             said = json.loads(report.read_text())
         self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
 
+    @unittest.skipUnless(COMMAND_LINE.exists(), "no command line beside the module")
+    def test_a_sweep_takes_the_options_of_the_command_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder) / "report.json"
+            command_line("sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6:0.9",
+                         "--vary", "patch.steel_pad.bristles=50,100", "--sample", "latin", "3", "--seed", "5",
+                         "--set", "patch.rubber_pad.bristles=70", "--reference", "patch.rubber_pad.bristles=300",
+                         "--window", "0.01:0.03", "--steps", "60", "--report", "error,window_mean", "--json", report)
+            said = json.loads(report.read_text())
+        table = bristle.sweep(SCENES / "two_surfaces.toml", ["material.rubber.kinetic=0.6:0.9",
+                                                             "patch.steel_pad.bristles=50,100"],
+                              sample="latin", points=3, seed=5, set={"patch.rubber_pad.bristles": 70},
+                              reference={"patch.rubber_pad.bristles": 300}, window=(0.01, 0.03), steps=60,
+                              report=["error", "window_mean"])
+        self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
+
+    def test_a_journal_lies_beside_the_table_and_is_left_free(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "table.csv"
+            arguments = dict(steps=5, report="fx_mean", out=out)
+            try:  # an object that is no client ends the sweep before its first row
+                bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, client=object(), **arguments)
+            except (AttributeError, ImportError) as error:
+                held = error  # its traceback keeps the sweep's variables alive
+            self.assertEqual(os.listdir(folder), ["table.csv.journal"])
+            table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, **arguments)
+            self.assertEqual((len(table), os.listdir(folder)), (4, ["table.csv"]))
+            del held
+
+    def test_a_worker_keeps_one_study_and_gets_half_a_second_of_rows(self):
+        code = bristle._sweep
+        for steps in (5, 6):
+            study = bristle._bristle._SweepStudy(SCENES / "two_surfaces.toml", ["scene.dt=1e-3"], sample="grid", points=0,
+                                                 repeat=1, seed=None, set=[], reference=[], report=[], window="", steps=steps)
+            self.assertEqual(code._study_here(study.recipe()).hash, study.hash)
+        self.assertEqual(len(code._studies), 1)
+        sizes = code._Sizes(types.SimpleNamespace(nthreads=lambda: {"a": 2}), 1000)
+        self.assertEqual(sizes.rows(), 1)
+        sizes.done(10, 0.2)  # 20 ms a row
+        self.assertEqual(sizes.rows(), 25)
+
     def test_a_table_shows_itself_and_goes_to_other_libraries(self):
         table = bristle.sweep(SCENES / "two_surfaces.toml", {"scene.dt": [1e-3, 2e-3]}, report="fx_mean", steps=5)
         self.assertIn("steel_pad.fx_mean", repr(table))
         self.assertIn("2 of 2 rows", table._repr_html_())
         self.assertIn("<th>scene.dt s</th>", table._repr_html_())
+        heads = [head.split(" ")[0] for head in re.findall("<th>(.*?)</th>", table._repr_html_())]
+        self.assertEqual(heads, list(table.columns))
+        stand_in = types.SimpleNamespace(DataFrame=lambda columns: types.SimpleNamespace(columns=columns, attrs={}),
+                                         Dataset=dict)
+        with unittest.mock.patch.dict(sys.modules, pandas=stand_in, xarray=stand_in):
+            self.assertEqual(table.to_pandas().attrs["units"]["scene.dt"], "s")
+            self.assertEqual(table.to_xarray()["scene.dt"][2], {"units": "s"})
         for name, convert in (("pandas", table.to_pandas), ("xarray", table.to_xarray)):
             if importlib.util.find_spec(name) is None:
                 continue
