@@ -201,16 +201,40 @@ TEST_CASE("The relative fluctuation goes as the root of the load", "[fluctuation
 TEST_CASE("Those that are left when the load falls are n bristles less at once", "[fluctuation]") {
   // Each of 1000 bristles stays with a probability of a quarter.
   const double share = 0.25;
-  OnePatch patch(material_of(lognormal, paper), options_of(1000));
-  std::vector<double> answers;
-  for (int k = 0; k < 3000; ++k) {
-    for (int i = 0; i < 9; ++i) patch.step(0.4 * dbar, 0.0, load_n);
-    const Response r = patch.step(0.001 * dbar, 0.0, share * load_n);
-    answers.push_back(-r.elastic[0] / (share * load_n * dbar));
+  for (const int falls : {1, 8}) {  // at once, or in falls at rest that follow each other
+    OnePatch patch(material_of(lognormal, paper), options_of(1000));
+    std::vector<double> answers;
+    for (int k = 0; k < 3000; ++k) {
+      for (int i = 0; i < 9; ++i) patch.step(0.4 * dbar, 0.0, load_n);
+      for (int i = 1; i < falls; ++i) patch.step(0.0, 0.0, std::pow(share, double(i) / falls) * load_n);
+      const Response r = patch.step(0.001 * dbar, 0.0, share * load_n);
+      answers.push_back(-r.elastic[0] / (share * load_n * dbar));
+    }
+    const double wanted = variance_of_one(lognormal);
+    expect_near(describe(answers).variance * 1000.0 * share, wanted, 2.0 * of_variance * wanted,
+                "n times the variance");
   }
-  const double wanted = variance_of_one(lognormal);
-  expect_near(describe(answers).variance * 1000.0 * share, wanted, 2.0 * of_variance * wanted,
-              "n times the variance");
+}
+
+TEST_CASE("Bristles that came last leave a brush that fluctuates as they came", "[fluctuation]") {
+  OnePatch patch(material_of(lognormal, paper), options_of(1000));
+  const Response before = patch.step(0.2 * dbar, 0.0, 0.5 * load_n);
+  patch.step(0.0, 0.0, load_n);
+  const Response after = patch.step(0.0, 0.0, 0.5 * load_n);
+  CHECK(after.elastic[0] == Approx(before.elastic[0]).epsilon(1e-12));
+}
+
+TEST_CASE("After a long step of an aged brush that fluctuates each bristle is bent to its length",
+          "[fluctuation][ageing]") {
+  // In steady sliding the longest deflection of a bristle so far is its present one.
+  OnePatch patch(material_of(lognormal, paper).with_ageing(bristle::Ageing::logarithmic(0.3, 1e-3)),
+                 options_of(20));
+  for (int k = 0; k < 20; ++k) {
+    patch.step(300.0 * dbar, 0.0, load_n);
+    const Bristles b = read(patch, 200);
+    for (std::size_t i = 0; i < 200; ++i)
+      if (b.zx[i] > 0.3 * dbar) expect_near(b.delta[i], b.zx[i], 1e-6 * dbar, "length so far");
+  }
 }
 
 TEST_CASE("Steps in which the brush forgets all end as n bristles would", "[fluctuation]") {
@@ -321,6 +345,22 @@ TEST_CASE("Seeds and keys give independent noise, the same seed the same", "[flu
     const double correlation =
         product / static_cast<double>(first.size()) / std::sqrt(a.variance * b.variance);
     expect_near(correlation, 0.0, 0.05, "correlation of two seeds");
+  }
+}
+
+TEST_CASE("A restored brush draws as the one that was saved, whatever seed it was made with",
+          "[fluctuation]") {
+  OnePatch saved(material_of(lognormal, paper), options_of(100)),
+      restored(material_of(lognormal, paper), options_of(100));
+  saved.batch.reset(saved.id, 7, 5);
+  std::vector<std::byte> state(saved.batch.state_size());
+  for (int k = 0; k < 40; ++k) {
+    if (k == 20) {
+      saved.batch.save_state({state.data(), state.size()});
+      restored.batch.restore_state({state.data(), state.size()});
+    }
+    const double answer = saved.step(0.3 * dbar, 0.0, load_n).elastic[0];
+    if (k >= 20) CHECK(restored.step(0.3 * dbar, 0.0, load_n).elastic[0] == answer);
   }
 }
 

@@ -167,6 +167,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
     if (i >= 37) {
       const Response c = restored.step(dx, dy, load_n);
       expect(c.end[0] == b.end[0] && c.end[1] == b.end[1], "restored");
+      expect(c.mean[0] == b.mean[0] && c.mean[1] == b.mean[1], "restored, the mean");
       expect(restored.batch.state_hash() == watched.batch.state_hash(), "state restored");
     }
     // The mean deflection of the bristles from read_bristles() must give the force.

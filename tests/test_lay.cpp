@@ -128,6 +128,8 @@ TEST_CASE("a lay scales displacement and force across by its limit ratio", "[lay
       CAPTURE(kind.name, ratio);
       OnePatch plain(kind.material, kind.options);
       OnePatch laid(kind.material, PatchOptions(kind.options).with_lay(Lay{}.with_limit_ratio(ratio)));
+      OnePatch other(kind.material, PatchOptions(kind.options).with_lay(Lay{}.with_limit_ratio(1.1 * ratio)));
+      CHECK(laid.hash() != other.hash());
       Winding path;
       for (int k = 0; k < 200; ++k) {
         const Motion motion = path.next(plain.id);

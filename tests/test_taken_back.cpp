@@ -662,8 +662,9 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
   for (int k = 0; k < 200; ++k) patch.step(2.0 * dbar, 0.0, 1.0);
   REQUIRE(patch.batch.set_detail(patch.id, 4) == bristle::Status::ok);
   copy.batch.restore_state(saved_state(patch.batch));
-  for (int k = 0; k < 50; ++k) {
-    const Response a = patch.step(2.0 * dbar, 0.0, 1.0), b = copy.step(2.0 * dbar, 0.0, 1.0);
+  for (int k = 0; k < 80; ++k) {
+    const double dx = (k < 50 ? 2.0 : -0.3) * dbar, dy = (k < 50 ? 0.0 : 0.1) * dbar;
+    const Response a = patch.step(dx, dy, 1.0), b = copy.step(dx, dy, 1.0);
     CHECK(first_difference(a, b) == "");
   }
 }
@@ -700,6 +701,148 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
   CHECK(found >= 2);
   // Three forged values are refused for the mass of each of two layers; the other words found are ranks.
   CHECK(refused == 3 * 2);
+}
+
+TEST_CASE("A brush whose longest bristles are bent to residual and length is taken back",
+          "[state][cohorts]") {
+  OnePatch patch(redrawn(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)).with_residual_length(0.2 * dbar),
+                 infinite_options());
+  patch.step(1.65 * dbar, 0.0, 1.0);
+  expect_taken_back(patch);
+}
+
+TEST_CASE("A restored brush that sticks goes on with the force that it had", "[state][cohorts]") {
+  OnePatch patch(redrawn(), infinite_options()), restored(redrawn(), infinite_options());
+  patch.step(1.3 * dbar, 0.2 * dbar, 0.8);
+  for (const double back : {-0.2, 0.05, 0.05}) patch.step(back * dbar, 0.0, 0.8);
+  restored.batch.restore_state(saved_state(patch.batch));
+  const Response a = patch.step(0.01 * dbar, 0.0, 0.8), b = restored.step(0.01 * dbar, 0.0, 0.8);
+  CHECK(a.elastic[0] != 0.0);
+  for (int axis = 0; axis < 2; ++axis) CHECK(a.elastic[axis] == b.elastic[axis]);
+}
+
+TEST_CASE("A state of an infinite brush with other options is refused", "[state][cohorts]") {
+  const PatchOptions options =
+      infinite_options().with_axes(2).with_outputs(bristle::Outputs::all).with_cohorts(24).with_resolution(8);
+  OnePatch patch(redrawn(), options);
+  patch.step(0.3 * dbar, 0.0, 0.8);
+  const std::vector<std::byte> state = saved_state(patch.batch);
+  PatchOptions others[] = {options, options, options, options, options};
+  others[0].with_resolution(9);
+  others[1].with_cohorts(32);
+  others[2].with_outputs(bristle::Outputs::end);
+  others[3].with_axes(1);
+  others[4].with_max_normal_load(2.0);
+  for (const PatchOptions& other : others)
+    CHECK_THROWS_AS(OnePatch(redrawn(), other).batch.restore_state(state), bristle::Error);
+}
+
+namespace {
+
+/// An infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
+struct ForgedBrush {
+  ForgedBrush(const Material& material, std::uint32_t fluctuation, std::size_t size)
+      : patch(material, infinite_options().with_axes(2).with_cohorts(24).with_fluctuation(fluctuation)),
+        part(patch.batch.state_size() - size) {
+    patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
+    patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);
+  }
+  /// Restores the state with a number of 4 or 8 bytes forged, `at` bytes after the begin of the brush's part.
+  template <class Number>
+  void forge(int at, Number number, std::vector<std::byte> state) {
+    std::memcpy(state.data() + static_cast<std::ptrdiff_t>(part) + at, &number, sizeof number);
+    bristle::detail::seal_batch({state.size(), 1}, state);
+    patch.batch.restore_state(state);
+  }
+
+  OnePatch patch;
+  std::size_t part;
+};
+
+constexpr int saved_rows = 256, saved_ages = saved_rows + 24 * 64;
+constexpr std::size_t plain_part = saved_ages, noisy_part = plain_part + 16,
+                      aged_part = plain_part + 40 + 192;
+Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)); }
+
+}  // namespace
+
+TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state][hostile]") {
+  ForgedBrush plain(redrawn(), 0, plain_part), lifted(redrawn(), 0, plain_part),
+      noisy(redrawn(), 100, noisy_part), aged(aged_material(), 0, aged_part);
+  lifted.patch.step(0.0, 0.0, 0.0);
+  double mass = 0.0;
+  std::memcpy(&mass, saved(plain.patch.batch).data() + plain.part, sizeof mass);
+  REQUIRE(mass == 0.75 * 0x1p46);
+  const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number,
+                          bool glides = false) {
+    std::vector<std::byte> state = saved(brush.patch.batch);
+    const double ahead = 1.0;  // x of the direction in which a glide began
+    if (glides) std::memcpy(state.data() + brush.part + 184, &ahead, sizeof ahead);
+    INFO(bound << " at " << at);
+    CHECK_THROWS_WITH(brush.forge(at, number, state), Catch::Contains("(" + bound + ")"));
+  };
+  const struct {
+    const char* bound;
+    int at;
+    double number;
+  } numbers[] = {{"overload", -64, 2.0},
+                 {"run", 8, 1e9},
+                 {"run", 8, -1.0},
+                 {"snap_rest", 16, 1.5},
+                 {"spread", 24, -1.0},
+                 {"base", 92, 1e300},
+                 {"moment", 100, 1e300},
+                 {"direction", 108, 1.5},
+                 {"begin", 124, -1e13},
+                 {"noted place", 144, 1e300},
+                 {"direction of its course", 168, 1.5},
+                 {"length of its course", 216, -1.0},
+                 {"length of its course", 224, -1.0},
+                 {"curvature of its course", 232, 1e9},
+                 {"a cohort's place", saved_rows + 64, 1e3},
+                 {"a cohort's reach", saved_rows + 2 * 64, -1.0},
+                 {"a cohort's mass", saved_rows + 3 * 64, -1.0},
+                 {"a cohort's moment", saved_rows + 5 * 64, -1.0},
+                 {"a cohort's ranks", saved_rows + 6 * 64, -1.0},
+                 {"a cohort's ranks", saved_rows + 7 * 64, 0.125}};
+  for (const auto& forged : numbers) refuses(plain, forged.bound, forged.at, forged.number);
+  const struct {
+    const char* bound;
+    int at;
+    std::uint32_t number;
+  } counts[] = {{"open", 80, 24},   {"layered", 156, 2}, {"count", 160, 25}, {"detail", 164, 0},
+                {"detail", 164, 9}, {"course", 248, 2},  {"course", 252, 2}, {"glide", 252, 1}};
+  for (const auto& forged : counts) refuses(plain, forged.bound, forged.at, forged.number);
+  refuses(lifted, "glide", 252, std::uint32_t{1}, true);
+  refuses(noisy, "glide", 252, std::uint32_t{1}, true);
+  refuses(noisy, "renewals due", 264, 1.5);
+  refuses(aged, "base of time", saved_ages + 8, -1.0);
+  refuses(aged, "speed", saved_ages + 16, -1.0);
+  refuses(aged, "time", saved_ages + 24, 1e18);
+  refuses(aged, "time", saved_ages + 32, 1e18);
+  refuses(aged, "a cohort's birth", saved_ages + 40, 1e18);
+}
+
+TEST_CASE("The hash of an infinite brush sees what it draws next and when its bristles were born",
+          "[state][cohorts]") {
+  ForgedBrush noisy(redrawn(), 100, noisy_part), aged(aged_material(), 0, aged_part);
+  const auto sees = [](ForgedBrush& brush, int at, auto number) {
+    const std::uint64_t before = brush.patch.hash();
+    CAPTURE(at);
+    REQUIRE_NOTHROW(brush.forge(at, number, saved(brush.patch.batch)));
+    CHECK(brush.patch.hash() != before);
+  };
+  sees(noisy, 256, std::uint64_t{1000});  // number of passes of draws
+  sees(noisy, 264, 0.5);                  // renewals due
+  for (const int at : {16, 24, 32, 40}) sees(aged, saved_ages + at, 1.25e-3);
+}
+
+TEST_CASE("An infinite brush that is lifted stores nothing", "[cohorts][energy]") {
+  OnePatch patch(redrawn(), infinite_options().with_cohorts(8).with_outputs(bristle::Outputs::all));
+  for (int k = 0; k < 300; ++k) patch.step(0.03 * dbar, 0.004 * dbar * (k % 9), 0.7);
+  const double stored = patch.energy();
+  CHECK(patch.step(0.0, 0.0, 0.0).contact_loss == Approx(stored).epsilon(1e-12));
+  CHECK(patch.energy() == 0.0);
 }
 
 }  // namespace bristle_test::test_taken_back
