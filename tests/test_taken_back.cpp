@@ -771,11 +771,11 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
       noisy(redrawn(), 100, noisy_part), aged(aged_material(), 0, aged_part);
   lifted.patch.step(0.0, 0.0, 0.0);
   double mass = 0.0;
-  std::memcpy(&mass, saved(plain.patch.batch).data() + plain.part, sizeof mass);
+  std::memcpy(&mass, saved_state(plain.patch.batch).data() + plain.part, sizeof mass);
   REQUIRE(mass == 0.75 * 0x1p46);
   const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number,
                           bool glides = false) {
-    std::vector<std::byte> state = saved(brush.patch.batch);
+    std::vector<std::byte> state = saved_state(brush.patch.batch);
     const double ahead = 1.0;  // x of the direction in which a glide began
     if (glides) std::memcpy(state.data() + brush.part + 184, &ahead, sizeof ahead);
     INFO(bound << " at " << at);
@@ -829,7 +829,7 @@ TEST_CASE("The hash of an infinite brush sees what it draws next and when its br
   const auto sees = [](ForgedBrush& brush, int at, auto number) {
     const std::uint64_t before = brush.patch.hash();
     CAPTURE(at);
-    REQUIRE_NOTHROW(brush.forge(at, number, saved(brush.patch.batch)));
+    REQUIRE_NOTHROW(brush.forge(at, number, saved_state(brush.patch.batch)));
     CHECK(brush.patch.hash() != before);
   };
   sees(noisy, 256, std::uint64_t{1000});  // number of passes of draws
