@@ -335,6 +335,11 @@ TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") 
   check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
   check_recovered(fitted[cli::fit_damping], s.damping, 0.3 * s.damping);
   check_recovered(fitted[cli::fit_stribeck], s.stribeck, 0.4 * s.stribeck);
+  // The material that a person gets has all three.
+  const bristle::Coefficients given = fitted.result.material.coefficients();
+  CHECK(given.viscous_friction == Approx(fitted[cli::fit_viscous].value));
+  CHECK(given.damping_per_newton == Approx(fitted[cli::fit_damping].value));
+  CHECK(given.stribeck_velocity == Approx(fitted[cli::fit_stribeck].value));
 }
 
 TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
