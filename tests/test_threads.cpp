@@ -47,7 +47,7 @@ struct LongStep {
     const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
     for (std::uint32_t size : {140000u, 60000u, 3000u, 3000u}) {
       Motion motion{
-          batch.add(material, plain_options(size).with_seed(size + 7)), {8.0 * dbar, 5.0 * dbar}, size};
+          batch.add(material, plain_options(size).with_seed(size + 7)), {8.0 * dbar, 5.0 * dbar}, 1.0 * size};
       motions.push_back(motion);
     }
     responses.resize(motions.size());
@@ -267,7 +267,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   // A patch of 900 bristles, as in the paper, and nine small ones.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
-    Motion motion{batch.add(material, plain_options(size)), {1.3 * dbar, 0.0}, size};
+    Motion motion{batch.add(material, plain_options(size)), {1.3 * dbar, 0.0}, 1.0 * size};
     small.push_back(motion);
   }
   std::vector<Response> responses(small.size());
@@ -374,7 +374,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     std::uint32_t seed = 0;
     const auto add = [&](std::uint32_t size) {
       Motion motion{
-          batch.add(material, plain_options(size).with_seed(++seed)), {0.9 * dbar, 0.2 * dbar}, size};
+          batch.add(material, plain_options(size).with_seed(++seed)), {0.9 * dbar, 0.2 * dbar}, 1.0 * size};
       motions.push_back(motion);
     };
     for (int k = 0; k < 6; ++k) {
