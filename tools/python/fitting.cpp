@@ -187,7 +187,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
-  set_between(options, {{}, {}, {}, compliance, delay, mass, 0.0});
+  set_between(options, {{}, {}, {}, {}, compliance, delay, mass, 0.0});
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
