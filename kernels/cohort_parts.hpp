@@ -526,12 +526,6 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
-// A long move on the lattice of the ends of its pieces: cohort_lattice.hpp.
-template <class Engine, bool rubs>
-void move_on_lattice(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a,
-                     std::uint32_t pieces, CohortTotals& t);
-std::uint32_t lattice_pieces(const CohortLaw& law, const CohortState& s, const CohortMove& a);
-
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
@@ -549,12 +543,6 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       Engine::template find_slack<axes, ages>(law, s, rows, a.to, times) >= 0.0) {
     s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
     return;
-  }
-  if constexpr (Engine::lattice && !ages) {
-    if (const std::uint32_t pieces = lattice_pieces(law, s, a); pieces > 0) {
-      move_on_lattice<Engine, rubs>(law, s, rows, a, pieces, t);
-      return;
-    }
   }
   double from[2] = {a.from[0], a.from[1]};
   double done = 0.0;

@@ -1,7 +1,7 @@
 // The infinite brush, cohort by cohort: written to be read beside core/patches/COHORTS.md. The vector kernels
 // (cohort_step.hpp) give the same bits, because all sums have 8 lanes and one order.
 #include "cohort_draws.hpp"
-#include "cohort_lattice.hpp"
+#include "cohort_parts.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -9,7 +9,6 @@ namespace {
 /// Eight lanes of a sum over cohorts; cohort i adds to lane i mod 8.
 struct LaneSum {
   double lane[cohort_lanes] = {};
-  void add(std::uint32_t k, double value) { lane[k] += value; }
   double total() const {
     const double* const l = lane;
     return ((l[0] + l[4]) + (l[2] + l[6])) + ((l[1] + l[5]) + (l[3] + l[7]));
@@ -205,19 +204,6 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
 }
 
 struct Reference {
-  static constexpr bool lattice = true;
-  using Sum = LaneSum;
-  /// A single cohort, for cohort_lattice.hpp.
-  struct Lane {
-    using V = double;
-    static constexpr std::uint32_t size = 1;
-    static V load(const double* from) { return *from; }
-    static V load_anywhere(const double* from) { return *from; }
-    static void store(double* to, V value) { *to = value; }
-    static bool any(bool which) { return which; }
-    static Survival survival(const CohortLaw& law, V x) { return survival_at(law, x); }
-  };
-
   /// Advances all cohorts by one piece of the path, which ends at `at`.
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
@@ -245,7 +231,6 @@ struct Reference {
 
 /// The reference kernels of a patch that fluctuates: losses are drawn at random.
 struct DrawnReference : Reference {
-  static constexpr bool lattice = false;  // losses are drawn piece by piece
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
                        const double at[2], const CohortTimes& times, PieceSums& p) {

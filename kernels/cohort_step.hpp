@@ -3,7 +3,7 @@
 // cohort_parts.hpp.
 #pragma once
 
-#include "cohort_lattice.hpp"
+#include "cohort_parts.hpp"
 #include "lanes.hpp"
 
 namespace bristle::detail {
@@ -20,7 +20,6 @@ struct LaneSum {
   LaneSum() {
     for (Vector& x : part) x = Vector(0.0);
   }
-  void add(std::uint32_t k, Vector value) { part[k] = part[k] + value; }
   double total() const {
     Vector sum[row_parts];
     for (std::uint32_t k = 0; k < row_parts; ++k) sum[k] = part[k];
@@ -296,19 +295,6 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
 }
 
 struct VectorEngine {
-  static constexpr bool lattice = true;
-  using Sum = LaneSum;
-  /// A vector of cohorts, for cohort_lattice.hpp.
-  struct Lane {
-    using V = Vector;
-    static constexpr std::uint32_t size = vector_size;
-    static V load(const double* from) { return detail::load<double>(from); }
-    static V load_anywhere(const double* from) { return V::load_unaligned(from); }
-    static void store(double* to, V value) { value.store_aligned(to); }
-    static bool any(Mask<double> which) { return any_lane<double>(which); }
-    static SurvivalLanes survival(const CohortLaw& law, V x) { return survival_at(law, x); }
-  };
-
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {

@@ -417,8 +417,6 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
   // Ageing saturates at once with g = 2, so bristles behave as if twice as long, also those that snap twice
   // in a piece.
   const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
-  // Ages too little to matter, so that both brushes take their path piece by piece.
-  const Ageing hardly = Ageing::saturating(1e-9, bristle::shortest_ageing_time);
   const SnapLength short_laws[] = {SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0),
                                    lognormal};
   const SnapLength long_laws[] = {SnapLength::exponential(2.0 * dbar), SnapLength::lognormal(2.0 * dbar, 1.0),
@@ -429,7 +427,7 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
         return Material(m).with_residual_length(0.4 * renewal * dbar).with_shared_renewal(renewal);
       };
       AgedBrush brush(rubbed(aged(short_laws[law], at_once)), infinite_options(8.0, 256));
-      AgedBrush longer(rubbed(aged(long_laws[law], hardly)), infinite_options(16.0, 256));
+      AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
       for (const Leg& leg : journey) {
         for (int i = 0; i < 4; ++i) {
           // Moves without rests, since bristles born after a rest begin a cohort of their own.

@@ -38,12 +38,10 @@ constexpr Bound bounds[] = {
     {"streaming/", "bytes: 12 of a bristle are read, 8 written where its block is rewritten"},
     {"batch/", "bytes: up to four cache lines of a patch, its bristles, motion and response"},
     {"infinite/sticking", "instructions of the call: no cohort is looked at"},
-    {"infinite/default/",
-     "instructions: 13,700 a turn of 8 pieces, 19,800 of 16 (AVX2): a root and a look-up in each piece for "
-     "every cohort older than the turn"},
     {"infinite/",
-     "instructions: 7,900 a turn of 8 pieces, 16,400 of 64 (AVX2): a root and a look-up in each piece for "
-     "every cohort older than the turn; later the path from one birth to the next"},
+     "instructions: a turn is followed piece by piece of the path, each past all cohorts: 26,000 for a turn "
+     "of "
+     "8 pieces with the default law, 48,000 of 16 (AVX2)"},
     {"spin/", "instructions: 415 to 440 a cell that glides, 265 to 290 one that sticks, of 78 cells"},
     {"threads/back_to_back",
      "latency: fork and join, and whole groups of 16,384 bristles to a thread; then bytes"},
