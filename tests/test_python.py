@@ -901,7 +901,7 @@ class Fit(unittest.TestCase):
             with self.assertRaisesRegex(bristle.Error, "allowed: -0.25 N or more"):
                 bristle.fit(file, clip_load=0.25)
             file.write_text("t,force\n0,1\n1,-1\n")
-            with self.assertRaisesRegex(bristle.Error, "--speed is of a motion one way"):
+            with self.assertRaisesRegex(bristle.Error, "--speed alone is of a motion one way"):
                 bristle.fit(file, speed=1e-3, load=LOAD)
 
     def test_a_fit_in_short_says_what_is_determined_only(self):
