@@ -22,8 +22,9 @@ struct ComparingProgram {
   const char* csv_columns;  ///< columns after `scene` and `friction`
 };
 
-/// Runs the program. `run(scene)` returns a Run per kind of friction; `cells(run, first)` and `numbers(sample)`
-/// return the rest of a table's row and of a CSV line, where `first` is the scene's first run.
+/// Runs the program. `run(scene)` returns a Run per kind of friction; `cells(run, first)` and
+/// `numbers(sample)` return the rest of a table's row and of a CSV line, where `first` is the scene's first
+/// run.
 template <class Scene, class RunScene, class Cells, class Numbers>
 int compare_scenes(int argc, char** argv, const ComparingProgram& program, const std::vector<Scene>& scenes,
                    const RunScene& run, const Cells& cells, const Numbers& numbers) {

@@ -78,7 +78,8 @@ Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   return matrix;
 }
 
-// Returns the largest magnitude of an eigenvalue. Any size: a solver for each size would compile twice as long.
+// Returns the largest magnitude of an eigenvalue. Any size: a solver for each size would compile twice as
+// long.
 double spectral_radius(const Eigen::MatrixXd& matrix) {
   return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
 }

@@ -39,8 +39,8 @@ struct RenewalState {
   /// length of the slide, at most `forget`; shorter where a rising load added many bristles; 0 = none
   double run = 0.0;
   /// Length of a slide after which a whole patch would be as far from steady sliding as this patch is, whose
-  /// young bristles entered late (shortened_run()). Young bristles are the few that a rising load brought into
-  /// contact during the slide: those from number `young_from` on.
+  /// young bristles entered late (shortened_run()). Young bristles are the few that a rising load brought
+  /// into contact during the slide: those from number `young_from` on.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
