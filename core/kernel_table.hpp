@@ -34,7 +34,7 @@ constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
 /// 256 bristles whose columns are rewritten together. One cache line.
 struct alignas(64) Block {
-  std::int64_t position[2];  ///< patch position when the block was last rewritten, fixed point
+  std::int64_t position[2];  ///< place of the patch at the last rewrite of this block, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
   // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
   // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.

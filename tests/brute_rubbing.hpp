@@ -90,7 +90,7 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double drawn_ = 0.0;  ///< draws owed from earlier snaps, less than one
+  double drawn_ = 0.0;  ///< bristles still to be drawn for renewal because of earlier snaps, less than one
 };
 
 /// Returns the mean deflection in steady sliding by simulation, without a formula.

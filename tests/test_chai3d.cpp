@@ -275,7 +275,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
 TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction", "[chai3d]") {
   cWorld world;
   cGenericObject here(floor_between(-1.0, 0.0)), there(floor_between(0.0, 1.0));
-  there.place = chai(Vector3d(0, 0.3, 0));  // the objects' frames differ, but they form one floor
+  there.place = chai(Vector3d(0, 0.3, 0));  // has another origin, but its top continues that of `here`
   world.objects = {&here, &there};
   const Vector3d start(-0.01, 0, radius - depth);
   Tool tool(world, start);
@@ -303,7 +303,7 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // the objects' frames differ, but they form one floor
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // has another frame, but its top lies where the old one's was
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;

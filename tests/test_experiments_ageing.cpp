@@ -78,7 +78,8 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
       if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
     }
-    // The experiment integrates some hundred pieces of the path, each to a tolerance of 1e-7 N.
+    // The experiment integrates in some hundred pieces with errors of up to 1e-7 in F / (a N) and in psi
+    // (RateState::tolerance), which is 3e-9 N and 8e-9 N.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
     const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);

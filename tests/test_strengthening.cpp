@@ -217,7 +217,8 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
       // The push is below kinetic friction, so bent bristles hold it and do not slip.
       CHECK(std::abs(x - at_half) < 1e-3 * dbar);
     } else {
-      // The body accelerates for half a second under the push less kinetic friction and strengthening.
+      // For one second the push, less kinetic friction and what strengthening adds to it, accelerates the
+      // body.
       const double v = plate.velocity[0];
       CHECK(v > 0.05);
       const double acceleration =

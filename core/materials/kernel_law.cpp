@@ -150,7 +150,7 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // leaves the tail of too wide a law as it is
+      return;  // a law too wide for this keeps its longest lengths uncorrected
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);

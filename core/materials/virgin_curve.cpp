@@ -295,7 +295,8 @@ struct Source {
   std::vector<double> left, jump;
 };
 
-/// Solves the renewal equation with f linear between nodes. Error O(step^2).
+/// Solves a renewal equation (see the head of this file) for f, taken as linear between nodes. Error
+/// O(step^2).
 VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
@@ -642,8 +643,8 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// Sums over the snaps of bristles that keep their lengths. Holds the law of the lengths in cells, within
-/// which its density is taken as uniform.
+/// Snaps up to a path x of bristles that keep their lengths: their number, and the sums of their places and
+/// of the deflections that they lose. Holds the law of the lengths in cells of uniform density.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)

@@ -353,7 +353,8 @@ std::uint64_t LoadShedder::steps() const noexcept { return impl_->steps; }
 
 ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
   ShedReport report;
-  double of_bristles = 1.0, of_pieces = 1.0;  // smallest shares of bristles and of pieces that a patch keeps
+  // Smallest share of its bristles, or of its pieces (infinite brush), that any patch uses at present.
+  double of_bristles = 1.0, of_pieces = 1.0;
   for (const Impl::Entry& entry : impl_->entries) {
     const PatchInfo info = batch.info(entry.id);
     if (info.bristles == 0) continue;

@@ -20,8 +20,8 @@ int main() {
   for (int tick = 0; tick < 8000; ++tick) {
     BedMotion motion;
     motion.id = contact;
-    motion.displacement[0] = (speed - radius * spin) * dt;  // where they touch, tyre against road
-    motion.rolled[0] = radius * spin * dt;                  // how far its tread has been carried on
+    motion.displacement[0] = (speed - radius * spin) * dt;  // m, how far the tyre slides over the road
+    motion.rolled[0] = radius * spin * dt;                  // m, how far its tread has been carried on
     motion.normal_load = load;
     // Implicit: the force that this motion would give, and how it changes with the motion.
     const BedResponse trial = beds.find_force(motion);

@@ -91,7 +91,7 @@ struct Pinch {
   double wall = 0.0;   // N, force of one of the two points on the block
   double drop = 0.0;   // m, fall of the block until it is held
   double creep = 0.0;  // m/s, mean speed over the last second of holding
-  double lift = 0.0;   // m, rise of the block when the points have gone up by lift_m
+  double lift = 0.0;   // m, rise of the block while the two points that pinch it rise by lift_m
 };
 constexpr double lift_m = 0.05;
 

@@ -64,9 +64,9 @@ std::vector<StopRow> stopping_distances() {
   return rows;
 }
 
-// Returns the device damping that compensates a force held over the next step. On a sticking patch moved to
-// and fro, the held force does the work -sum F_i d_(i+1), with F_i the force and d_i the displacement of step
-// i; the work of a damper b, sum of b d^2 / T, must equal it.
+// Returns the damping of a device, in units of K T, that absorbs the energy made by a force that is held over
+// the next step. On a sticking patch moved to and fro, the held force does the work sum F_i d_(i+1), with F_i
+// the force on the body after step i and d_i the displacement of step i; a damper b takes sum b d_i^2 / T.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
   constexpr int samples = 1000;  // number of steps per swing

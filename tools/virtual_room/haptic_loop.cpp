@@ -694,7 +694,7 @@ struct HapticLoop::Impl {
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
   std::size_t speed = 0;  // index into `speeds`, the speeds of slow motion
-  double progress = 0.0;  // share of a step that slow motion has gathered; the world steps at 1
+  double progress = 0.0;  // slow motion: sum of the speed over the ticks since the last step; steps at 1
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;

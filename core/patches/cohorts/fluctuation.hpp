@@ -14,8 +14,8 @@ namespace bristle::detail {
 /// Sets the constants of random draws in the law of the patch (CohortLaw), from the patch's options.
 void set_fluctuation(Cohorts& r) noexcept;
 
-/// Assigns each of n bristles to a cohort at random, after a slide that forgot its start, when bristles
-/// without shared renewal are independent. Adds the change of stored energy to the energy lost.
+/// Deals the n bristles out to the cohorts at random, after a slide so long that its start is forgotten;
+/// without shared renewal bristles are then independent. Stored energy that this takes away counts as lost.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
