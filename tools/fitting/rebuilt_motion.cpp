@@ -150,20 +150,19 @@ void rebuild_strokes(FitColumns& data, double speed, double stroke) {
   const Crossings crossings = find_crossings(data.t, force);
   if (!goes_both_ways(data.force) || crossings.t.size() < 2)
     throw UserError(data.name + ": the force does not turn twice, and --stroke is of strokes to and fro");
-  const double takes = stroke / std::fabs(speed);
+  const double fast = std::fabs(speed), takes = stroke / fast;
   std::vector<double> lasts;
   for (std::size_t k = 1; k < crossings.t.size(); ++k) lasts.push_back(crossings.t[k] - crossings.t[k - 1]);
   std::sort(lasts.begin(), lasts.end());
   if (lasts.front() < (1.0 - stroke_tolerance) * takes || lasts[lasts.size() / 2] > 2.0 * takes)
     throw UserError(
         fmt::format("{}: the force turns after {:.4g} to {:.4g} s, and --stroke {} at --speed {}/s takes "
-                    "{:.4g} s (a rest "
-                    "at its end may take as long again)",
-                    data.name, lasts.front(), lasts.back(), in_mm(stroke), in_mm(std::fabs(speed)), takes));
+                    "{:.4g} s (a rest at its end may take as long again)",
+                    data.name, lasts.front(), lasts.back(), in_mm(stroke), in_mm(fast), takes));
 
   // Starts of strokes, and how long each moves. A record that begins within a stroke moves from its first
   // row.
-  const double lag = find_lag(data.t, force, crossings), fast = std::fabs(speed);
+  const double lag = find_lag(data.t, force, crossings);
   std::vector<double> starts{crossings.loading ? *crossings.loading - 0.5 * lag : data.t.front()}, moves;
   for (const double t : crossings.t) starts.push_back(t - lag);
   for (std::size_t k = 0; k < starts.size(); ++k) {
@@ -185,8 +184,7 @@ void rebuild_strokes(FitColumns& data, double speed, double stroke) {
   }
   data.understood.push_back(
       fmt::format("position rebuilt from strokes of {} at {}/s: {} turns, each {:.3g} s before the force "
-                  "changes its sign; at "
-                  "rest in {:.0f} % of the rows",
+                  "changes its sign; at rest in {:.0f} % of the rows",
                   in_mm(stroke), in_mm(fast), crossings.t.size(), lag,
                   100.0 * static_cast<double>(rested) / static_cast<double>(data.t.size())));
 }
@@ -203,8 +201,7 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
   if (kept.empty())
     throw UserError(
         fmt::format("{}: its rows, from {:.6g} to {:.6g} s, and those of {}, from {:.6g} to {:.6g} s, have "
-                    "no time in common; "
-                    "--clock SECONDS is added to the latter",
+                    "no time in common; --clock SECONDS is added to the latter",
                     data.name, data.t.front(), data.t.back(), motion.name, t.front(), t.back()));
   const std::size_t left_out = data.t.size() - kept.size();
   const auto keep = [&](std::vector<double>& column) {

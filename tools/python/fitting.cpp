@@ -88,7 +88,7 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
 /// Facts that the data lack (such as the speed), and fixed terms of the measurement between contact and
 /// sensors.
 struct Between {
-  std::optional<double> speed, stroke, radius, disc, compliance, delay;
+  std::optional<double> speed = {}, stroke = {}, radius = {}, disc = {}, compliance = {}, delay = {};
   double mass = 0.0, clip_load = 0.0;
 };
 
@@ -150,7 +150,14 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
               const std::optional<double>& disc, double mass, const std::optional<double>& compliance,
               const std::optional<double>& delay) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
-  set_between(options, {speed, stroke, radius, disc, compliance, delay, mass, clip_load});
+  set_between(options, {.speed = speed,
+                        .stroke = stroke,
+                        .radius = radius,
+                        .disc = disc,
+                        .compliance = compliance,
+                        .delay = delay,
+                        .mass = mass,
+                        .clip_load = clip_load});
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -187,7 +194,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
-  set_between(options, {{}, {}, {}, {}, compliance, delay, mass, 0.0});
+  set_between(options, {.compliance = compliance, .delay = delay, .mass = mass});
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -307,8 +314,8 @@ void define_fitting(py::module_& module) {
       "the "
       "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
       "\"um\"}). speed: m/s, where no column has the motion; stroke: m, of strokes to and fro at it; "
-      "position: "
-      "instead, another logger's file, clock seconds later than it says. clip_load: N, loads from minus this "
+      "position: instead, another logger's file, clock seconds later than it says. clip_load: N, loads from "
+      "minus this "
       "to 0 count "
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
       "that the force sensor accelerates. "
