@@ -172,7 +172,7 @@ std::string text_of_abort(Act act) {
   });
   close(ends[1]);
   std::string text(4096, '\0');
-  const ssize_t size = read(ends[0], text.data(), text.size());
+  const ssize_t size = ::read(ends[0], text.data(), text.size());
   close(ends[0]);
   text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   return end == 128 + SIGABRT ? text : std::string();
