@@ -580,7 +580,7 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
           "[rubbing][bends]") {
   const Material material = Material::from_coefficients({});
   const double mean = material.snap_length.mean();
-  const std::uint32_t n = test_size(20000);
+  const std::uint32_t n = 20000;
   const auto options = PatchOptions{}.with_bristles(n).with_axes(2).with_outputs(Outputs::all);
   for (const double length : {0.3, 0.75, 1.2, 3.0, 10.0}) {
     for (const auto& [turn, at_random] : {std::pair{0.02, false}, {0.3, false}, {0.1, true}}) {
@@ -623,7 +623,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
           "[rubbing][ripple]") {
   const Material material = Material::from_coefficients({});
   const double mean = material.snap_length.mean();
-  const std::uint32_t n = test_size(20000);
+  const std::uint32_t n = 20000;
   const auto options = PatchOptions{}.with_bristles(n).with_axes(2).with_outputs(Outputs::all);
   for (const double length : {0.4, 0.75, 1.2, 3.0, 12.0})
     for (const double turn : {0.0, 0.1}) {
