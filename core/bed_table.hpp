@@ -27,6 +27,7 @@ enum BedColumn : std::uint32_t {
               ///< is multiplied
   bed_moved,  ///< share of the step for which the part in contact has been in contact, on average
   bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
+
   // Columns of constants.
   bed_own,    ///< stiffness of the bristle if all of its cell is in contact
   bed_inner,  ///< squared size of the contact at which the cell begins to touch; rolling: the row's y
@@ -50,6 +51,7 @@ struct BedPlaces {
   BedProfile profile;
   float size2;          ///< squared size of the contact, relative to full load
   float inverse_size2;  ///< one over size2
+
   // Data of a rolling bed:
   bool chords;        ///< Whether the rows end on an ellipse. If not, all end at `edge`.
   float edge;         ///< half length of all rows in contact
@@ -81,6 +83,7 @@ struct BedStep {
 /// Sums over the bristles of a bed, in its units.
 struct BedSums {
   double force[2], torque;  ///< stiffness x deflection at the end of the step
+
   // Sums that only kernels with all outputs fill:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;

@@ -34,6 +34,7 @@ enum CohortColumn : std::uint32_t {
 };
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
                                                                      ///< cohorts
+
 /// Margin, scaled, by which R exceeds the deflection that set it. A patch that trembles then returns to its
 /// farthest place, and to the place of the newest cohort, without a visit of its cohorts.
 constexpr double reach_margin = 0x1p-32;
@@ -74,6 +75,7 @@ struct CohortLaw {
   double residual;        ///< l_r, scaled: deflection after a snap, above which R counts
   double renewal;         ///< kappa, number of bristles that a snap renews
   double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
+
   /// For a patch that fluctuates as n bristles: the mass of one bristle (0 = no noise), and the key of its
   /// draws.
   double bristle;
@@ -100,6 +102,7 @@ struct CohortState {
   double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place
   double direction[2] = {0.0, 0.0};  ///< direction of the straight slide that the patch is in
   double run = 0.0;                  ///< length of that slide so far, scaled
+
   /// Places of the patch at which the first bristles of the open cohorts [0] and [1] were straight. Such a
   /// cohort absorbs births within a piece of its place.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
@@ -108,11 +111,13 @@ struct CohortState {
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
   double spread = 0.0;  ///< sum of mass x length^2 by which joining births to [0] and [2] reduced the spread
                         ///< of their places
+
   /// Whether the load has risen since first contact. 0: all bristles came into contact at once, and every
   /// cohort's ranks are [0, mass).
   std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< most cohorts that the rows can hold, at least 8
+
   /// Number of passes of random draws so far. `draws_due`: renewals still to be drawn for, less than one.
   std::uint64_t draws = 0;
   double draws_due = 0.0;

@@ -27,6 +27,7 @@ struct JointLayout {
   std::uint32_t least_decay = 0;                   ///< column of the least (speed/stribeck_speed)^2; 80 if
                                                    ///< that speed is 0
   std::uint32_t constants = 0;                     ///< number of columns of constants
+
   // Columns of state, 16 joints each.
   std::uint32_t before = 0;     ///< column of the last angle, rad; NaN = none since reset
   std::uint32_t tips = 1;       ///< columns of the angles at which each bristle would be straight, rad

@@ -36,6 +36,7 @@ constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 struct alignas(64) Block {
   std::int64_t position[2];  ///< place of the patch at the last rewrite of this block, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
+
   // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
   // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.
   std::int64_t anchor[2];
@@ -105,6 +106,7 @@ struct PatchView {
   std::uint32_t whole;     ///< number of bristles that are fully in contact
   T fraction;              ///< weight of bristle number `whole`, which is in contact in part; 0 = it is not
   const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
+
   // Null without ageing. The present age of a bristle is age + (now - since of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
@@ -137,6 +139,7 @@ struct Advance : Travel {
                                 ///< for a long step or a single snap length
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are not visited
   std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which nothing snaps
+
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
@@ -174,6 +177,7 @@ struct Renewal {
                              ///< select equal bristles
   std::uint64_t draws;
   double unit;  ///< fixed-point units of the sums in RenewalTotals, as Advance::energy_unit
+
   // Copies of the fields of Advance.
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
@@ -197,6 +201,7 @@ struct alignas(64) SlideBlock {
   std::int64_t position[2];  ///< patch position to which the stored deflections are relative, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
   double weight;             ///< sum of the weights of the block's bristles
+
   // Cache: no bristle slides while the patch stays within `reach` of the place where it was when the block
   // was last visited.
   double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown

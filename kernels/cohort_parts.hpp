@@ -309,6 +309,7 @@ struct PieceSums {
   double squares;       ///< sum of mass that snapped x |z|^2
   double ranks, rank_squares;
   double x, y;  ///< sum of mass x place over the mass that is left
+
   /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal
   /// only.
   double renewable;
@@ -494,6 +495,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   double limit = unlimited_cost;  // cost above which no pair is merged
+
   // Begins with the newest cohorts, which are close to each other, so that the limit is low for all others.
   for (std::uint32_t i = s.count - 1; i-- > 0;) {
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);

@@ -191,6 +191,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
   const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection that a snap leaves
+
   // An age is the stored one plus the time since its block was last rewritten.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};

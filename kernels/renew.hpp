@@ -23,6 +23,7 @@ namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
+
 /// Number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws.
 constexpr double finer = 0x1p40;
 

@@ -21,6 +21,7 @@ namespace {
 /// Longest step, scaled, that is computed directly. After it every bristle lies along the motion, to the last
 /// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
+
 /// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
@@ -34,6 +35,7 @@ inline T per_share_of(const SlideView<T>& patch) {
 /// Values of a step that all bristles of a block share.
 struct SlideMotion {
   double length;  ///< length that is computed; the rest of a longer step changes nothing
+
   /// Displacement of the patch from the block's position, at the start and the end of the step.
   double p0[2], p1[2];
   bool counts_anew;  ///< whether deflections are rewritten relative to the position at the end of the step
@@ -53,6 +55,7 @@ inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2]
 /// Sums over a block in which a bristle slid.
 struct SlideSums {
   double stored[2] = {0.0, 0.0};  ///< sum of weight x deflection, as stored after the step
+
   /// Sum of weight x the deflection's integral over the computed part of the step.
   double integral[2] = {0.0, 0.0};
   double dissipated = 0.0;  ///< energy dissipated in the computed part of the step

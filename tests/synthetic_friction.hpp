@@ -30,17 +30,21 @@ struct SyntheticFriction {
   double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
   double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
+
   // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
   double compliance = 0.0;  // compliance of the stage, m/N
   double delay = 0.0;       // time constant of a first-order low-pass of the force, s
+
   // Disturbances of the sensors:
   double noise = 0.0;    // noise of the force, N
   double encoder = 0.0;  // resolution of the encoder, m
+
   // Drift of the force as a function of time (s), N.
   std::function<double(double)> drift = [](double) { return 0.0; };
   int every = 1;  // records one of this many samples
+
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;

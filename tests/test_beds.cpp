@@ -970,6 +970,7 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
   }
   CHECK(cases == 56);
   CHECK(creep == Approx(3.101e-3).epsilon(0.1));  // creepage in the steady state
+
   // Largest creepage, while the shifted bristles leave contact.
   CHECK(largest == Approx(3.403e-3).epsilon(0.12));
 }

@@ -768,6 +768,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
   const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
+
   // A clock of 1 ns a bristle, later by the given factors in probes and in the confirming run.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
@@ -824,6 +825,7 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need too much memory of
                                                                      // their own
+
   // Stacks of 256 MB in an address space of 1.5 GB leave room for a few threads. The
   // program may exit with 124 (still at work at the timeout) or 1 (no memory for its arrays), but no signal
   // may end it.

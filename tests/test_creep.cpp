@@ -309,6 +309,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   OnePatch patch(plain_material(uniform, rule), plain_options(n, axes, precision, Outputs::mean));
   patch.step(0.0, 0.0, n);
   const double path = 0.29 * dbar;  // path of each step, m
+
   // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;

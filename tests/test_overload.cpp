@@ -192,6 +192,7 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     const auto correlation = [&] { return std::max(correlation_at(n / 2), correlation_at(n / 2 - 1)); };
     INFO(table_name(rule));
     CHECK(correlation() > 0.5);  // bristles and copies must be alike at first
+
     // With SnapRule::keep a bristle and its copy separate because their snap lengths differ.
     for (int k = 0; k < (rule == SnapRule::keep ? 200 : 40); ++k) patch.step(0.5 * dbar, 0.0, n);
     CHECK(std::abs(correlation()) < 0.1);

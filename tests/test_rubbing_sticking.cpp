@@ -213,6 +213,7 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
+
       // Share of the step that followed this bristle's snap.
       sum += (now[i] - residual) / length;
       ++slips;

@@ -286,6 +286,7 @@ double time_of_changing(BusyServo& servo, int ticks) {
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
     while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
+
     // Tells the adder to replace patches for tick k during this step.
     asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));

@@ -89,6 +89,7 @@ struct ExtendedPatch {
   Stiffnesses common;           ///< stiffness and limits of the last step
   bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for:
                                 ///< a condition of is_light()
+
   // Data of the step under way:
   Course course;
   bool light = false;  ///< result of is_light() for the step under way

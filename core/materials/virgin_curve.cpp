@@ -260,6 +260,7 @@ struct RenewalKernel {
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
+
   /// Whether this grid is too coarse to solve the equation: too many bristles snap within the first cell.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
@@ -447,6 +448,7 @@ double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
     return -detail::expm1(-x);  // z = min(age, x), and the age is exponential, as the law has no memory
+
   // Takes the steady value after a long path: under a law without atoms or heavy tail, the swings of the
   // force about it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||

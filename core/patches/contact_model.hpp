@@ -58,6 +58,7 @@ struct ContactModel {
 
   // --- reading
   double (*stored_energy)(const Patch&) noexcept;  ///< J, elastic energy of the bristles in contact
+
   /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;

@@ -35,6 +35,7 @@ struct PatchRecord {
   double full_weight = 0.0;  ///< physical bristles per representative when all are in use; a change of
                              ///< material leaves it
   std::size_t bytes = 0;     ///< bytes of the record and its columns
+
   /// Rounding remainder, in units of the position, of displacements of few units (find_odd_way()); longer
   /// displacements leave none.
   double remainder[2] = {0.0, 0.0};

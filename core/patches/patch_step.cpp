@@ -202,6 +202,7 @@ template <bool plain, class Asked, class Answer>
                                                   Answer& out) noexcept {
   if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // copied, because reading the pair back from the response would wait for its stores
+
   // Subtracts from 0, so that a patch at rest has no negative zero.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;

@@ -100,6 +100,7 @@ struct AccuracyResult {
   int reference_runs = 0;
   bool reference_double = true;
   std::vector<double> floor;  ///< [patch], statistical error of the reference
+
   /// [patch], error of the reference against a closed form.
   std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;

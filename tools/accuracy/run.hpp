@@ -16,6 +16,7 @@ namespace cli {
 struct Setting {
   bool as_scene = false;       ///< keeps the scene's options; the members below are ignored
   std::uint32_t bristles = 0;  ///< number of representatives in each patch
+
   /// Resolution of the infinite brush, which replaces representatives if this is above 0.
   double resolution = 0.0;
   std::uint32_t parts = 1;  ///< number of reference steps in a step of this setting

@@ -25,6 +25,7 @@ constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
 constexpr double front_gain = 0.02;
 constexpr double above_floor = 3.0;    // points count if this many times the reference's own error
 constexpr double literal_limit = 0.7;  // mean snap lengths per step; above, no power law holds
+
 // First seeds of the search and of its reported figures, far from those of the ladder (which counts from 0).
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 

@@ -20,6 +20,7 @@ struct CapacityOptions {
   std::vector<int> threads;  ///< numbers of threads to measure; empty: 1, and all cores
   std::string isa;           ///< instruction set; empty: the library's choice
   std::string json;          ///< report to write; empty: none, "-": stdout
+
   /// CSV file of step time against number of bristles, which tools/plots/capacity.gp draws; empty: none.
   std::string csv;
 };
@@ -54,6 +55,7 @@ struct CapacityCase {
   int threads = 1;
   std::optional<double> step = {};              ///< mean snap lengths per step; none: step of the regime
   std::optional<bristle::SnapLength> law = {};  ///< law of snap lengths; none: uniform
+
   /// Whether the material is Coefficients{}: lognormal snap lengths, residual bend and shared renewal.
   bool default_material = false;
   bool eager = false;
@@ -79,10 +81,12 @@ struct CapacityRow {
   CapacityCase what;
   std::vector<StepTimes> curve;  ///< ascending numbers of bristles tried, with their step times
   StepTimes in_cache;            ///< times with 14,400 bristles, which the cache holds
+
   /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
   /// run.
   StepTimes fits;
   bool capped = false;  ///< whether the search reached its largest number, so that more may fit
+
   /// Whether only short runs met the deadline and no confirming one; `fits` then holds the last number tried.
   bool unconfirmed = false;
 };

@@ -86,6 +86,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     // (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
+
       // Slope and damping, N s/m; limit, N.
       double slope = 0.0, damping = 0.0, limit = 0.0;
       double at_load = 0.0;  // N

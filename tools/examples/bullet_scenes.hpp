@@ -86,6 +86,7 @@ Scene pushed_box();
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
                         pushed_coefficient = 0.4;  // kg, m, m, m
+
 // Force (N), its lever arm about the centre (m), its beginning and end (s).
 inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
 /// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.

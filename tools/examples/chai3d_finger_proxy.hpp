@@ -42,6 +42,7 @@ struct BrushProxyOptions {
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
   double dt_s = 1e-3;                                            ///< s, period of the servo thread
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
+
   /// m, motion of the tool per count of the encoders: the count times the workspace scale. The damper's
   /// velocity depends on it, see HapticOptions.
   double resolution = 0.0;
@@ -112,6 +113,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   struct CountStep {
     double force_n;  ///< N, step of friction when the encoder moves by one count
     double share;    ///< that step over the highest friction; felt as grain above 0.2
+
     /// N s/m, damping that the device itself needs at the hand to make the loop passive.
     double damping_n_s_per_m;
   };

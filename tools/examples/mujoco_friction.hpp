@@ -60,6 +60,7 @@ struct FrictionOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
+
   /// m, largest motion of a contact point in one step, seen from the smaller geom; a point that moves farther
   /// counts as a new contact.
   double reach = 0.01;
@@ -94,16 +95,19 @@ class BristleFriction {
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
                                Eigen::Vector3d::Zero()};  ///< rad, turn of each body that `frame` lacks
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, position of the contact point in the world
+
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;        ///< whether it was absent in the step before
     bool is_disc = false;      ///< whether it resists spin (condim 4)
     double radius = 0.0;       ///< m, radius, if it is a disc
     double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
+
     /// Friction coefficient of the contact over that of the material.
     double scale = 1.0;
     Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted slip: m/s along normal and axes, rad/s
     int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
+
     /// Index of its normal force among MuJoCo's constraint forces.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
@@ -161,6 +165,7 @@ class BristleFriction {
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
   std::size_t next_before_ = 0;  // index in before_ of the contact that is likely to come next
+
   // Keys and indices of before_, sorted by key; filled when contacts come in another order.
   std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<Cell> cells_, cells_before_;

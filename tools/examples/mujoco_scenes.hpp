@@ -23,6 +23,7 @@ struct Scene {
   double seconds = 4.0;                                ///< s, simulated time
   std::array<double, 3> direction = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
   double point[3] = {0.0, 0.0, 0.0};                   ///< m, observed point of the body, in the body's axes
+
   /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
 };

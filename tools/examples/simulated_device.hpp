@@ -30,6 +30,7 @@ void stop_scheduler();  // hdStopScheduler: waits until it has ended
 
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target
+
 // Returns the position without encoder error, m. Call it in the callback, or once the scheduler has stopped.
 double true_position(int axis);
 // Returns the run times of the callback. Call it once the scheduler has stopped.

@@ -9,6 +9,7 @@ namespace cli {
 namespace {
 
 constexpr double gravity = 9.81;  // m/s^2, of the earth
+
 // Ratio v / (omega R) at the end of the motion: the root of F(eps) / (mu N) = 2 eps T(eps) / (mu N R), where
 // F and T are force and torque of a uniform disc at the ratio eps.
 constexpr double last_ratio = 0.653002;

@@ -15,6 +15,7 @@ struct Sphere {
   /// Coefficients of friction and restitution; speed of approach, m/s.
   double friction = 0.0, restitution = 1.0, approach = 0.0;
   double radius = 0.0, mass = 0.0;  ///< m, radius, and kg, mass of the sphere
+
   /// Pa, effective moduli E* and G* of the contact.
   double normal_modulus = 0.0, shear_modulus = 0.0;
 };

@@ -22,6 +22,7 @@ constexpr double bound_margin = 0x1p-40;        ///< scaled length that exceeds 
 constexpr double least_cohort_spread = 0.05;    ///< least cv of a law for an infinite brush; with less, too
                                                 ///< many bristles snap in step
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass, the mass at the highest load
+
 /// Units of mass that Patch::whole counts as one bristle. At the highest load it is 256, the cost of a step
 /// in bristles.
 constexpr double mass_per_count = 274877906944.0;                          // 2^38
@@ -34,6 +35,7 @@ struct alignas(64) CohortAgeing {
   double per_length = 0.0;  ///< s per scaled length of the straight slide that the patch is in
   double until = 0.0;       ///< end of that slide, s from `base`
   double oldest = 0.0;      ///< birth of the oldest cohort at the start of that slide, s from `base`
+
   // Cache: snaps of a bristle per scaled length of steady sliding (`snap_rate`), and the time per length at
   // which they hold; 0 = not known.
   double rate_per_length = 0.0, snap_rate = 0.0;
@@ -48,11 +50,13 @@ struct Cohorts : PatchRecord, CohortState {
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the straight slide of length `run`
   double follow = 0.0;               ///< scaled path of a slide after which its cohorts are carried: they
                                      ///< stay the same relative to the patch
+
   /// Scaled path after which a long step from straight bristles is in steady sliding; 0 = `follow`.
   double forget = 0.0;
   Glide glide;          ///< state of a glide (glide.hpp) if the patch is in one, and the recent path of the
                         ///< patch
   bool glides = false;  ///< whether the patch may glide; it does not if it ages or fluctuates
+
   // Constants of glides, in scaled lengths (glide.cpp, make.cpp).
   double memory = 0.0;             ///< path that bristles remember: mean square over mean of the deflection
   double long_step = 0.0;          ///< length of a step after which no earlier turn of the path matters

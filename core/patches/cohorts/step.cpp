@@ -48,6 +48,7 @@ struct Slide {
   double followed = 0.0;  ///< path whose pieces are simulated, scaled
   double forget = 0.0;    ///< followed path above which the end does not depend on the start, scaled
   double carried = 0.0;   ///< path along which cohorts stay the same relative to the patch, scaled
+
   // For patches that age only:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
   double growth = 1.0;  ///< g (growth of snap lengths) of that cohort at the end, by which forgetting takes

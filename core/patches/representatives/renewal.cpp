@@ -13,6 +13,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr double straight = 0x1p-12;  // largest sine of the angle at which a slide counts as straight
+
 // Sine of the angle up to which a slide may turn, within a mean snap length or a step, and still count as one
 // slide.
 constexpr double gentle = 0.4;

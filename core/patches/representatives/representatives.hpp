@@ -34,6 +34,7 @@ struct RepresentativeCount {
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less the draws made
   std::uint64_t draws = 0;  ///< number of draws so far, which is the number of the next draw
+
   // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
   // not change these numbers.
   /// length of the slide, at most `forget`; shorter where a rising load added many bristles; 0 = none
@@ -125,12 +126,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
+
   // Deflections at which bristles snap, residual + snap length, scaled:
   T* first = nullptr;               ///< deflections at which bristles snap the first time
   T* delta = nullptr;               ///< deflections at which bristles snap the next time; equals `first` with
                                     ///< SnapRule::keep
   std::uint32_t* draw = nullptr;    ///< states of the bristles' random draws; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< a single entry; null without shared renewal
+
   // Columns of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
@@ -233,6 +236,7 @@ void note_tail(Patch& p) noexcept;
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
 constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the ageing time
+
 /// Returns the largest growth g of a snap length by ageing.
 double largest_ageing_factor(const Material& material) noexcept;
 /// Returns the longest deflection that a bristle can have.

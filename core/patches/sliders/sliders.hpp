@@ -28,6 +28,7 @@ struct Sliders : PatchRecord {
   T* zx = nullptr;
   T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
   double* since = nullptr;  ///< time of each bristle's last slide, as SlideView::since
+
   // Columns for the strata in use, then the first columns for all n:
   T* limit = nullptr;
   T* per_limit = nullptr;  ///< one over `limit`
