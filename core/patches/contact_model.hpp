@@ -1,12 +1,9 @@
-// The one seam between a patch and the code that computes its friction: a table of operations, one table per
-// contact model (and number type). Batch, keyed patches, shedding, coupling, state files and the C interface
-// know patches, not bristles.
-//
-// To add a model: a record over PatchRecord with its list of columns (columns.hpp), a table, and its name in
-// make_patch.cpp. tests/test_contact_model.cpp has a small one from end to end.
-//
-// Unless said otherwise an operation belongs to the stepping thread, runs in the kernels' floating-point
-// mode, and neither throws, allocates nor locks.
+// The one interface between a patch and the code that computes its friction: a table of operations, one for
+// each contact model (and number type). Batch, keyed patches, load shedder, coupling, state files and the C
+// interface know patches, not bristles. To add a model, write a record over PatchRecord with its list of
+// columns (columns.hpp) and a table, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small
+// model from end to end. Unless said otherwise an operation belongs to the stepping thread, runs in the
+// kernels' floating-point mode, and neither throws, allocates nor locks.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +16,7 @@
 namespace bristle::detail {
 
 /// Operations of a step that several threads share. `prepare` returns the number of blocks; `run` steps a
-/// range of them, on any thread, into Totals of its own; `finish` takes the sum of all Totals.
+/// range of them, on any thread, into Totals of its own; `finish` gets the sum of all Totals.
 struct SharedStep {
   std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
   void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
@@ -37,9 +34,9 @@ struct ContactModel {
   /// if the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a motion that leaves Patch::bound, if no bristle has to be stepped for it. Called for patches of
-  /// two axes that neither damp nor age, when only the end force is asked for. On Bound::glide the state is
-  /// as after `advance`, and the sums are filled. Null: the model has no such answer.
+  /// Answers a motion that leaves Patch::bound if no bristle has to be stepped for it. Called for patches of
+  /// two axes that neither damp nor age, when only the end force is asked for. If it returns Bound::glide,
+  /// the state is as after `advance`, and the sums are filled. Null: the model has no such function.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< operations for several threads; null: one thread takes the whole
                                        ///< step
