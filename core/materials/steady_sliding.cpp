@@ -1,8 +1,8 @@
 // Computes steady sliding of infinitely many bristles under shared renewal and ageing.
 //
-// In sliding a bristle is renewed at the rate lambda = kappa nu per path, so the deflections r of the bristles
-// of one snap length d have a density in proportion to exp(-lambda r) on 0 to d. With w1 = integral over 0 to d
-// of exp(-lambda r) and w2 = integral over 0 to d of r exp(-lambda r):
+// In sliding a bristle is renewed at the rate lambda = kappa nu per path, so the deflections r of the
+// bristles of one snap length d have a density in proportion to exp(-lambda r) on 0 to d. With w1 = integral
+// over 0 to d of exp(-lambda r) and w2 = integral over 0 to d of r exp(-lambda r):
 //   redraw: (1 + kappa) restarts per snap keep the number of bristles: E[exp(-lambda d)] = 1 / (1 + kappa);
 //           mean deflection E[w2(d)] / E[w1(d)]
 //   keep:   E[1 / (exp(lambda d) - 1)] = 1 / kappa; mean deflection E[w2(d) / w1(d)]

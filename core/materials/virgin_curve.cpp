@@ -890,8 +890,8 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   return peak;
 }
 
-/// Whether bristles that began to slide together, with redrawn lengths, no longer snap in step after this
-/// path (in mean lengths), to the last digit.
+/// Whether bristles that began to slide together, with redrawn lengths, have stopped snapping in step after
+/// this path (in mean lengths), to the last digit.
 bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
 #if BRISTLE_MINIMAL
   return false;
