@@ -36,10 +36,8 @@ class World {
   btDiscreteDynamicsWorld& world() { return *world_; }
   btRigidBody& body(std::size_t i) { return *bodies_[i].body; }
   std::size_t bodies() const { return bodies_.size(); }
-  const BristleSolver* bristles() const {
-    return bristles_;
-  }  ///< bristles' solver; null with Bullet's own
-     ///< friction
+  /// Returns the solver with bristles; null with Bullet's own friction.
+  const BristleSolver* bristles() const { return bristles_; }
 
  private:
   struct Body {

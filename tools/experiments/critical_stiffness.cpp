@@ -75,9 +75,8 @@ struct Range {
 
 // Returns the critical stiffness by theory: 0 if sliding is steady on every spring, the stiffest if on none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
-  if (r.limit() > -least_slope)
-    return 0.0;  // friction does not fall with speed, so sliding is steady on
-                 // every spring
+  // Friction that does not fall with speed makes sliding steady on every spring.
+  if (r.limit() > -least_slope) return 0.0;
   const auto damping = [&](double w) { return impedance(r, w).real(); };
   const auto held_by = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
