@@ -25,8 +25,8 @@ constexpr double longest_slide = 1048576.0;  // 2^20
 /// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
-/// Returns the factor by which 1 / limit becomes that of the limit at which bristles slide under the present
-/// load.
+/// Returns the factor that turns 1 / limit into the inverse of the limit at which bristles slide under the
+/// present load.
 template <class T>
 inline T per_share_of(const SlideView<T>& patch) {
   return T(1) / most(patch.share * patch.kinetic, T(1e-15));
@@ -74,7 +74,8 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
-  // Sum of weight x deflection along the motion at the end, for a step longer than the computed part.
+  // Sum of weight x deflection along the motion at the end, for the part of a step beyond the computed
+  // length.
   double along = 0.0;
   const double rest = a.length - motion.length;
   for (int axis = 0; axis < axes; ++axis) {
