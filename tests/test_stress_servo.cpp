@@ -447,7 +447,7 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // A worker comes when the system gives it a core, so not every step is shared.
+    // A worker takes part only when the system gives it a core, so not every step is shared.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
