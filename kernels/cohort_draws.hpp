@@ -81,7 +81,7 @@ class DrawnLosses {
   DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
   /// Makes kappa draws for each snap, as representatives do: the number of draws follows from the snaps, and
   /// only the bristles that they select are random. (An independent probability for each bristle would raise
-  /// the variance by 13 %: MODEL.md, section 26.)
+  /// the variance by 13 %: core/decisions/009-shared-renewal.md.)
   DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
     const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
     draws_ = whole_of(most(wanted, 0.0));
