@@ -62,6 +62,7 @@ enum class Rule : unsigned char { keep, redraw };
 /// Style in which the loop over the bristles is written.
 enum class Style : unsigned char {
   one_loop,  ///< all work of a bristle in one loop body, as one writes it first
+
   /// First a cheap pass over 1024 bristles, which adds their deflections and tests whether any snaps; redraw
   /// in rounds over the chunk, so that it vectorises too. What one writes after a day with a profiler.
   chunked

@@ -1,8 +1,7 @@
-// The seam between core and kernels for beds (for joints: joint_table.hpp): plain structs of raw pointers and
-// a table of functions, as in kernel_table.hpp. The equations are in core/beds/BEDS.md.
-//
-// Deflections and limits are scaled by the bed's unit of deflection, places by its half width, stiffnesses by
-// the bed's stiffness at full load: all numbers of a column are of order 1.
+// The interface between core and kernels for beds (for joints: joint_table.hpp): plain structs of raw
+// pointers and a table of functions, as in kernel_table.hpp. The equations are in core/beds/BEDS.md.
+// Deflections and limits are divided by the bed's unit of deflection, places by its half width, stiffnesses
+// by the bed's stiffness at full load, so that all numbers of a column are of order 1.
 #pragma once
 
 #include <cstdint>
@@ -17,22 +16,25 @@ namespace bristle::detail {
 enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< place of the bristle's tip: place of its root less its deflection
   bed_tip_y,
-  bed_pressure,        ///< pressure, relative; times BedStep::limit_of_pressure it is the friction limit
+  bed_pressure,        ///< relative pressure at the bristle; times BedStep::limit_of_pressure it is the
+                       ///< bristle's friction limit
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
   bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
-  bed_x,               ///< x of the middle of that part
+  bed_x,               ///< x of the middle of the part of the bristle's cell that is in contact
   bed_y,
   bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
-  bed_kept,   ///< share of the part in contact that was in contact before the step, by which the deflection
-              ///< is multiplied
-  bed_moved,  ///< share of the step for which the part in contact has been in contact, on average
+  bed_kept,   ///< share of the cell's present contact that was in contact before the step too; the deflection
+              ///< is multiplied by it
+  bed_moved,  ///< share of the step, on average, during which the cell's part in contact has touched
   bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
+
   // Columns of constants.
-  bed_own,    ///< stiffness of the bristle if all of its cell is in contact
-  bed_inner,  ///< squared size of the contact at which the cell begins to touch; rolling: the row's y
-  bed_outer,  ///< squared size of the contact from which all of the cell touches; rolling: the row's half
-              ///< length at full load
-  bed_share,  ///< factor of the cell's pressure; in a rolling bed the inverse of bed_outer
+  bed_own,    ///< stiffness of the bristle when its whole cell is in contact
+  bed_inner,  ///< squared size of the contact at which the cell begins to touch; in a rolling bed: y of the
+              ///< cell's row
+  bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
+              ///< length of the cell's row at full load
+  bed_share,  ///< relative pressure factor of the cell; in a rolling bed the inverse of bed_outer
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -48,49 +50,56 @@ enum class BedProfile : std::uint32_t { uniform, parabolic, hertz };
 struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
-  float size2;          ///< squared size of the contact, relative to full load
+  float size2;          ///< squared size of the contact, relative to its size at full load
   float inverse_size2;  ///< one over size2
+
   // Data of a rolling bed:
-  bool chords;        ///< Whether the rows end on an ellipse. If not, all end at `edge`.
-  float edge;         ///< half length of all rows in contact
-  float rolled;       ///< distance rolled in half lengths of a row of length 1; signed, forward is +
+  bool chords;        ///< Whether the rows of cells end on an ellipse; if not, all rows end at `edge`.
+  float edge;         ///< half length of the rows in contact, if all are equally long
+  float rolled;       ///< distance rolled, in half lengths of a row of length 1; positive is forward
   float over_rolled;  ///< inverse of the magnitude of `rolled`
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
-  float cell;         ///< h, width of a cell in half lengths of its row
+  float cell;         ///< h, width of a cell, in half lengths of its row
   float axes[4];      ///< factors that give a bristle's x from its place along the row [0] and across [1],
                       ///< and its y from [2] and [3]
-  float root[4];      ///< displacement of the roots by translation along x and y, then by turning along x and
-                      ///< y
+  float root[4];      ///< displacement of the bristles' roots by translation along x and y [0, 1], then by
+                      ///< turning along x and y [2, 3]
 };
 
 struct BedStep {
   std::uint32_t count;
   float root[4];         ///< displacement of the roots before the step, as BedPlaces::root; zeros after
                          ///< rolling
-  float motion[4];       ///< displacement of the roots in the step, in the same four parts
-  bool torque;           ///< Whether the torque is asked for although nothing spins.
+  float motion[4];       ///< displacement of the bristles' roots in this step, in the same four parts as
+                         ///< BedPlaces::root
+  bool torque;           ///< Whether the caller asks for the torque although the bed does not spin.
   bool rolled;           ///< Whether every tip is rewritten relative to a root at zero, as after rolling or a
                          ///< long motion.
-  float half_rolled[2];  ///< half the distance rolled, as a vector; 0 without rolling
+  float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
   float limit_of_pressure;
-  float pressure_of_limit2;  ///< one over the square of limit_of_pressure
+  float pressure_of_limit2;  ///< one over the square of BedStep::limit_of_pressure
   float limit_over_hold;     ///< kinetic over static limit of friction
   float hold_over_limit;     ///< static over kinetic limit of friction
 };
 
 /// Sums over the bristles of a bed, in its units.
 struct BedSums {
-  double force[2], torque;  ///< stiffness x deflection at the end of the step
+  double force[2], torque;  ///< sums of stiffness x deflection (force) and of their moments (torque) at the
+                            ///< end of the step
+
   // Sums that only kernels with all outputs fill:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
-  double energy[2];                                    ///< stiffness x squared deflection at the end, by axis
-  double start_energy;                                 ///< stiffness x squared deflection at the beginning,
-                                                       ///< of the parts that stayed in contact
+  double energy[2];                                    ///< sums of stiffness x squared deflection at the end
+                                                       ///< of the step, along x and y
+  double start_energy;                                 ///< sum of stiffness x squared deflection at the
+                                                       ///< beginning of the step, over the parts of cells
+                                                       ///< that stayed in contact
   double dissipated;                                   ///< energy dissipated by sliding: stiffness x distance
                                                        ///< slid x deflection
-  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide:
-                                                       ///< stiffness, then its moments in x and y
+  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of
+                                                       ///< their stiffness, and of stiffness times x, y and
+                                                       ///< their products
 };
 
 /// Bits of the index by which a step's kernel is chosen.
@@ -108,12 +117,12 @@ struct BedKernels {
   /// Fills stiffness, pressure and bed_kept of a bed under a new size. Returns the sum of stiffness x
   /// pressure.
   double (*place)(const BedPlaces&, float* columns);
-  /// Fills the columns that place() fills, for a bed that can roll, whose rows stand still.
+  /// Fills the columns that place() fills, for a bed that can roll but did not in this step.
   double (*place_rows)(const BedPlaces&, float* columns);
   /// Fills the columns that place_rows() fills, after rolling by BedPlaces::rolled, which is not 0. Tips are
   /// then relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Rewrites tips that are relative to BedPlaces::root relative to roots at zero.
+  /// Changes the reference of the tips' places: from the present root (BedPlaces::root) to a root at zero.
   void (*rebase)(const BedPlaces&, float* columns);
   JointKernel joint[joint_variants];
 };

@@ -1,10 +1,9 @@
-// The seam between core and kernels for the infinite brush: plain structs of raw pointers and a table of
-// functions, as in kernel_table.hpp. A cohort is all bristles that were last straight at one place. The
-// equations are in core/patches/COHORTS.md.
-//
-// Lengths are scaled (kernel_table.hpp). Places of cohorts are doubles relative to a base that follows the
-// patch, so that they stay small; positions of the patch are fixed point. Masses are integers of a fixed
-// unit, held in doubles, so that their sums are exact in any order.
+// The interface between core and kernels for the infinite brush: plain structs of raw pointers and a table of
+// functions, as in kernel_table.hpp. A cohort is the set of all bristles that were last straight at one place
+// of the path. The equations are in core/patches/COHORTS.md. Lengths are scaled (kernel_table.hpp). Places of
+// cohorts are doubles relative to a base that follows the patch, so that they stay small; positions of the
+// patch are fixed point. Masses (numbers of bristles) are integers of a fixed unit, stored in doubles, so
+// that their sums are exact in any order.
 #pragma once
 
 #include <cstdint>
@@ -18,62 +17,65 @@ constexpr std::uint32_t most_cohorts = 512;
 
 /// Columns of a row of 8 cohorts, 64 bytes each: one cohort is a lane of a row.
 enum CohortColumn : std::uint32_t {
-  cohort_x,       ///< place of the patch where the bristles were last straight, scaled, relative to
-                  ///< CohortState::base
-  cohort_y,       ///< second coordinate of that place, 0 with one axis
-  cohort_reach,   ///< R, the farthest these bristles have been bent since, beyond l_r; those left have longer
-                  ///< snap lengths
+  cohort_x,       ///< x of the place of the patch at which the cohort's bristles were last straight, scaled,
+                  ///< relative to CohortState::base
+  cohort_y,       ///< y of that place; 0 with one axis
+  cohort_reach,   ///< R, the reach: largest deflection of the cohort's bristles so far, beyond l_r; bristles
+                  ///< still in the cohort have longer snap lengths
   cohort_fresh,   ///< u, mass that the cohort would have if none of its bristles had snapped; its mass is
                   ///< floor(u S(R))
-  cohort_left,    ///< S(R), the share of fresh snap lengths that exceeds R
-  cohort_moment,  ///< E[delta; delta < R], scaled: moment of the snap lengths that have snapped
-  cohort_low,     ///< lower end of the cohort's ranks (order of coming into contact, in units of mass), which
-                  ///< are uniform over [low, high)
+  cohort_left,    ///< S(R), the share of fresh snap lengths that are longer than R
+  cohort_moment,  ///< E[delta; delta < R], scaled: part of the mean snap length from lengths below R
+  cohort_low,     ///< lower end of the cohort's ranks, which are uniform over [low, high); a rank is a place
+                  ///< in the order of coming into contact, in units of mass
   cohort_high,
   cohort_columns
 };
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
                                                                      ///< cohorts
-/// Margin, scaled, by which R exceeds the deflection that set it. A patch that trembles then returns to its
-/// farthest place, and to the place of the newest cohort, without a visit of its cohorts.
-constexpr double reach_margin = 0x1p-32;
-constexpr double unused_reach = 8192.0;  ///< R of a lane without a cohort, so long that no deflection reaches
-                                         ///< it
 
-/// A cell of the survival function S of a law, on which S is linear. Its width is 1/128 of (x + 1/16), x the
-/// snap length at its start, so the upper bits of x + 1/16 are its number.
+/// Margin, scaled, by which a stored reach R exceeds the deflection that set it. So a patch that trembles can
+/// return to its farthest place, and to the place of the newest cohort, without a visit to its cohorts.
+constexpr double reach_margin = 0x1p-32;
+constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
+
+/// A cell of the tabulated survival function S of a law, on which S is linear. Its width is 1/128 of (x +
+/// 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
-  double slope;     ///< slope of S, never above 0
+  double slope;     ///< slope of S in the cell, never above 0
   double moment;    ///< E[delta; delta < start]: first moment of the snap lengths below `start`
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
-constexpr int survival_shift = 52 - 7;                ///< number of mantissa bits below those of the cell's
-                                                      ///< number; 7 bits number the cells of an octave
+constexpr int survival_shift = 52 - 7;                ///< number of mantissa bits below those that number the
+                                                      ///< cells; 7 bits number the cells of an octave
 constexpr std::uint64_t survival_first = 1019u << 7;  ///< number of the first cell: the upper bits of
                                                       ///< survival_offset
 
-/// Longest piece of path over the longest snap length; pieces may be a fifth longer than asked for.
+/// Longest piece of path, as a share of the longest snap length; a piece may become a fifth longer than asked
+/// for.
 constexpr double longest_piece_share = 0.6;
 
 struct CohortLaw {
   const SurvivalCell* cells;
   double end;             ///< snap length from which S is 0; longer lengths count as this one
-  double sure;            ///< snap length up to which S is 1 to the last unit of mass; a cohort's R is at
-                          ///< least this
+  double sure;            ///< snap length up to which no noticeable share of bristles snaps (S = 1); a
+                          ///< cohort's R is at least this
   double mean;            ///< mean snap length, scaled
-  double piece;           ///< longest piece of path taken at once, scaled
-  double forget;          ///< path of a straight slide after which a patch has forgotten its start, scaled
-  double negligible;      ///< share of the patch's mass below which a cohort snaps as a whole
-  double slow;            ///< path from either end of a move, beyond which its pieces may grow in proportion,
-                          ///< scaled
-  double longest_growth;  ///< largest growth of these pieces, as a factor
-  double most_apart;      ///< largest ratio of squared distances of two cohorts, after to before they are
-                          ///< moved apart
-  double residual;        ///< l_r, scaled: deflection after a snap, above which R counts
+  double piece;           ///< longest piece of path that is computed at once, scaled
+  double forget;          ///< path of a straight slide after which the force does not depend on how the slide
+                          ///< began, scaled
+  double negligible;      ///< share of the patch's mass below which a cohort is snapped as a whole
+  double slow;            ///< distance from either end of a move beyond which its pieces may grow in
+                          ///< proportion to the distance, scaled
+  double longest_growth;  ///< largest factor by which such pieces grow
+  double most_apart;      ///< largest factor by which the squared distance of two cohorts may grow when they
+                          ///< are moved apart
+  double residual;        ///< l_r, scaled: deflection left after a snap; the reach R counts from it
   double renewal;         ///< kappa, number of bristles that a snap renews
-  double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
+  double snap_rate;       ///< snaps per bristle and scaled length of path in steady sliding
+
   /// For a patch that fluctuates as n bristles: the mass of one bristle (0 = no noise), and the key of its
   /// draws.
   double bristle;
@@ -83,8 +85,8 @@ struct CohortLaw {
 /// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and R
 /// is (deflection - l_r) / g. Null and 0 for kernels without ageing.
 struct CohortTimes {
-  double* births;      ///< time, for each cohort, when its bristles were last straight
-  double now;          ///< time at the end of a move or of a piece of it
+  double* births;      ///< for each cohort, the time at which its bristles were last straight
+  double now;          ///< time at the end of a move or of a piece of a move
   double per_length;   ///< time that a scaled length of the path takes, s
   double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)
   double rate;         ///< 1 / tau, tau the ageing time; 1/s
@@ -97,27 +99,31 @@ constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 struct CohortState {
   std::int64_t base[2] = {0, 0};     ///< origin of the cohorts' places, in whole scaled lengths
   double mass = 0.0;                 ///< mass of all cohorts, an integer
-  double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place
-  double direction[2] = {0.0, 0.0};  ///< direction of the straight slide that the patch is in
-  double run = 0.0;                  ///< length of that slide so far, scaled
-  /// Places of the patch at which the first bristles of the open cohorts [0] and [1] were straight. Such a
-  /// cohort absorbs births within a piece of its place.
+  double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place, for x and y
+  double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch
+  double run = 0.0;                  ///< length of that straight slide so far, scaled
+
+  /// Places of the patch at which the first bristles of the open cohorts [0] and [1] were straight. An open
+  /// cohort absorbs bristles that become straight within a piece of path from its place.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
-  /// Cohorts that may still grow: [0] of bristles that snapped, [1] of bristles that came into contact. [2]
-  /// is a closed cohort of bristles that snapped, which is moved apart from [0] when [0] closes.
+  /// Cohorts that may still absorb bristles: [0] those that snapped, [1] those that came into contact. [2] is
+  /// the last closed cohort of bristles that snapped, which is moved apart from [0] when [0] closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
-  double spread = 0.0;  ///< sum of mass x length^2 by which joining births to [0] and [2] reduced the spread
-                        ///< of their places
-  /// Whether the load has risen since first contact. 0: all bristles came into contact at once, and every
-  /// cohort's ranks are [0, mass).
+  double spread = 0.0;  ///< variance of place (sum of mass x length^2) that was lost by joining bristles to
+                        ///< the cohorts [0] and [2]
+
+  /// Whether the load has risen since first contact. 0: all bristles came into contact together, and every
+  /// cohort has all ranks, [0, mass).
   std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< most cohorts that the rows can hold, at least 8
-  /// Number of passes of random draws so far. `draws_due`: renewals still to be drawn for, less than one.
+
+  /// Number of passes so far in which random numbers were drawn. `draws_due`: renewals that are still to be
+  /// made, less than one.
   std::uint64_t draws = 0;
   double draws_due = 0.0;
-  /// Distance from the middle of the bound, left by a move, within which no bristle snaps; below 0 = unknown.
-  /// Not part of the saved state.
+  /// Distance from the middle of the patch's bound within which no bristle snaps, as the last move left it;
+  /// below 0 = unknown. Not part of the saved state.
   double slack = -1.0;
 };
 
@@ -132,17 +138,17 @@ inline double entry(const double* rows, std::uint32_t i, CohortColumn column) no
 inline double mass_of(const double* rows, std::uint32_t i) noexcept {
   return __builtin_floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
 }
-/// Returns u for a cohort of the integer mass m of which the share S is left. Half a unit is added to m, so
-/// that floor(u S) gives m again.
+/// Returns u, the mass without snaps, for a cohort of the integer mass m of which the share S is left. Half a
+/// unit is added to m, so that floor(u S) gives m again.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
-/// Empties a lane, so that it never snaps and weighs nothing.
+/// Empties a lane: it gets no mass and a reach that is never exceeded.
 inline void clear_lane(double* rows, std::uint32_t i) noexcept {
   for (std::uint32_t c = 0; c < cohort_columns; ++c) entry(rows, i, static_cast<CohortColumn>(c)) = 0.0;
   entry(rows, i, cohort_reach) = unused_reach;
 }
 
-/// Removes cohort i: the last cohort takes its place. `births`: null without ageing.
+/// Removes cohort i and moves the last cohort to its place. `births`: null without ageing.
 inline void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) noexcept {
   const std::uint32_t last = --s.count;
   for (std::uint32_t& open : s.open)
@@ -165,15 +171,15 @@ struct CohortMove {
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
   CohortTimes times;  ///< times of the move; `now` is its beginning
-  bool books = true;  ///< whether CohortTotals::integral and lost are asked for; if not, the kernel may leave
-                      ///< them wrong
+  bool books = true;  ///< whether the caller needs CohortTotals::integral and lost; if not, the kernel may
+                      ///< leave them wrong
 };
 
 /// Sums of one move; masses are in units of mass.
 struct CohortTotals {
   double integral[2];  ///< integral along the path of the sum over the cohorts of mass x deflection
   double lost;         ///< twice the energy lost in the move, in mass x length^2
-  double snapped;      ///< mass of the bristles that snapped, without those that were renewed
+  double snapped;      ///< mass of the bristles that snapped, not counting renewed ones
   std::uint32_t pieces;
   std::uint32_t merges;
 };
@@ -183,32 +189,34 @@ struct CohortKernels {
   /// renewal, or plus 4 for laws that age. Changes rows, births and state except CohortState::base, direction
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Returns the least distance, over all cohorts, by which their deflection with the patch at `at` stays
-  /// below their farthest so far, scaled. Below 0: a cohort is bent beyond its farthest. For laws without
-  /// ageing.
+  /// Returns the least margin, over all cohorts, by which the deflection with the patch at `at` stays below
+  /// the cohort's reach R, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
-  /// Merges the pairs of cohorts that lose least energy, so that one more cohort has room. Returns twice the
-  /// energy lost. Index: 1 for laws that age.
+  /// Merges the pairs of cohorts whose merging loses least energy, so that there is room for more cohorts.
+  /// Returns twice the energy lost. Index: 1 for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
                          const CohortTimes&);
-  /// Computes the mass above the rank `cut`, and its density there (mass per rank), for a falling load.
+  /// Computes the mass of ranks above `cut`, and the mass per rank there. A falling load removes the mass
+  /// above a cut.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
   /// Adds straight bristles that come into contact with the patch at `at`. Returns twice the energy that is
   /// lost if they join another cohort. Index: 1 for laws that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
-  /// Gives cohort i fresh snap lengths that exceed its reach (raised to at least `bent`), drawn from its mass
-  /// floor(u). Returns the mass that survives.
+  /// Gives the bristles of cohort i fresh snap lengths that exceed its reach (raised to at least `bent`);
+  /// fewer bristles of its mass floor(u) have such lengths. Returns the mass that remains.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 
-/// Functions of a patch that fluctuates as n bristles: the mass that leaves a cohort is drawn at random,
-/// bristle by bristle. One table serves every instruction set: draws are scalar, so the bits are equal.
+/// Functions of a patch whose force fluctuates as that of n bristles: the number of bristles that leave a
+/// cohort is random. One table serves every instruction set: the random numbers are computed one by one, so
+/// the bits are equal.
 struct CohortNoise {
   /// Advances a patch as CohortKernels::move does.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Draws the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a binomial
-  /// number of whole bristles; a fraction of a bristle leaves as one. `pass` and `number` key the draw.
+  /// Samples the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a binomial
+  /// number of whole bristles; a fraction of a bristle leaves as one. `pass` and `number` are keys of the
+  /// random number.
   double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
 };
 extern const CohortNoise cohort_noise;

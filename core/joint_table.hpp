@@ -1,5 +1,5 @@
-// The seam between core and kernels for joints: the layout of the numbers of 16 joints, and the input of a
-// step. The equations are in core/joints/JOINTS.md.
+// The interface between core and kernels for joints: the layout of the numbers of 16 joints, and the input of
+// a step. The equations are in core/joints/JOINTS.md.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,30 @@ namespace bristle::detail {
 
 /// Bits of the index by which a step's kernel is chosen.
 enum JointVariant : std::uint32_t {
-  joint_loaded = 1,  ///< friction depends on a torque of motor or outside
-  joint_drops = 2,   ///< friction has a static part
+  joint_loaded = 1,  ///< set if friction depends on the torque of the motor or outside
+  joint_drops = 2,   ///< set if the material has a static part of friction
   joint_all_outputs = 4,
   joint_gradients = 8,
   joint_variants = 16
 };
 
-/// Number of the first column of each kind, counted in columns of 16 joints. Columns that the variant does
-/// not use are left out.
+/// For each kind of number, the index of its first column of 16 joints. A kernel variant leaves out the
+/// columns that it does not use.
 struct JointLayout {
   // Constants, which blocks of joints with the same materials share.
-  std::uint32_t parameter[joint_parameters] = {};  ///< columns of the material's numbers; in place of a
+  std::uint32_t parameter[joint_parameters] = {};  ///< columns of the material's parameters; in place of the
                                                    ///< Stribeck speed its inverse square, or 0
-  std::uint32_t least_decay = 0;                   ///< column of the least (speed/stribeck_speed)^2; 80 if
-                                                   ///< that speed is 0
+  std::uint32_t least_decay = 0;                   ///< column of the smallest exponent (speed /
+                                                   ///< stribeck_speed)^2; 80, which makes the static part
+                                                   ///< vanish, if that speed is 0
   std::uint32_t constants = 0;                     ///< number of columns of constants
+
   // Columns of state, 16 joints each.
   std::uint32_t before = 0;     ///< column of the last angle, rad; NaN = none since reset
   std::uint32_t tips = 1;       ///< columns of the angles at which each bristle would be straight, rad
-  std::uint32_t slid = 0;       ///< columns of flags: 1 = the bristle slid in the last step, so it holds only
-                                ///< its kinetic limit
-  std::uint32_t gradients = 0;  ///< columns of the derivative of each tip by each parameter
+  std::uint32_t slid = 0;       ///< columns of flags: 1 = the bristle slid in the last step, so its limit is
+                                ///< the kinetic one
+  std::uint32_t gradients = 0;  ///< columns of the derivative of each bristle's tip angle by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state
 
   // Always inlined, because objects of different instruction sets must not share a function.
@@ -68,8 +70,8 @@ enum JointOutputRow : std::uint32_t {
 /// A step of 16 joints. All rows are aligned to 64 bytes.
 struct JointStep {
   std::uint32_t bristles;
-  const double* share;   ///< share of each bristle in the stiffness
-  const double* length;  ///< limit of each bristle over the mean limit
+  const double* share;   ///< share of each bristle in the joint's stiffness
+  const double* length;  ///< limit of each bristle, relative to the mean limit
   const double* in;      ///< joint_inputs rows of input; row in_writes is 1 if the state changes, else 0
   double* out;           ///< joint_outputs rows of output; only kernels with gradients fill the last ones
   const double* constants;

@@ -1,13 +1,10 @@
-// The one seam between core and kernels: plain structs of raw pointers and a table of functions.
-//
-// Core includes this and gets a table; kernels include this and fill one per instruction set. Nothing here
-// needs the standard library, so that no inline function is shared between objects compiled for different
-// instruction sets.
-//
-// Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length (core/MODEL.md,
-// section 9). Positions of a patch and sums over a block are fixed point, 2^-44 of that length,
-// so that sums over blocks are exact integers: neither the order of blocks, nor the number of workers,
-// nor whether a block was visited can change a bit.
+// The one interface between core and kernels: plain structs of raw pointers and a table of functions. Core
+// includes this header and gets a table; kernels include it and fill one table for each instruction set.
+// Nothing here needs the standard library, so that no inline function is shared between objects compiled for
+// different instruction sets. Lengths inside kernels are *scaled*: divided by a power of two near the mean
+// snap length (core/MODEL.md, section 9). Positions of a patch and sums over a block are fixed point, in
+// units of 2^-44 scaled lengths, so that sums over blocks are exact integers. Neither the order of blocks,
+// nor the number of workers, nor whether a block was visited can change a bit.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +18,8 @@ constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every
 constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
-/// Length of a step (scaled) from which it is far: every bristle snaps, and what is left of the path after
-/// its last snap is computed in double.
+/// Length of a step (scaled) from which it is called far: every bristle snaps, and the path left after its
+/// last snap is computed in double.
 constexpr double far_length = 4096.0;
 /// Longest snap length (scaled): 1024 mean lengths. A far step is more than twice as long, so it snaps every
 /// bristle from any deflection.
@@ -32,20 +29,23 @@ static_assert(far_length > 2.0 * longest_scaled_length);
 /// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
-/// 256 bristles whose columns are rewritten together. One cache line.
+/// 256 bristles whose stored deflections are rewritten together. One cache line.
 struct alignas(64) Block {
   std::int64_t position[2];  ///< place of the patch at the last rewrite of this block, fixed point
-  std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
-  // Cache, never part of the state, cleared on restore: no bristle of the block snaps while the patch stays
-  // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must be visited.
+  std::int64_t stored[2];    ///< sum of weight x stored deflection over the block, fixed point
+
+  // Cache, not part of the state, cleared when a state is restored: no bristle of the block snaps while the
+  // patch stays within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must
+  // be visited.
   std::int64_t anchor[2];
   float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
-  float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block
+  float shortest;      ///< shortest first snap length of the block, scaled; it is the reach if all
+                       ///< deflections are zero
   std::uint32_t zero;  ///< 1 = all deflections are zero, and the columns z and (redraw) delta are not yet
                        ///< written
 };
 
-/// Bound of a group of 64 blocks, or of the patch, as Block::reach is that of a block.
+/// Bound of a group of 64 blocks, or of the patch, like Block::reach for one block.
 struct Reach {
   std::int64_t anchor[2];
   double reach;  ///< path from `anchor` within which no bristle slides or snaps, scaled; < 0 = unknown
@@ -74,20 +74,22 @@ struct KernelLaw {
   // (core/MODEL.md, "Jumps"). m1 and m2: E[delta] and E[delta^2].
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
-  double squares_per_length;                    ///< m2 / m1: sum of delta^2 per distance jumped
+  double squares_per_length;                    ///< m2 / m1: mean sum of delta^2 per distance jumped
   double squares_offset;                        ///< constant part of the sum of delta^2 of a jump
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
-  double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
+  double count_offset;                          ///< cv^2: the expected number of renewals in a jump of the
+                                                ///< distance D is D / m1 + cv^2
 
   // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
-  double jump_from;           ///< path left in a step above which a bristle jumps
-  double stationary_from;     ///< path left from which the law of steady sliding holds to 1e-3
+  double jump_from;           ///< path left in a step above which a bristle jumps over k snaps at once
+  double stationary_from;     ///< path left from which the distribution of steady sliding holds to 1e-3
   double deviation;           ///< standard deviation of the snap length delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
   double square_mean;         ///< m2 = E[delta^2]
-  double square_slope;        ///< slope of delta^2 against delta: Cov(delta^2, delta) / Var(delta)
-  double square_residual;     ///< variance of delta^2 that this slope leaves: Var(delta^2) - square_slope^2
+  double square_slope;        ///< slope of the regression of delta^2 on delta: Cov(delta^2, delta) /
                               ///< Var(delta)
+  double square_residual;     ///< variance of delta^2 that this regression leaves: Var(delta^2) -
+                              ///< square_slope^2 Var(delta)
 };
 
 /// State columns of one patch. Rows are padded to 16 bristles; padding has z = 0 and a valid delta.
@@ -98,13 +100,16 @@ struct PatchView {
   T* delta;             ///< deflection at which a bristle snaps, residual + snap length; constant with
                         ///< SnapRule::keep
   std::uint32_t* draw;  ///< states of the bristles' random draws; null with SnapRule::keep
-  const T* first;       ///< deflections at which bristles first snap (equal to delta with SnapRule::keep)
+  const T* first;       ///< deflections at which bristles snap for the first time (with SnapRule::keep equal
+                        ///< to delta)
   Block* blocks;
   Reach* groups;
   std::uint32_t bristles;  ///< number of bristles allocated
-  std::uint32_t whole;     ///< number of bristles that are fully in contact
-  T fraction;              ///< weight of bristle number `whole`, which is in contact in part; 0 = it is not
+  std::uint32_t whole;     ///< number of bristles that count fully in contact
+  T fraction;              ///< weight of bristle number `whole`, the last one, which counts in part; 0 = it
+                           ///< is not in contact
   const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
+
   // Null without ageing. The present age of a bristle is age + (now - since of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
@@ -119,11 +124,11 @@ struct Travel {
   double start;                 ///< the patch's time (time_of) at the beginning of the step, s; 0 without
                                 ///< ageing
   double duration;              ///< duration of the step, s, > 0
-  double rounding;              ///< s by which, through rounding, the next step may begin before this one
-                                ///< ends
+  double rounding;              ///< s by which, through rounding of times, the next step may begin before
+                                ///< this one ends
   std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps; the patch's position
                                 ///< does not change
-  std::uint32_t commit;         ///< 0 for a trial step, which leaves the state unchanged
+  std::uint32_t commit;         ///< 0 for a trial step (find_force), which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, for all its blocks.
@@ -131,39 +136,43 @@ struct Advance : Travel {
   double residual;              ///< deflection of a bristle after a snap, scaled; 0 without a residual
   double energy_unit;           ///< fixed-point units of Totals::squares per scaled length squared, a power
                                 ///< of two
-  std::uint64_t phase_key;      ///< key by which a step too long for an exact remainder draws its phase at
-                                ///< random
-  std::uint32_t in_double;      ///< 1: what is left of the path after the last snap is computed in double,
-                                ///< for a long step or a single snap length
+  std::uint64_t phase_key;      ///< key of the random number that places a bristle between two snaps after a
+                                ///< step too long for an exact remainder
+  std::uint32_t in_double;      ///< 1: the path left after a bristle's last snap is computed in double,
+                                ///< because the step is long or the law is a single length
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are not visited
-  std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which nothing snaps
+  std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which no bristle
+                                ///< snapped
+
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
-  double largest_growth;      ///< long steps of SnapRule::redraw: aged over fresh length of the longest
-                              ///< bristle
+  double largest_growth;      ///< for long steps of SnapRule::redraw: aged over fresh snap length of the
+                              ///< longest bristle
   std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 
-/// Sums over those blocks of a range that changed. Integers, so that order does not matter. The last block
-/// (the tail) is partly filled: its weights are real numbers, so its sums are kept apart.
+/// Sums over the blocks of a range in which something changed. They are integers, so that the order of adding
+/// does not matter. The last block (the tail) may be partly in contact: its weights are real numbers, so its
+/// sums are kept apart.
 struct Totals {
   Int128 stored[2];      ///< change of the sum of deflections (Block::stored), over full blocks
-  Int128 offset[2];      ///< change, by rewriting, of the sum of (to - Block::position), over full blocks
-  Int128 twice_mean[2];  ///< twice the mean deflection over the step beyond that of bristles that do not
-                         ///< snap, 2 stored + 256 (from + to - 2 position); over full blocks with snaps
+  Int128 offset[2];      ///< change, by rewriting, of the sum of (present position - Block::position), over
+                         ///< full blocks
+  Int128 twice_mean[2];  ///< twice the mean deflection over the step in excess of that of bristles that do
+                         ///< not snap, 2 stored + 256 (from + to - 2 position); over full blocks with snaps
   Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /
                          ///< energy_unit
   std::uint64_t snaps;
   std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
-  std::int64_t tail_stored[2];      ///< sum of deflections over the tail after the step (foreseen in a trial)
-  std::int64_t tail_twice_mean[2];  ///< twice the mean over the step of the sum of deflections of the tail
+  std::int64_t tail_stored[2];      ///< sum of deflections over the tail after the step
+  std::int64_t tail_twice_mean[2];  ///< twice the sum of the mean deflections of the tail over the step
   std::uint32_t tail_snapped;
 };
 
-/// Input for the renewals that the snaps of a piece of path cause. Bristles are selected by draws, before the
-/// blocks are stepped.
+/// Input for renewing bristles in a piece of path: every snap of the piece causes some renewals. The bristles
+/// are selected by random draws, before the blocks are stepped.
 struct Renewal {
   std::int64_t from[2];      ///< patch position at the start of the piece
   double direction[2];       ///< direction of the motion, a unit vector
@@ -174,6 +183,7 @@ struct Renewal {
                              ///< select equal bristles
   std::uint64_t draws;
   double unit;  ///< fixed-point units of the sums in RenewalTotals, as Advance::energy_unit
+
   // Copies of the fields of Advance.
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
@@ -182,43 +192,44 @@ struct Renewal {
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< change of the sum of deflections (Block::stored), over full blocks
+  Int128 stored[2];          ///< change of the sum of stored deflections (Block::stored), over full blocks
   Int128 twice_integral[2];  ///< twice the path integral of weight x deflection, as far as the step kernels
-                             ///< leave it out, in 1 / unit
-  Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that renewal makes slip,
-                        ///< and over snaps before that, in 1 / unit
-  std::uint64_t snaps;  ///< snaps of renewed bristles on the way to their renewal
+                             ///< do not include it, in 1 / unit
+  Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that are renewed, and over
+                        ///< their snaps before that, in 1 / unit
+  std::uint64_t snaps;  ///< number of snaps of renewed bristles before their renewal
   std::uint64_t renewed;
   std::uint32_t tail_changed;
 };
 
-/// 256 bristles that slide. One cache line.
+/// A block of 256 bristles that slide (SnapRule::slide). One cache line.
 struct alignas(64) SlideBlock {
   std::int64_t position[2];  ///< patch position to which the stored deflections are relative, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
   double weight;             ///< sum of the weights of the block's bristles
-  // Cache: no bristle slides while the patch stays within `reach` of the place where it was when the block
+
+  // Cache: no bristle of the block slides while the patch stays within `reach` of the place where the block
   // was last visited.
   double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
-/// Columns of a patch whose bristles slide. The present deflection is the stored one plus the motion of the
-/// patch since `position` of the block, so a bristle that sticks is not written. Rows are padded with copies
-/// of the last bristle, of weight 0.
+/// Columns of a patch with SnapRule::slide. The present deflection is the stored one plus the motion of the
+/// patch since the `position` of the block, so a bristle that sticks is not written. Rows are padded with
+/// copies of the last bristle, of weight 0.
 template <class T>
 struct SlideView {
   T* zx;
   T* zy;               ///< deflections along y; null with one axis
-  const T* limit;      ///< deflection at which the bristle slides, under the load to which the stiffness of
-                       ///< the patch belongs
+  const T* limit;      ///< deflection at which the bristle slides, under the load that determines the patch's
+                       ///< stiffness
   const T* per_limit;  ///< one over `limit`
   const T* weight;     ///< share of the bristle in the stiffness of the patch; the shares sum to 1
   double* since;       ///< time of the patch at the end of the bristle's last slide, s; null without drop and
                        ///< ageing
   SlideBlock* blocks;
   std::uint32_t rows;  ///< number of bristles, with the padding
-  T share;             ///< factor of all limits under the present load: 1 unless the load has fallen
-  T kinetic;           ///< share of its limit that a bristle holds while it slides: 1 - drop
+  T share;             ///< factor by which the present load lowers all limits: 1 unless the load has fallen
+  T kinetic;           ///< share of its limit that a sliding bristle has: 1 - drop
 };
 
 /// Returns the index of a step kernel in KernelSet::step.
@@ -230,7 +241,8 @@ constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool 
 constexpr int literal_variant_index(int axes, bool redraw) {
   return 4 | variant_index(axes, redraw, false, true, false);
 }
-/// Returns the index of the kernel for bristles that age: one for all outputs, with and without a residual.
+/// Returns the index of the kernel for bristles that age; there is one for all outputs, with and without a
+/// residual.
 constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
 constexpr int variant_count = 68;
 
@@ -247,9 +259,9 @@ struct KernelSet {
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
-  /// Selects bristles by draws and renews those in the blocks [first, last) that are bent along the motion by
-  /// more than the residual; `first` begins a group. Index: axes - 1, then redraw; null if this build has
-  /// none.
+  /// Selects bristles by random draws and renews those in the blocks [first, last) that are bent along the
+  /// motion by more than the residual; `first` must be the first block of a group. Index: axes - 1, then
+  /// redraw; null if this build has none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2];
@@ -257,17 +269,18 @@ struct KernelSet {
   Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];
 
-  /// Advances the blocks [first, last) of bristles that slide. Totals: `stored` and `twice_mean` are whole
-  /// weighted sums of deflections, at the end of the step and twice over the step; `squares` is energy over
-  /// stiffness, divided by the length of the step if that is above 1; `blocks_rewritten` counts blocks in
-  /// which a bristle slid, `snaps` the bristles that slid. Index: axes - 1, then mean + 2 energy.
+  /// Advances the blocks [first, last) of bristles with SnapRule::slide. In Totals, `stored` and `twice_mean`
+  /// are weighted sums of deflections at the end of the step and twice their mean over the step; `squares` is
+  /// dissipated energy over stiffness, divided by the length of the step if that is above 1;
+  /// `blocks_rewritten` counts blocks in which a bristle slid, `snaps` the bristles that slid. Index: axes -
+  /// 1, then mean + 2 energy.
   using Slide = void (*)(const SlideView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                          Totals&);
   Slide slide[2][4];
   Slide slide_aged[2];  ///< variant of `slide` for drop or ageing, one for all outputs
 
-  /// Rewrites block b with the patch at `at`: adds the block's displacement to the deflections of bristles in
-  /// contact, sets the others to 0, and recomputes the block's sums.
+  /// Rewrites block b with the patch at `at`: adds the displacement since the last rewrite to the deflections
+  /// of bristles in contact, sets the others to 0, and recomputes the block's sums.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
   /// Returns the sum of weight x squared deflection over the bristles of block b in contact, with the patch
   /// at `at`; scaled, in double, in a fixed order.
@@ -282,7 +295,7 @@ struct KernelTable {
   const CohortKernels* cohorts;  ///< table of cohort_table.hpp; null in a minimal build
   const BedKernels* beds;        ///< table of bed_table.hpp; null in a minimal build
   KernelSet<float> f32;
-  KernelSet<double> f64;  ///< all entries are null in a build without double
+  KernelSet<double> f64;  ///< kernels for double precision; all entries are null in a build without it
 };
 
 /// Instruction sets of this build, best first; `usable` asks the CPU and the operating system.
@@ -291,6 +304,7 @@ struct KernelEntry {
   bool (*usable)();
 };
 const KernelEntry* kernel_entries(int* count) noexcept;
-const KernelTable& scalar_kernels() noexcept;  ///< the scalar reference, which is always built
+const KernelTable& scalar_kernels() noexcept;  ///< the table of the scalar reference, which every build
+                                               ///< contains
 
 }  // namespace bristle::detail

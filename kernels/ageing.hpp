@@ -57,10 +57,9 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether Newton's method needs another step, because its place differs from the root by more than rounding.
-/// After a step of length `fall` the remaining error is half curve fall^2 / (1 - slope), with the first and
-/// second derivative of the limit, `slope` and `curve`, at the start of that step. If a path only just
-/// touches its limit, each step halves the distance, so the error is at most the length of the step.
+/// Whether Newton's method needs another iteration, because its place differs from the root by more than
+/// rounding. After a correction by `fall` the remaining error is half curve fall^2 / (1 - slope), with slope
+/// and curve the first and second derivative of the limit at the start of that iteration.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -78,7 +77,8 @@ struct Bent {
   V along, aside2;
 };
 
-/// Returns the path along the motion after which the deflection has this radius; 0 if it has it already.
+/// Returns the path along the motion after which the deflection has this radius; 0 if it has reached it
+/// already.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -86,8 +86,8 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path to the snap of the `open` bristles, by Newton's steps from `way`, a path at or beyond the
-/// snap. `delta`: fresh snap length; `age`: age at the start.
+/// Returns the path to the snap of the `open` bristles, by Newton's method from `way`, a path at or beyond
+/// the snap. `delta`: fresh snap length; `age`: age at the start.
 template <class T, int axes, class V, class M>
 inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
   const V none(T(0));
@@ -125,8 +125,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // The slope is below 0.33 at and beyond the root (AGEING.md); the bound only protects lanes without a
-    // bristle.
+    // The slope is below 0.33 at and beyond the root (AGEING.md); this bound only keeps lanes without a
+    // bristle from dividing by zero.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
@@ -135,7 +135,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Most trials to sample the bristle at the end of a long slide; at least one trial in five is accepted.
+/// Largest number of trials when the bristle at the end of a long slide is sampled; on average at least one
+/// trial in five is accepted.
 constexpr int most_trials = 1000;
 
 template <class A>
@@ -164,7 +165,7 @@ template <class A>
 inline BlockAge age_since(const A& step, double since) {
   return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
 }
-/// Returns a lower bound of the age that bristles have gained in every later step.
+/// Returns a lower bound of the age that bristles will have gained in every later step.
 template <class A>
 inline double least_later_age(const A& step, double since) {
   return age_at(step, step.start + step.duration - step.rounding, since);

@@ -7,7 +7,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Result of a slide: the deflection z becomes keep z + push d, d being the motion.
+/// Result of a slide: the deflection z becomes keep z + push d, where d is the motion.
 template <class V>
 struct Dragged {
   V keep, push;

@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // In a bed that rolled every tip is rewritten, relative to a root at zero.
+  // Tips of a bed that has rolled are all rewritten, relative to a root at zero.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -81,7 +81,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of the tip after the step if its bristle were straight.
+    // Place of the tip after the step that would make its bristle straight.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -136,7 +136,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       integral_y = end.integral_y;
       lost = end.dissipated;
     } else {
-      // A bristle without a limit has an inverse limit of 0 and a stiffness of 0, so it never slides.
+      // A bristle without a limit has the inverse limit 0 and the stiffness 0, so it never counts as sliding.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
       V over_both = over_limit2, over_hold2 = over_limit2;
       if constexpr (drops) {
@@ -153,7 +153,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // Bristles take the slow branch if they unload, or if their deflection differs from the limit by more
+        // Bristles take the slow branch if they unload, or if their deflection is below the limit by more
         // than rounding, which is at most 5e-7 of the largest limit.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
@@ -198,8 +198,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const V n2 = end_x * end_x + end_y * end_y;
       const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
       if (any_lane(beyond)) {
-        // Reduces a deflection beyond its limit to the limit. Such a bristle has slid and holds no more
-        // than the kinetic limit.
+        // Reduces a deflection that exceeds its limit to the limit. Such a bristle has slid, and its limit is
+        // the kinetic one.
         const V n = root(n2);
         const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
         end_x = end_x * back;
@@ -323,7 +323,7 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of the row that is in contact, over that of the row. Places along the row count
+    // Half length of the part of the row in contact, relative to the whole row. Places along the row count
     // towards the leading edge, so `sign` swaps the row's ends.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
@@ -348,8 +348,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
-      // The cell covers the distances `near` to `far` from the leading edge; its part nearer than `carried`
-      // has entered in this step.
+      // The cell covers the distances from `near` to `far` from the leading edge; its part nearer than
+      // `carried` has entered the contact in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

@@ -25,7 +25,7 @@ inline std::uint32_t end_of_columns(const PatchView<T>& patch, std::uint32_t sta
 }
 
 /// Fills the columns of a block whose bristles came into contact straight and which no kernel has visited
-/// since.
+/// since then.
 template <class T, int axes, bool redraw, bool ages>
 inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   if (!patch.blocks[b].zero) return;

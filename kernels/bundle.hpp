@@ -1,6 +1,5 @@
-// Eight vectors processed together: in a chain of dependent operations (log, polynomial, exp) each waits for
-// the one before, and eight chains fill the wait. (Four cost a quarter more; shorter chains by pairing terms
-// gained nothing.)
+// Processes eight vectors together: in a chain of dependent operations (log, polynomial, exp) each waits for
+// the one before, and eight chains fill the waiting time. (Four vectors take a quarter longer.)
 #pragma once
 
 #include "lanes.hpp"

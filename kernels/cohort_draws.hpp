@@ -27,7 +27,7 @@ inline double whole_power(double x, std::uint64_t n) {
   return power;
 }
 
-/// Draws a binomial number by adding up its distribution function from 0, for means up to a dozen.
+/// Samples a binomial number by summing its probabilities from 0 on, for means up to a dozen.
 inline double draw_few(double share, double n, double chance) {
   const double odds = chance / (1.0 - chance);
   double term = whole_power(1.0 - chance, static_cast<std::uint64_t>(n));
@@ -41,8 +41,8 @@ inline double draw_few(double share, double n, double chance) {
   return k;
 }
 
-/// Returns a symmetric number of mean 0 and variance 1 within +-root(12): a sum of four shares of 16 bits. It
-/// is bounded, so that the binomial number needs no clipping, which would shift its mean.
+/// Returns a random number, symmetric about 0, of variance 1 and within +-root(12): a sum of four 16-bit
+/// numbers. It is bounded, so that the binomial number needs no clipping, which would shift its mean.
 inline double deviation_of(std::uint64_t random) {
   constexpr std::uint64_t low = 0xFFFF;
   const std::uint64_t sum = (random & low) + (random >> 16 & low) + (random >> 32 & low) + (random >> 48);
@@ -52,7 +52,7 @@ inline double deviation_of(std::uint64_t random) {
 /// Returns a random number of bristles that leave, of n (a whole number), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  // From n chance / (1 - chance) = 12 on, the mean less root(12) deviations is at least 0.
+  // Requires n chance / (1 - chance) >= 12; then the mean less root(12) deviations is at least 0.
   constexpr double bound = 12.0;
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
@@ -79,9 +79,9 @@ inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t numb
 class DrawnLosses {
  public:
   DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
-  /// Each snap makes kappa draws, as with representatives: the number of draws follows from the snaps, and
-  /// only which bristles they select is random. (An independent chance for each bristle would raise the
-  /// variance by 13 %: MODEL.md 26.)
+  /// Makes kappa draws for each snap, as representatives do: the number of draws follows from the snaps, and
+  /// only the bristles that they select are random. (An independent probability for each bristle would raise
+  /// the variance by 13 %: core/decisions/009-shared-renewal.md.)
   DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
     const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
     draws_ = whole_of(most(wanted, 0.0));
@@ -95,8 +95,8 @@ class DrawnLosses {
     return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
   }
 
-  /// Gives cohort i some of the draws left, by its share of the weight of the cohorts left. Returns the mass
-  /// it keeps.
+  /// Assigns some of the draws left to cohort i, by its share of the weight of the cohorts left. Returns the
+  /// mass that it keeps.
   double renewed_of(std::uint32_t i, double mass, double mean_kept) {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;

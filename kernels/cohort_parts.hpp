@@ -12,7 +12,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-/// Pairs of cohorts that cost at most this factor of the cheapest pair are merged in the same search.
+/// Factor on the cost of the cheapest pair of cohorts up to which other pairs are merged in the same search.
 constexpr double merge_margin = 3.0;
 constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this many cohorts
 
@@ -95,14 +95,14 @@ inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double be
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// Set of cohorts, with a bit for each.
+/// A set of cohorts, with one bit for each.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Clears the bits of lanes beyond the last cohort: their filler places are so far away that they read as
-  /// bent beyond their reach.
+  /// Clears the bits of lanes beyond the last cohort: their filler places are so far away that they look like
+  /// cohorts bent beyond their reach.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
@@ -118,7 +118,8 @@ struct CohortBits {
   }
 };
 
-/// Removes cohorts without mass, from the last one on, so that the cohort that moves into each gap has mass.
+/// Removes cohorts whose mass is 0, beginning with the last one, so that the cohort that moves into each gap
+/// has mass.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
@@ -185,7 +186,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Without layers of load every cohort has all ranks.
+  // Until the load has risen on an existing contact, every cohort has all ranks.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -216,9 +217,9 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Values of a cohort that is moved to another place of birth while the patch stays where it is: that place,
-/// the reach R from there to the patch, the share S(R) that holds beyond R with its moment M(R), and the time
-/// of birth. The mass is unchanged.
+/// Values of a cohort after it is moved to another place of birth while the patch stays: that place, the
+/// reach R from there to the patch, the share S(R) and the moment M(R) at that reach, and the time of birth.
+/// The mass is unchanged.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -299,8 +300,8 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// Sums over the mass that snapped, from a pass over all cohorts at the end of a piece of path. gap is the
-/// path left after the snap, z the deflection at the end if nothing had snapped.
+/// Sums over the mass that snapped in a piece of path, from one pass over all cohorts. gap is the path left
+/// after the snap, z the deflection at the end of the piece if nothing had snapped.
 struct PieceSums {
   double lost;          ///< mass that snapped
   double gap;           ///< sum of mass that snapped x gap
@@ -308,9 +309,10 @@ struct PieceSums {
   double gap_x, gap_y;  ///< sum of mass that snapped x gap x z
   double squares;       ///< sum of mass that snapped x |z|^2
   double ranks, rank_squares;
-  double x, y;  ///< sum of mass x place over the mass that is left
-  /// Mass that is left, times the share of the piece along which it could be renewed. For laws with renewal
-  /// only.
+  double x, y;  ///< sum of mass x place over the mass that did not snap
+
+  /// Mass that did not snap, times the share of the piece along which it could be renewed. For laws with
+  /// renewal only.
   double renewable;
   CohortBits emptied;  ///< cohorts that lost all of their mass
 };
@@ -322,7 +324,7 @@ struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps
 };
-// Leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, which stands for exp(-4 v), needs v <= 1.
+// Leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, an approximation of exp(-4 v), needs v <= 1.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>
@@ -362,7 +364,8 @@ template <bool rubs, bool ages>
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // Adds the variance of the gap within a cohort, whose losses were all summed with their mean gap.
+  // Adds the variance of the gap within a cohort, because all bristles that a cohort lost were summed with
+  // their mean gap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
@@ -389,8 +392,8 @@ template <bool rubs, bool ages>
     // halfway along it.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // In pieces as long as a snap length so many newborns are renewed that `half` would make the mean path or
-    // its variance negative; half of the mean path serves instead.
+    // If a piece is as long as a snap length, so many newborn bristles are renewed that `half` would make the
+    // mean path or its variance negative; half of the mean path serves instead.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
@@ -414,7 +417,7 @@ template <bool rubs, bool ages>
     if (rubs) t.lost -= p.lost * (law.residual * law.residual);
   }
   t.snapped += snapped + again;
-  // Distance from the piece's end to the place where the newborn would be straight.
+  // Distance from the end of the piece to the place where the newborn cohort would be straight.
   const double root = rubs ? mean_gap + law.residual : mean_gap;
   return {p.lost,
           at[0] - root * a.direction[0],
@@ -494,6 +497,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   double limit = unlimited_cost;  // cost above which no pair is merged
+
   // Begins with the newest cohorts, which are close to each other, so that the limit is low for all others.
   for (std::uint32_t i = s.count - 1; i-- > 0;) {
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);

@@ -45,21 +45,21 @@ struct ReferenceSums {
   }
 };
 
-/// Returns the share of a piece along which a bristle can be renewed, because it is bent by more than l_r;
-/// `along` is its deflection along the motion at the end.
+/// Returns the share of a piece along which a bristle is bent by more than l_r, so that it can be renewed;
+/// `along`: its deflection along the motion at the end.
 double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
 
-/// Losses of an infinite brush without noise: each equals its mean.
+/// Losses of cohorts without noise: each loss equals its mean.
 struct MeanLosses {
   double kept_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
   double renewed_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
   double fresh_of(double mean_fresh, double, double) { return mean_fresh; }
 };
 
-/// Snaps the bristles of one cohort whose length is below the deflection at the end of a piece. Returns
-/// whether the cohort was bent further than ever before.
+/// Snaps those bristles of one cohort whose length is below the deflection at the end of a piece. Returns
+/// whether the cohort is bent further than ever before.
 template <int axes, bool rubs, bool ages, class Losses>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
           double length, const double at[2], const CohortTimes& times, ReferenceSums& sums, Losses& losses) {
@@ -93,7 +93,8 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   if (kept < least_mass) kept = 0.0;
   const double lost = mass - kept;
 
-  // Mean length at which the bristles snapped; it gives the part of the piece left after their snaps.
+  // Mean length at which the bristles snapped, from which the part of the piece left after their snaps
+  // follows.
   const double share = left - now.left;
   double snapped_at = share > 0.0 ? (now.moment - moment) / share : bent;
   snapped_at = least(most(snapped_at, reach), bent);

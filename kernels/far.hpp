@@ -17,7 +17,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Length (scaled) beyond which double does not resolve the phase, so that the phase is drawn at random.
+/// Length (scaled) of a step beyond which double precision does not resolve the place of a bristle between
+/// two snaps, so that this place is random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// State of a bristle at the end of a step in which it snapped.
@@ -28,7 +29,7 @@ struct AfterFarStep {
   double variance;    ///< variance of the part of `squares` that is known only in the mean
 };
 
-/// Jumps at once nearly as many renewals as fit into the path `rest`. Returns the path up to the last of
+/// Jumps over nearly as many renewals at once as fit into the path `rest`. Returns the path up to the last of
 /// them.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
@@ -80,10 +81,10 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
   return met;
 }
 
-/// Walks a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
-/// end, `state` its draw state. With ageing, at constant velocity, the paths from snap to snap are
-/// independent too, but have another law: l = delta g(l / v). `law` then holds the moments of l (core,
-/// aged_law.cpp) with the parameters of delta.
+/// Moves a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
+/// end, `state` its random state. With ageing at constant velocity the paths from snap to snap are
+/// independent too, but have another law: l = delta g(l / v). `law` then has the moments of l (core,
+/// aged_law.cpp).
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {
@@ -223,7 +224,7 @@ struct FarRow {
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
-  /// Random phase as a share of the snap length, for steps too long to resolve the phase.
+  /// Random place between two snaps, as a share of the snap length, for steps too long to resolve that place.
   alignas(64) double phase[lane_count];
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// Values of a quantity for forward and for backward motion.
+/// Values of a quantity for forward motion and for backward motion.
 template <class V>
 struct BothWays {
   V forward, backward;
@@ -153,8 +153,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Side of the limit at which the bristle slides: 1, -1, or 0 if it sticks. The deflection of a
-        // sliding bristle follows that limit.
+        // Side of the limit on which the bristle slides: 1, -1, or 0 if it sticks. The deflection of a
+        // sliding bristle follows the limit on that side.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

@@ -76,7 +76,7 @@ inline Lanes<float> root(Lanes<float> a) {
 }
 #endif
 
-/// Returns a where a > 0, else +0.
+/// Returns a where a > 0, and +0 elsewhere.
 template <class T>
 inline Lanes<T> positive_part(Lanes<T> a) {
   return xsimd::max(a, Lanes<T>(T(0)));
@@ -243,8 +243,8 @@ struct DrawStates<float> {
   }
 };
 
-/// A 32-bit draw state occupies the lower half of its 64-bit lane, and the upper half is 0, so shifts and
-/// products of 32-bit lanes serve.
+/// A 32-bit random state occupies the lower half of a 64-bit lane whose upper half is 0, so shifts and
+/// products of 32-bit lanes can be used.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;

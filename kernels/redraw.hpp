@@ -15,7 +15,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Offset behind the bristles of the block, used for the empty vectors of a bundle that is not full.
+/// Offset behind the bristles of the block, which stands for a missing vector in a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
 /// Bristles of one block after their first snap, while they have path left. For bristles that do not snap
@@ -24,12 +24,13 @@ template <class T>
 struct Walk {
   static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
-  alignas(64) T path[size];      ///< path of the first pass; the length of the step if the bristle does not
-                                 ///< snap
+  alignas(64) T path[size];      ///< path of the bristle up to its first snap, or the length of the step if
+                                 ///< it does not snap
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
   alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
   alignas(64) T count[size];     ///< number of the bristle's snaps after the first
   alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
+
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived
   alignas(64) T length[size];  ///< snap length of the bristle at the end of the path
@@ -61,7 +62,7 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Adds the vector at w if it is wanted, without a branch, because the vectors that snap cannot be
+  /// Adds the vector at w if any of its bristles snaps. Has no branch, because branches on snaps cannot be
   /// predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
@@ -91,7 +92,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// Draws the next random number of each masked lane.
+  /// Makes the next random number of each masked lane.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -130,8 +131,8 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Moves lanes with a long path ahead to its end, or near it, by sampling the distribution there. Returns the
-/// paths left.
+/// Moves bristles with a long path left to its end, or near it, by sampling the distribution there. Returns
+/// the paths left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };

@@ -33,8 +33,8 @@ struct AfterSnaps {
   T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
 };
 
-/// Walks a bristle along the path left, R, by SnapRule::keep: it snaps n = 1 + floor(R / delta) times, and
-/// the rest of the path bends it.
+/// Moves a bristle along the path R left after its first snap, by SnapRule::keep: it snaps n = 1 + floor(R /
+/// delta) times, and the rest of the path bends it.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;
@@ -69,7 +69,7 @@ T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& m
   return way;
 }
 
-/// Walks a bristle along the path left, by SnapRule::redraw: samples a fresh length after each snap. A long
+/// Moves a bristle along the path left, by SnapRule::redraw: samples a fresh length after each snap. A long
 /// path is jumped: its end is sampled from the distribution.
 template <class T, bool ages>
 AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
@@ -157,7 +157,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
   }
 }
 
-/// Walks an ageing bristle along the path left, by SnapRule::keep: at constant velocity all its paths from
+/// Moves an ageing bristle along the path left, by SnapRule::keep: at constant velocity all its paths from
 /// snap to snap are equal.
 template <class T>
 AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
@@ -191,6 +191,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
   const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection that a snap leaves
+
   // An age is the stored one plus the time since its block was last rewritten.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};

@@ -23,6 +23,7 @@ namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
+
 /// Number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws.
 constexpr double finer = 0x1p40;
 
@@ -63,7 +64,8 @@ class Renewer {
   const double part;  ///< length of the part of the piece that belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  /// Entry for the last digits of a bristle's number; equals `mark` if such a bristle was drawn.
+  /// Entry of a table, indexed by the last digits of a bristle's number; equals `mark` if such a bristle was
+  /// drawn.
   std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
@@ -77,7 +79,7 @@ class Renewer {
     double way[2 * draws_together];
     std::uint32_t count = 0;
   };
-  /// Contributions of draws to the totals; 0 for a spent draw.
+  /// Contributions of draws to the totals; 0 for a draw that has no effect.
   struct Gains {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
@@ -95,7 +97,7 @@ class Renewer {
     /// SnapRule::redraw: random state from which the bristle's next length is sampled.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
+    std::uint8_t alone[draws_together];    ///< 1: the draw is one of those that must be handled one by one
   };
   struct List {
     std::uint32_t k[draws_together];

@@ -21,11 +21,12 @@ namespace {
 /// Longest step, scaled, that is computed directly. After it every bristle lies along the motion, to the last
 /// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
+
 /// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
-/// Returns the factor by which 1 / limit becomes that of the limit at which bristles slide under the present
-/// load.
+/// Returns the factor that turns 1 / limit into the inverse of the limit at which bristles slide under the
+/// present load.
 template <class T>
 inline T per_share_of(const SlideView<T>& patch) {
   return T(1) / most(patch.share * patch.kinetic, T(1e-15));
@@ -34,6 +35,7 @@ inline T per_share_of(const SlideView<T>& patch) {
 /// Values of a step that all bristles of a block share.
 struct SlideMotion {
   double length;  ///< length that is computed; the rest of a longer step changes nothing
+
   /// Displacement of the patch from the block's position, at the start and the end of the step.
   double p0[2], p1[2];
   bool counts_anew;  ///< whether deflections are rewritten relative to the position at the end of the step
@@ -53,6 +55,7 @@ inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2]
 /// Sums over a block in which a bristle slid.
 struct SlideSums {
   double stored[2] = {0.0, 0.0};  ///< sum of weight x deflection, as stored after the step
+
   /// Sum of weight x the deflection's integral over the computed part of the step.
   double integral[2] = {0.0, 0.0};
   double dissipated = 0.0;  ///< energy dissipated in the computed part of the step
@@ -71,7 +74,8 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
-  // Sum of weight x deflection along the motion at the end, for a step longer than the computed part.
+  // Sum of weight x deflection along the motion at the end, for the part of a step beyond the computed
+  // length.
   double along = 0.0;
   const double rest = a.length - motion.length;
   for (int axis = 0; axis < axes; ++axis) {

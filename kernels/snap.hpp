@@ -145,7 +145,7 @@ struct PassSums {
   }
 };
 
-/// Sums over the bristles of a block, lane by lane.
+/// Sums over the bristles of a block, for each lane.
 template <class T>
 struct RowSums : PassSums<T> {
   Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
@@ -221,7 +221,7 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // Bristles that did not snap have no path left, so r is 0.
+  // For bristles that did not snap the path left is 0, so r is 0.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));

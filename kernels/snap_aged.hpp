@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// As BlockMotion, with the ages of the bristles.
+/// Data of a block's motion as BlockMotion, with the ages of the bristles.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;

@@ -59,20 +59,20 @@ class Stepper {
   }
 
  private:
-  // One kernel with ageing serves patches with any outputs.
+  // One kernel for ageing bristles serves patches with any outputs.
   static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Share of bristles that snap in a step, below which redraw skips most vectors.
+  /// Share of bristles that snap in a step below which SnapRule::redraw skips vectors without a snap.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
   // Thresholds of the step length (in mean snap lengths) for laws whose snap lengths are looked up; they hold
   // up to where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  /// Step length from which two draws are always made; below it one.
+  /// Length of a step from which two random lengths are sampled for every bristle that snaps; below it one.
   static constexpr double two_looked_up = 1.0;
 
   template <bool is>
@@ -83,8 +83,8 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  const std::uint32_t rounds;  ///< SnapRule::redraw: number of draws that most vectors need, if draws are
-                               ///< short and few; else 0
+  const std::uint32_t rounds;  ///< for SnapRule::redraw, the number of random lengths that most vectors need,
+                               ///< if that number is small; otherwise 0
 
   /// Bristles of a block that are in contact: whole rows of 16, then a row in which weights differ.
   struct Extent {
@@ -269,7 +269,7 @@ class Stepper {
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
     const auto path = static_cast<double>(margin);
-    // Allows for rounding: of the displacement since the last rewrite, here and at the patch's later
+    // Allows for rounding errors of the displacement since the last rewrite, here and at the patch's later
     // position, and (by the factor) of `reach` itself, a float.
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
     const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);

@@ -46,9 +46,9 @@ class AgedBristles {
   /// once.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
-    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // not beyond the fresh length,
-                                                                          // hence not beyond the aged one,
-                                                                          // for g >= 1
+    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // a deflection within the fresh
+                                                                          // length is also within the aged
+                                                                          // one, because g >= 1
   }
   void advance(Bristle& b, double vx, double vy, double left) {
     while (excess(b, vx, vy, left) > 0.0) {

@@ -166,7 +166,7 @@ class BruteForcePatch {
 
  private:
   double draw() {
-    // 53 random bits, never 0 or 1
+    // Returns a number of 53 random bits between 0 and 1, never 0 or 1 itself.
     const double u = (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53;
     return quantile_(u);
   }
@@ -179,7 +179,7 @@ class BruteForcePatch {
     for (;;) {
       const double along = b.zx * ex + b.zy * ey;
       const double aside = b.zx * ey - b.zy * ex;
-      // Solves |z + t e| = delta for the t that lies ahead.
+      // Solves |z + t e| = delta for the positive path t.
       const double to_snap =
           std::max(std::sqrt(std::max(b.delta * b.delta - aside * aside, 0.0)) - along, 0.0);
       const double t = std::min(to_snap, left);

@@ -76,7 +76,7 @@ class RubbedBristles {
     drawn_ += renewal_ * snapped;
     for (; drawn_ >= 1.0; drawn_ -= 1.0) {
       Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
-      // Path left in the piece after the draw, which falls on a random place of it.
+      // Path left in the piece after the draw, which takes place at a random point of the piece.
       const double left = h * flat();
       if (b.x * ex + b.y * ey - left <= residual_) continue;
       b.x = (residual_ + left) * ex;
@@ -90,7 +90,8 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double drawn_ = 0.0;  ///< bristles still to be drawn for renewal because of earlier snaps, less than one
+  double drawn_ = 0.0;  ///< number of bristles still to be drawn for renewal because of earlier snaps, less
+                        ///< than one
 };
 
 /// Returns the mean deflection in steady sliding by simulation, without a formula.
@@ -104,8 +105,8 @@ inline double kinetic_bend(RubbedBristles sliding, double length, double piece) 
   return sum;
 }
 
-/// A record in a file: strokes of one to four presliding lengths (18 um, a third of it residual) to either
-/// side, at 50 Hz under 2 N, with noise of 10 mN.
+/// A measured record in a file: strokes of one to four presliding lengths (18 um, a third of it residual) to
+/// either side, at 50 Hz under 2 N, with noise of 10 mN.
 struct RubbedStrokes {
   static constexpr double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
   std::string csv(std::uint64_t seed) const {

@@ -45,7 +45,7 @@ class BruteSpin {
   }
 
   /// Moves the centre by (dx, dy) and turns the body by `angle`, both uniformly, in `pieces` pieces. A piece
-  /// is straight for every point, so it must be short beside the radius.
+  /// is straight for every point, so it must be short compared with the radius.
   void move(double dx, double dy, double angle, int pieces) {
     for (int p = 0; p < pieces; ++p) {
       const double c0 = std::cos(angle_), s0 = std::sin(angle_);
@@ -140,8 +140,8 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }
-    // Averages a quantity over the two ends of a step, because born[k], the share of bristles that became
-    // straight in step k, became so in its middle.
+    // Averages a quantity over the two ends of a step, because the share born[k] of bristles that became
+    // straight in step k did so in its middle.
     const auto middle = [&](const std::vector<double>& of, std::size_t k) {
       return 0.5 * (of[k] + of[k - 1]);
     };

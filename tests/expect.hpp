@@ -39,7 +39,7 @@ std::string message_of(const Call& call) {
   return "(no error)";
 }
 
-/// Whether a message contains all the parts. If not, shows the message.
+/// Whether a message contains all the given parts. If not, prints the message.
 inline bool names(const std::string& message, const std::vector<std::string>& parts) {
   const bool all = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
     return message.find(part) != std::string::npos;
@@ -56,8 +56,8 @@ std::vector<std::byte> saved_state(const Model& of) {
   return state;
 }
 
-/// Returns a smaller number of bristles or steps in builds that run slowly; tolerances must follow from the
-/// number.
+/// Returns a smaller number of bristles or steps in builds that run slowly; tolerances of a test must follow
+/// from the returned number.
 inline std::uint32_t test_size(std::uint32_t full) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   return full / 10 > 0 ? full / 10 : 1;

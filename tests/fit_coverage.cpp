@@ -87,7 +87,8 @@ Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
 
 Cell cell_of(const std::string& name, SyntheticFriction s, SnapRule rule = SnapRule::redraw) {
   s.redraw = rule == SnapRule::redraw;
-  // Shifts samples off the origin, where all kept bristles snap at once and rounding decides.
+  // Shifts samples away from the starting point, where all bristles with kept lengths snap at once and
+  // rounding decides.
   if (!s.redraw) s.motion = [motion = s.motion](double t) { return motion(t + 1.3e-3); };
   return {name, rule, [s](std::uint64_t seed) { return record(s, seed).csv(); },
           [s](const cli::FitResult& r) { return brush_truth(s, r); }};
@@ -161,8 +162,8 @@ void add_stage(std::vector<Cell>& cells) {
   cells.push_back(cell_of("redraw, stage of 4 um/N, load of 1 to 3 N", soft));
 }
 
-/// Adds contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold from 1 um/s on,
-/// at 40 Hz.
+/// Adds contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold of speed from
+/// 1 um/s on, recorded at 40 Hz.
 void add_time(std::vector<Cell>& cells) {
   SyntheticFriction s;
   s.noise = 0.01;
@@ -250,7 +251,7 @@ Cell plane() {
           }};
 }
 
-/// Makes a cell with a joint whose material has six non-zero numbers of its thirteen.
+/// Makes a cell with a joint, six of whose thirteen parameters are not zero.
 Cell joint() {
   Cell cell;
   cell.name = "joint, 12 s at 1 kHz";
@@ -363,7 +364,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   std::fprintf(stderr, "\n");
 }
 
-/// Returns the 95 % interval of the share `held` of `count`, by Wilson's formula.
+/// Returns the 95 % interval of a share, of which `held` of `count` were observed, by Wilson's formula.
 std::pair<double, double> share_interval(int held, int count) {
   const double n = count, p = held / n, z = 1.96, z2 = z * z;
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -371,8 +372,7 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Prints the table as Markdown. It marks a share of intervals as outside if the share's own 95 % interval
-/// does not meet 90 to 98 %.
+/// Prints the table as Markdown. It marks a percentage whose own 95 % interval does not overlap 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

@@ -42,7 +42,8 @@ inline void check_recovered(const cli::FitEstimate& estimate, double truth, doub
   CHECK(estimate.value < estimate.high);
   CHECK(std::abs(estimate.value - truth) <=
         2.5 * std::max(estimate.high - estimate.value, estimate.value - estimate.low));
-  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // a wide interval would contain any value
+  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // bounds the interval's width, because a very
+                                                            // wide interval would contain any value
 }
 
 }  // namespace bristle_test

@@ -34,7 +34,7 @@ using bristle::Status;
 constexpr double dbar = 10e-6;
 constexpr double tick = 1e-3;  ///< duration of a step, s
 
-/// Snap-length law of most scenes.
+/// Snap-length law of most test scenes.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
 /// Returns the precisions of this build.

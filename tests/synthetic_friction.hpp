@@ -30,23 +30,27 @@ struct SyntheticFriction {
   double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
   double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
+
   // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
   double compliance = 0.0;  // compliance of the stage, m/N
   double delay = 0.0;       // time constant of a first-order low-pass of the force, s
+
   // Disturbances of the sensors:
   double noise = 0.0;    // noise of the force, N
   double encoder = 0.0;  // resolution of the encoder, m
+
   // Drift of the force as a function of time (s), N.
   std::function<double(double)> drift = [](double) { return 0.0; };
-  int every = 1;  // records one of this many samples
+  int every = 1;  // keeps one sample of this many in the record
+
   // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
-  // Load at which all bristles touch, N, for a load that changes. The last bristles to enter are the first to
-  // leave..
+  // Load, N, at which all bristles touch, for a load that changes. The last bristles to enter are the first
+  // to leave.
   double most_load = 0.0;
 };
 
@@ -159,7 +163,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    // Mean square of the levers over the rim's, for the parts of friction that grow with speed.
+    // Mean square of the levers of a disc, over the rim's, for the parts of friction that grow with speed.
     double speed_arm = 1.0;
     if (s.annuli > 0) {
       speed_arm = 0.5;

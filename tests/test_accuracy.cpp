@@ -232,7 +232,8 @@ TEST_CASE("Patches with kept lengths that differ in the seed are independent", "
   // With seeds that only rotate one sequence, one of these two would have the other's bristles 13 places on,
   // and their errors would correlate by 0.98.
   CHECK(std::abs(correlation(late_errors(false, 2000, 1.0, 34), late_errors(false, 2000, 1.0, 66))) < 0.5);
-  // Repeats with a tenth of the bristles in contact. Independent lengths set the scale.
+  // Repeats the test with a tenth of the bristles in contact. The error of independent lengths sets the
+  // scale.
   for (const double load_share : {1.0, 0.1}) {
     INFO("load share " << load_share);
     const Pairs stratified = compare_seeds(false, 2000, load_share, 41);
@@ -314,7 +315,7 @@ TEST_CASE("A force that is off by a known share has that error, end and mean eac
   }
   reference.work_end = {8.0};
   reference.work_mean = {4.0};
-  cli::ForceRecord coarse;  // forces of the same motion in steps twice as long
+  cli::ForceRecord coarse;  // forces of the same motion, in steps twice as long
   coarse.steps = 2;
   coarse.copies = 1;
   coarse.patch_of = {0};
@@ -344,7 +345,7 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   reference.finish();
   CHECK(reference.runs() == 4);
   CHECK(reference.mean().end[0] == Approx(1.0));
-  // Half the difference, over the forces of the second half.
+  // Expects half the difference of two runs, relative to the forces of the second half.
   CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));
 }
 
@@ -362,7 +363,8 @@ void check_populations(const json& r, const std::string& table, bool keep) {
     ++infinite;
     CHECK(s["bristles"].is_null());
     CHECK(s["ns_per_bristle"].is_null());
-    CHECK(s["error"]["rms_standard_error"] == 0.0);  // the infinite brush has no seed, hence no noise
+    CHECK(s["error"]["rms_standard_error"] == 0.0);  // the infinite brush has no seed, so its force has no
+                                                     // noise
     if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
     if (s["resolution"] == 16.0) fine = s["error"]["rms"];
   }
@@ -401,7 +403,7 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK_FALSE(result.cheapest[0].found);
   CHECK_FALSE(result.cheapest[1].found);
-  add(100, 0.0, 0.02, 1e-6);  // this setting's error is too large to be chosen
+  add(100, 0.0, 0.02, 1e-6);  // this setting's error is too large, so it must not be chosen
   add(0, 2.0, 0.011, 1e-6);
   add(1000, 0.0, 0.009, 3e-6);
   add(10'000, 0.0, 0.001, 9e-6);
@@ -410,7 +412,7 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
   cli::compare_populations(result);
   CHECK(result.cheapest[0].setting.bristles == 1000);
   CHECK(result.cheapest[0].scene_step_s == 3e-6);
-  // The other population loses; it is named with its own figures.
+  // The more expensive population is named too, with its own figures.
   CHECK(result.cheapest[1].setting.resolution == 4.0);
   CHECK(result.cheapest[1].error == 0.008);
 }
@@ -451,7 +453,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   // 10 %.
   CHECK(best["confirmed"]["error"]["rms"].get<double>() <= 0.03);
   for (const json& s : r["settings"]) {
-    // No setting on the front (`pareto`) is beaten in both error and time by another.
+    // Checks that no setting on the Pareto front is beaten in both error and time by another.
     if (!s["pareto"].get<bool>()) continue;
     for (const json& other : r["settings"]) {
       if (!other["usable"].get<bool>()) continue;
@@ -460,7 +462,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   }
   CHECK(r["features"].size() == 7);
 
-  // The scene written differs only in the setting, keeps its comments, and can be read.
+  // Checks that the written scene differs only in the setting, keeps its comments, and can be read.
   const std::string text = cli::tuned_scene(before, result, "-");
   const cli::Scene tuned = cli::parse_scene(text, "tuned");
   const bool infinite = best["setting"]["population"] == "infinite";
@@ -485,7 +487,7 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
           "[accuracy]") {
   const bristle_test::TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
-  // A value that is the default of coefficients().
+  // Sets a key to a value that is also the default of coefficients().
   text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");
   cli::AccuracyOptions options;
   options.quick = true;
@@ -525,7 +527,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
 
 TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",
           "[accuracy]") {
-  cli::AccuracyResult result;  // result as a study would give it
+  cli::AccuracyResult result;  // a result in the form in which a study gives it
   result.scene_parts = 2;
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
@@ -539,7 +541,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
       fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
   const std::string file = folder.write("inline.toml", scene);
   const cli::Scene before = cli::read_scene(file);
-  // A scene written to another folder names its motion file by the path from that folder.
+  // Checks that a scene written to another folder names its motion file by the path from that folder.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
   CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);

@@ -61,7 +61,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
           Approx(limit).epsilon(1e-12));
     CHECK(patch.step(0.0, 0.0, load, dt).force_limit == Approx(limit).epsilon(1e-12));
   }
-  // A patch that is not named in a step ages as well.
+  // Checks that a patch that is not named in a step ages as well.
   const PatchId other = patch.batch.add(m, options_of(population));
   patch.batch.warm_up();
   const Response r = step_one(patch.batch, Motion{other, {0.0, 0.0}, load}, 5e3);
@@ -76,7 +76,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
   CHECK(slid.force_limit < load * m.peak_coefficient(8.0 * longest * length / speed));
   CHECK(slid.force_limit > load * m.kinetic_coefficient(speed));
   CHECK(slid.force_limit > std::abs(slid.elastic[0]));
-  // Takes a step so long that every bristle snaps in it.
+  // Makes a step so long that every bristle snaps in it.
   CHECK(patch.step(1.0, 0.0, load, 1e-2).force_limit <= load * m.peak_coefficient(time));
   CHECK(patch.step(0.0, 0.0, load, 1e-2).force_limit ==
         Approx(load * m.peak_coefficient(2e-2)).epsilon(1e-12));
@@ -107,7 +107,7 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
       highest = std::max(highest, share);
     }
   }
-  CHECK(highest > 0.9);  // some force comes close to its limit
+  CHECK(highest > 0.9);  // at least one force comes close to its limit
 }
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",
@@ -161,7 +161,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
       before = sled.energy();
     }
-    // Between 0.1 m/s and a hundredth of that, friction lies between these two values.
+    // Expects friction at 0.1 m/s and at a hundredth of that to lie between these two values.
     const Material m = ageing_material();
     const double work = 0.1 * 0.01 / load;
     CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);
@@ -175,7 +175,8 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       sled.step(push);
       farthest = std::max(farthest, std::abs(sled.x - x));
     }
-    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // undamped, the midpoint rule lets the body swing
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // without a damper, the midpoint rule lets the body
+                                                         // swing for ever
     CHECK(sled.x - x < 1e-2 * length);
   }
 }

@@ -191,7 +191,7 @@ TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sl
                  tenth = slow.kinetic_coefficient(1e-5 * dbar / tau);
     const double beyond = slow.kinetic_coefficient() - 0.3;
     CHECK(tenth - fast == Approx(0.02 * std::log(10.0) * beyond).epsilon(0.05));
-    // In slow sliding a bristle ages fully, so every length is longer by one factor, the whole gain.
+    // In slow sliding every bristle ages fully, so every length is longer by the same factor, the whole gain.
     const Material skin = ageing_material(law, Ageing::saturating(0.5, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(skin.kinetic_coefficient(0.0) ==
           Approx(0.3 + 1.5 * (skin.kinetic_coefficient() - 0.3)).epsilon(1e-9));
@@ -291,7 +291,8 @@ TEST_CASE("Coefficients of fast sliding give the strength of ageing to first ord
   CHECK(m.kinetic_coefficient() == Approx(0.35).epsilon(1e-12));
   CHECK(m.peak_coefficient() == Approx(0.40).epsilon(1e-6));
   CHECK(m.coefficients().fall_per_decade == Approx(0.05).epsilon(1e-12));
-  // With a residual only the friction beyond it ages, which must fall by more to give the same fall.
+  // With a residual length only the friction beyond it ages, so this part must fall by more to give the same
+  // fall of the whole.
   const Material residual = Material::from_coefficients(coefficients_with(0.05, 0.0, 0.2));
   const double of_it =
       residual.residual_length * residual.bristle_stiffness * residual.bristles_in_contact(1.0);
@@ -301,7 +302,8 @@ TEST_CASE("Coefficients of fast sliding give the strength of ageing to first ord
       Material::from_coefficients(coefficients_with(0.0, 0.0, 0.0).with_growth_per_decade(0.08));
   CHECK(rest.ageing_strength == Approx(0.04 / ln10).epsilon(1e-9));
   CHECK(rest.coefficients().fall_per_decade == Approx(0.04).epsilon(1e-9));
-  // Single lengths with renewal: E[delta] = 1 of those in contact, mean deflection 1 / ln 2 - 1.
+  // Expects, for equal lengths with renewal, E[delta] = 1 for bristles in contact and the mean deflection 1 /
+  // ln 2 - 1.
   const Material single = Material::from_coefficients(coefficients_with(0.0, 1.0, 0.0)
                                                           .with_law(SnapLaw::single)
                                                           .with_peak(0.35 / (1.0 / std::log(2.0) - 1.0))
@@ -341,7 +343,7 @@ TEST_CASE("Saturating ageing is given by a fall at a speed", "[ageing][material]
   const Material m = Material::from_coefficients(c);
   CHECK(m.ageing_form == AgeingForm::saturating);
   CHECK(m.coefficients(1e-5).fall_per_decade == Approx(0.1).epsilon(1e-7));
-  // Called without a speed, coefficients() finds the speed at which friction falls.
+  // Checks that coefficients(), called without a speed, finds the speed at which friction falls.
   const Coefficients back = m.coefficients();
   CHECK(back.kinetic_speed == Approx(2e-5 / 2.0).epsilon(1e-12));
   CHECK(Material::from_coefficients(back).ageing_strength == Approx(m.ageing_strength).epsilon(1e-6));

@@ -174,8 +174,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     INFO(row.at("dist") << " " << row.at("variant") << " beta " << row.at("beta") << " speed " << speed);
     AgeingBrush brush(material, n);
     if (rule_named(row.at("variant")) == SnapRule::keep) {
-      // Over many snaps the mean deflection of every bristle is half its own snap length's; the spread of the
-      // first lengths is the error left.
+      // The mean deflection of every bristle over many snaps is half its own snap length; the error left is
+      // that of the mean of the first lengths.
       brush.slide(50.37, speed);
       expect_near(brush.mean_over(200.0, speed), expected, 2e-3, "keep");
       continue;
@@ -242,7 +242,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
   constexpr int steps = 100;  // number of steps in a period
   for (const Row& row : read_table("ageing_lag.csv")) {
     const double omega = number(row, "Omega_dbar_over_v0");
-    if (omega < 0.2) continue;  // the table's periods are long there, and the lag is small
+    if (omega < 0.2) continue;  // the periods of these rows are long, and the lag of the force is small
     const double v0 = number(row, "v0_tau_over_dbar");
     INFO(row.at("dist") << " beta " << row.at("beta") << " Omega " << omega);
     AgeingBrush brush(ageing_material(row), n);
@@ -332,8 +332,8 @@ TEST_CASE("bristles that age do not see how a motion is cut into steps", "[agein
       for (int k = 0; k < 3; ++k)
         force[k] = AgeingBrush(material, n, precision).slide_in_pieces(4.0, speed, dt[k] / tau * speed);
       INFO(table_name(rule) << ", " << name_of(precision));
-      // All runs have equal bristles and draws; if one bristle is at a tie, it may snap in one run and not
-      // yet in another.
+      // All runs have equal bristles and random numbers; a bristle that just reaches its limit may snap in
+      // one run and not yet in another.
       const double tie = 1.2 * 2.5 / n;
       const double rounding = precision == Precision::single ? 1e-3 : 1e-9;
       expect_near(force[1], force[0], tie + rounding, "1 ms against 1 us");
@@ -418,7 +418,7 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
     std::vector<double> lengths = read(brush.patch(), n).delta;
     for (double& length : lengths) length /= dbar;
     brute.set_lengths(lengths);
-    brush.patch().step(0.0, 0.0, n, tau);  // bristles come into contact at the beginning of this step
+    brush.patch().step(0.0, 0.0, n, tau);  // these bristles come into contact at the beginning of this step
     brute.wait(1.0);
     for (int step = 0; step < 12; ++step) {
       const double angle = axes == 1 ? (step % 3 == 2 ? M_PI : 0.0) : 6.3 * flat(random);
@@ -503,8 +503,8 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
 }
 
 TEST_CASE("a long step of bristles that age ends as many short ones do", "[ageing]") {
-  // Starts from straight bristles, which snap in phase at first. One path is below that from which a step
-  // jumps, one beyond it.
+  // Starts with straight bristles, which snap in phase at first. One of the two paths is shorter than those
+  // that are jumped, the other longer.
   struct Case {
     const char* name;
     SnapLength law;
@@ -588,12 +588,12 @@ TEST_CASE("a material may begin to age, age otherwise and cease to while it slid
     const auto bend = [&](double length, double taus) {
       return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / (n * dbar);
     };
-    // Ages begin at the change of material, whatever happened before: all bristles snap at their fresh
-    // lengths.
+    // Checks that ages begin at the change of material, whatever happened before: all bristles snap at their
+    // fresh lengths.
     expect(bend(0.15, 1e-6) < 0.1, "no age from before the change");
     patch.batch.step(1e3 * tau, {}, {});
     expect_near(bend(2.0, 1e-6), 2.05, 0.03, "ages count from the snap: up to 1 + ln(1001) / 2");
-    // Ages are kept in seconds: in the longer ageing time of this material they are smaller.
+    // Ages are kept in seconds, so in units of the new, longer ageing time they are smaller.
     patch.batch.set_material(patch.id, Material(plain).with_ageing(Ageing::logarithmic(0.5, 1e3 * tau)));
     const Response slipped = patch.step(0.0, 0.0, n, 1e-9 * tau);
     // The aged snap length, ln(1 + 1) / 2 + 1 = 1.35, is less than the present deflection.

@@ -49,7 +49,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
     const long before = counts_so_far().allocations;
     void* volatile probe = ::operator new(100);  // volatile keeps the compiler from removing the allocation
     ::operator delete(probe);
-    REQUIRE(counts_so_far().allocations - before == 2);  // checks that the counter itself works
+    REQUIRE(counts_so_far().allocations - before == 2);  // checks that the counter of allocations works
   }
   for (int threads : {1, 2}) {
     INFO(threads << " threads");
@@ -92,7 +92,8 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    CHECK(shedder.report(batch).decisions > 16);  // the load shedder decided, else it was not tested
+    CHECK(shedder.report(batch).decisions > 16);  // checks that the load shedder made a decision, since
+                                                  // otherwise it was not tested
     for (const auto& [what, number] : counted) {
       INFO(what);
       CHECK(number == 0);
@@ -136,7 +137,8 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for
+  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for, so some get no
+                                                  // key
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());

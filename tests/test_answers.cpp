@@ -94,7 +94,7 @@ std::vector<std::string> helped_words(const Folder& folder, const std::string& p
 std::vector<std::string> command_paths(const Folder& folder) {
   std::vector<std::string> paths = {""};
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    // All experiments have equal options, so one of them stands for all.
+    // Takes one experiment for all, because all have equal options.
     std::size_t experiments = 0;
     for (const std::string& word : helped_words(folder, paths[i]))
       if (word[0] != '-' && (paths[i] != "experiment" || ++experiments <= 1))
@@ -165,7 +165,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(fault_of_text(text) == "");
   for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
     CHECK_THAT(text, Contains(word));
-  // A row broken into several lines repeats its name on each, its note not.
+  // Expects the name of a row that is broken into several lines on each of them, but its note only once.
   std::size_t names = 0, notes = 0;
   for (const std::string& line : lines_of(text)) {
     names += line.rfind("first", 0) == 0 ? 1 : 0;
@@ -343,7 +343,7 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
                                               Contains("7.12 % wrong when run again") &&
                                               Contains("0.25 % of the deadline"));
-  // A feature whose saving has a quartile of 0 or less is not named.
+  // Checks that a feature whose saving has a quartile of 0 or less is not named.
   CHECK_THAT(cli::what_to_leave_out(report),
              Contains("energy (saves 24 %, error 1.1 % with, 1.1 % without)") && !Contains("redraw"));
   report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};

@@ -67,7 +67,7 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   std::vector<Motion> motions = bad.good();
   spoil(motions[1]);
   const std::vector<Response> got = bad.step(tick, motions);
-  // In the twin the middle patch is not named, so it rests.
+  // In the twin batch the middle patch is not named, so it rests.
   const std::vector<Motion> others{twin.good()[0], twin.good()[2]};
   const std::vector<Response> expected = twin.step(tick, others);
 
@@ -80,13 +80,13 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   CHECK(first_difference(got[0], expected[0]) == "");
   CHECK(first_difference(got[2], expected[1]) == "");
 
-  // A trial with the bad motion changes nothing either.
+  // Checks that a trial with the bad motion changes nothing either.
   const Response trial = bad.batch.find_force(tick, motions[1]);
   CHECK(trial.status == Status::bad_input);
   check_no_force(trial);
   CHECK(bad.batch.state_hash(bad.ids[1]) == before);
 
-  // The patch recovers at the next good input, as if nothing had happened.
+  // Checks that the patch goes on at the next good input as if the bad motion had not been given.
   for (int k = 0; k < 3; ++k) {
     const std::vector<Response> a = bad.step(tick, bad.good());
     const std::vector<Response> b = twin.step(tick, twin.good());
@@ -374,12 +374,12 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
   CHECK_THROWS_WITH(batch.add(wide, bristles),
                     Catch::Contains("snap_length.cv") && Catch::Contains("1.3") && Catch::Contains("1.25"));
   CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep), bristles));
-  // validate_for_representatives() gives the same error as add(), but names no patch.
+  // Checks that validate_for_representatives() throws the same error as add(), without naming a patch.
   CHECK_THROWS_WITH(wide.validate_for_representatives(),
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
                     "representatives; snap_rule keep takes every law");
   CHECK_NOTHROW(Material(wide).with_snap_rule(SnapRule::keep).validate_for_representatives());
-  CHECK_NOTHROW(wide.validate());  // the material itself is valid
+  CHECK_NOTHROW(wide.validate());  // validate() accepts the material; only representatives cannot use it
   const Material widest = Material{}.with_snap_length(SnapLength::lognormal(1e-5, bristle::widest_redraw_cv));
   CHECK_NOTHROW(batch.add(widest, bristles));
   CHECK_THROWS_WITH(Material(wide).with_stribeck_velocity(-1.0).validate_for_representatives(),
@@ -387,8 +387,8 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
 }
 
 TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
-  // Clears energies and mean force if the patch computes them, or if no patch has this id; otherwise it
-  // leaves them unwritten.
+  // Clears energies and mean force if the patch computes them, or if no patch has this id. A step leaves
+  // other outputs as they are.
   Trio trio;
   Response used;
   used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;

@@ -107,7 +107,7 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   PatchBatch simple, bulk;
   const std::vector<PatchId> a = add_patches(simple, 3, material, options);
   const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // force() has no response before the first step
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // before the first step there is no response
   for (int k = 0; k < 15; ++k) {
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -131,14 +131,14 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
     }
   }
   CHECK(simple.state_hash() == bulk.state_hash());
-  // Sets a motion twice: the later one counts, and for one step only.
+  // Checks that a later call of move() replaces an earlier one, and holds for one step only.
   simple.move(a[0], 1e-3, 0.0, 0.1);
   simple.move(a[0], 1e-6, 0.0, 0.5);
   Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
   const Response response = step_one(bulk, motion);
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
-  // force() has the response of the last step, and a restored state has none.
+  // Checks that force() returns the response of the last step, and that restoring a state removes it.
   const std::vector<std::byte> state = saved_state(simple);
   simple.restore_state(state);
   CHECK(simple.force(a[0]).status == Status::unknown_id);
@@ -318,7 +318,7 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
 
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  // These patches are not touched by the other thread, so their results must not change.
+  // Patches that the other thread does not touch, so their results must not change.
   const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
   const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
   batch.warm_up();
@@ -376,7 +376,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
     std::vector<Response> responses(ids.size());
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      // A patch may have been removed since its id was read; every other patch must have been stepped.
+      // A patch may have been removed since its id was read; checks that every other patch was stepped.
       const bool right = i < steady.size()
                              ? responses[i].status == Status::ok
                              : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
@@ -515,7 +515,7 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
       moved += b.elastic[axis] != 0.0;
     }
     CHECK(moved > 6);
-    CHECK(moved < 12);  // the first steps together are less than one position unit
+    CHECK(moved < 12);  // the first steps together are shorter than one position unit
   }
 }
 

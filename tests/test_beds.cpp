@@ -249,7 +249,7 @@ TEST_CASE("A tyre rolls at the force and moment of the closed form, for steps of
         CHECK(std::abs(-bed.out.force[0] / (friction * load) - number(row, "Fx_over_muN")) < 1e-3);
         CHECK(std::abs(-bed.out.force[1] / (friction * load) - number(row, "Fy_over_muN")) < 1e-3);
         CHECK(std::abs(-bed.out.torque / (friction * load * 2.0 * a) - number(row, "Mz_over_muN2a")) < 1e-3);
-        // When rolling backwards the other end is the leading edge.
+        // Checks that, when rolling backwards, the other end of the contact is the leading edge.
         if (!all && step > 0.05) {
           OneBed back(BedMaterial(friction).with_presliding(1e-3), BedShape::wheel_row(a),
                       with_load(load, all));
@@ -538,8 +538,8 @@ TEST_CASE("No state that steps give is refused, however wild the steps, while it
 }
 
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
-  // Takes one step of Newton's method on the force balance in every millisecond, as a solver does that looks
-  // for rest.
+  // Makes one iteration of Newton's method on the force balance in every millisecond, as a solver does that
+  // searches for rest.
   const double load = 4000.0, slope = 0.2 * load;
   const int axis = GENERATE(0, 1);
   OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
@@ -559,7 +559,7 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
   const double settled = at;
   run(400000);
   CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
-  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection in single precision: 6e-8 of 1 mm
+  CHECK(std::abs(at - settled) < 1e-9);  // 6e-8 of 1 mm, the resolution of a deflection in single precision
   const double halfway = at;
   run(400000);
   CHECK(std::abs(at - halfway) < 1e-10);
@@ -799,7 +799,8 @@ TEST_CASE("A ball rolls alike in every direction") {
     const auto turned = run(angle);
     for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - straight[k]) < 2e-4 * 5.0);
   }
-  // Rolling back must not turn the rows of bristles by half a turn, so bent bristles keep their places.
+  // Checks that rolling back does not turn the rows of bristles by half a turn, so that bent bristles keep
+  // their places.
   OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
   for (int i = 0; i < 40; ++i) ball.step(0.0, 2e-7, 0.0, 1e-4);
   const double torque = ball.out.torque;
@@ -970,7 +971,8 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
   }
   CHECK(cases == 56);
   CHECK(creep == Approx(3.101e-3).epsilon(0.1));  // creepage in the steady state
-  // Largest creepage, while the shifted bristles leave contact.
+
+  // Largest creepage during the time in which the shifted bristles leave contact.
   CHECK(largest == Approx(3.403e-3).epsilon(0.12));
 }
 
@@ -1106,7 +1108,8 @@ TEST_CASE("A wheel with inertia under a car's mass, by the midpoint solve, climb
           gained = std::max(gained, car.energy(downhill) - before);
           before = car.energy(downhill);
         }
-        // Expects the speed of rolling without creep, less the creep: force over slip stiffness.
+        // Expects the speed of rolling without creep, reduced by the creep, which is force over slip
+        // stiffness.
         CHECK(car.speed == Approx(2.0 - downhill / heavy * time).margin(2e-3));
         CHECK(gained < 1e-7);
       }
@@ -1124,7 +1127,8 @@ TEST_CASE("A locked wheel under a car's mass, by the midpoint solve, stops and g
         gained = std::max(gained, car.energy(slope * car.load) - before);
         before = car.energy(slope * car.load);
       }
-      // The car rocks on its tyre, which nothing damps, with no more energy than the last slip left.
+      // Checks that the car rocks on its tyre, which nothing damps, with no more energy than the last slip
+      // left.
       CHECK(std::abs(car.speed) <
             1.05 * 0.9 * car.load * std::sqrt(0.07 / (slip_stiffness * car.mass)) + 1e-3);
       CHECK(gained < 1e-3);
@@ -1140,7 +1144,7 @@ TEST_CASE("A braked car stands on a slope of 20 % for an hour") {
       car.advance(1.0, (0.2 + 0.2 * gust) * car.load);
       if (second == 199) settled = car.at;
     }
-    // Under gusts the error is the resolution of a deflection: 6e-8 of 1 mm.
+    // Under gusts the error is the resolution of a deflection, 6e-8 of 1 mm.
     CHECK(std::abs(car.at - settled) < (gusts ? 1e-10 : 1e-12));
   }
 }
@@ -1163,7 +1167,7 @@ TEST_CASE("A bed that was dragged far keeps its force in the next small step") {
         bed.step(1e-12);
         for (int k = 0; k < 2; ++k) CHECK(std::abs(bed.out.force[k] - force[k]) < 1e-5 * limit);
       }
-  // Nearly no load, so that the motion is 1e23 times the limit of the deflections.
+  // A load so small that the motion is 1e23 times the limit of the deflections.
   OneBed light(BedMaterial(0.5).with_presliding(1e-12), BedShape::disc(1e-3, BedPressure::uniform),
                with_load(1.0, false), 1e-6);
   light.step(1e5);
@@ -1195,7 +1199,7 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   std::vector<std::byte> keys(keyed.state_size()), state(batch.state_size());
   REQUIRE(keyed.save_state({keys.data(), keys.size()}) == keys.size());
   batch.save_state({state.data(), state.size()});
-  CHECK(keyed.end_step() == 1);  // key 7 was not asked for in this step
+  CHECK(keyed.end_step() == 1);  // key 7 was not requested in this step, so its bed is lost
   CHECK(keyed.size() == 1);
   CHECK_FALSE(static_cast<bool>(keyed.find(7)));
   // The bed of the lost contact serves the new one; its bristles are straight.
@@ -1240,7 +1244,7 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
   bristle_id id = 0;
-  // The motion is refused, because `rolls` is not set.
+  // Checks that the motion is refused, because `rolls` is not set.
   CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;

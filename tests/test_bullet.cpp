@@ -43,8 +43,8 @@ struct CoulombPlate {
       feet[i] = {feet_radius * std::cos(angle), feet_radius * std::sin(angle)};
       loads[i] = pushed_mass * gravity / 3.0;
     }
-    for (int pass = 0; pass < 4; ++pass) {  // iterates, because the loads depend a little on friction, and
-                                            // friction on the loads
+    for (int pass = 0; pass < 4; ++pass) {  // iterates, because loads and friction depend on each other a
+                                            // little
       sum[0] = sum[1] = sum[2] = 0.0;
       for (int i = 0; i < 3; ++i) {
         const double u = vx - spin * feet[i][1], v = vy + spin * feet[i][0];
@@ -237,7 +237,7 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   world.body(1).forceActivationState(DISABLE_DEACTIVATION);
   run(240);
   CHECK(std::fabs(place() - held) < 1e-9);
-  // Bullet's own coefficients are unchanged.
+  // Checks that Bullet's own coefficients are unchanged.
   auto& dispatcher = *world.world().getDispatcher();
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m)
     for (int p = 0; p < dispatcher.getManifoldByIndexInternal(m)->getNumContacts(); ++p)

@@ -172,7 +172,7 @@ TEST_CASE("A step's report is refused by its size before the step, and serves fo
     INFO(s.name);
     REQUIRE(s.step(nullptr) == BRISTLE_OK);
     const std::uint64_t before = s.hash();
-    bristle_step_report report{};  // report that was never initialised
+    bristle_step_report report{};  // a report whose struct_size was never set
     CHECK(s.step(&report) == BRISTLE_BAD_ARGUMENT);
     CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is "));
     CHECK(s.hash() == before);
@@ -245,7 +245,7 @@ TEST_CASE("A C program hears why nothing was shed", "[c]") {
   CHECK(std::string(bristle_last_error()) == "motion_size: give sizeof(bristle_motion)");
   CHECK(bristle_shedder_before_step(nullptr, patch.batch, &patch.motion, sizeof patch.motion, 1) == 0);
   CHECK(std::string(bristle_last_error()) == "shedder is null");
-  bristle_step_report report{};  // a report that was not initialised
+  bristle_step_report report{};  // a report whose struct_size was not set
   CHECK(bristle_shedder_after_step(shedder, patch.batch, &patch.motion, sizeof patch.motion, 1, 1e-3,
                                    &report) == 0);
   CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is " +
@@ -267,7 +267,7 @@ TEST_CASE("A null column is named", "[c]") {
 }
 
 TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
-  // Fails when PatchInfo gets a field, whose comparison must then be added below.
+  // Fails when PatchInfo gets a new field, as a reminder to add its comparison below.
   static_assert(bristle::detail::field_count<PatchInfo> == 10);
   PatchBatch batch;
   CPatch c(800);

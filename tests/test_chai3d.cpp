@@ -113,7 +113,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   CHECK(held < 0.0);
   CHECK(held > -0.2e-3);
   for (int i = 0; i < 1000; ++i) step(9.81);
-  CHECK(std::fabs(height - held) < 1e-9);  // the held block does not creep
+  CHECK(std::fabs(height - held) < 1e-9);  // checks that the held block does not creep
   CHECK(left.friction()[2] == Approx(-0.5 * mass * 9.81).epsilon(1e-4));
   for (int i = 0; i < 500; ++i) {
     lift += 0.1 * tick;
@@ -257,7 +257,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
   CHECK(-tool.friction()[0] == Approx(kinetic * stiffness * depth).epsilon(0.01));
   tool.go(above, 0.1);
   CHECK(tool.force == Vector3d::Zero());
-  // The touched object is gone, so nothing may read it.
+  // The touched object is deleted, so nothing may read it.
   world.objects.clear();
   ground.reset();
   tool.hold_at(above + Vector3d(0.01, 0, 0));
@@ -275,7 +275,8 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
 TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction", "[chai3d]") {
   cWorld world;
   cGenericObject here(floor_between(-1.0, 0.0)), there(floor_between(0.0, 1.0));
-  there.place = chai(Vector3d(0, 0.3, 0));  // has another origin, but its top continues that of `here`
+  there.place = chai(Vector3d(0, 0.3, 0));  // an object with another origin, whose top continues that of
+                                            // `here`
   world.objects = {&here, &there};
   const Vector3d start(-0.01, 0, radius - depth);
   Tool tool(world, start);
@@ -303,7 +304,8 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // has another frame, but its top lies where the old one's was
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // an object with another frame, whose top lies where the old
+                                                // object's was
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;

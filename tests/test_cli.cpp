@@ -335,7 +335,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
       "[[motion]]\npatch = \"first\"\ntype = \"ramp\"\nvelocity = 0.01\nload = 4\n"
       "[[motion]]\npatch = \"many\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 3\n");
   const std::string decisions = folder.at("decisions.csv");
-  // The budget is two microseconds a step, in which no machine steps 40,000 bristles.
+  // Sets a budget of two microseconds a step, in which no machine steps 40,000 bristles.
   const json run =
       run_report(folder, "run '" + scene + "' --budget 2 --record-decisions '" + decisions + "'");
   const json& overload = run["overload"];
@@ -377,7 +377,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
                 {"a replay makes no decisions"});
   CHECK(read_file(decisions) == recorded);
 
-  // Standard output has nothing but the decisions.
+  // Checks that standard output has nothing but the decisions.
   const Outcome rows_only = run_cli(folder, "run '" + scene + "' --budget 2 --record-decisions -");
   CHECK(rows_only.code == 0);
   CHECK(rows_only.out.rfind("step,patch,bristles\n", 0) == 0);
@@ -429,7 +429,8 @@ TEST_CASE("What the steps of a run have decided is written once, at its end", "[
   }
   overload.write_decisions();
   overload.write_decisions();
-  CHECK(read_file(decisions) == "");  // the file appears whole when the run ends, or not at all
+  CHECK(read_file(decisions) == "");  // checks that the file appears complete when the run ends, or not at
+                                      // all
   overload.finish();
   const std::string written = read_file(decisions);
   CHECK_THAT(written, Catch::Matchers::StartsWith(header) && Catch::Matchers::EndsWith(",tip,64\n"));
@@ -467,7 +468,8 @@ TEST_CASE("Copies of a patch are stepped together and the force file says how ma
 
 TEST_CASE("A scene that is not right is refused in one line with file, line and key", "[cli][bad input]") {
   const Folder folder;
-  // Part of the scene | text in it | its replacement | parts of the message (none if the scene is valid).
+  // Rows of a table: part of the scene, text in it, its replacement, and parts of the message (none if the
+  // scene is valid).
   const char* const cases = R"(
 patch    | bristles              | bristels            | :12: [[patch]] 'tip': unknown key 'bristels' | bristles
 motion   | [[motion]]            | [[movement]]        | :13: unknown key 'movement'
@@ -768,7 +770,8 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
   const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
-  // A clock of 1 ns a bristle, later by the given factors in probes and in the confirming run.
+
+  // A simulated clock of 1 ns per bristle; probes and the confirming run are slower by the given factors.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
       const double factor = steps <= 300 ? probes : bristles >= late_from ? confirming : 1.0;
@@ -806,7 +809,8 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
   CHECK(row["bristles"] == 0);
   CHECK(row["unconfirmed"] == true);
 
-  // One step in a hundred takes three times as long; the median of 1 ns a bristle would allow a million.
+  // Lets one step in a hundred take three times as long; the median of 1 ns a bristle would allow a million
+  // bristles.
   const cli::CapacityRow delayed = cli::find_capacity({}, options, clock(3.0, 3.0));
   CHECK(delayed.fits.bristles < 340'000);
   CHECK_THAT(told(delayed).first, Contains("LOWER BOUND, MACHINE BUSY in 1 of 1 rows") &&
@@ -824,6 +828,7 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need too much memory of
                                                                      // their own
+
   // Stacks of 256 MB in an address space of 1.5 GB leave room for a few threads. The
   // program may exit with 124 (still at work at the timeout) or 1 (no memory for its arrays), but no signal
   // may end it.
@@ -857,8 +862,8 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
   CHECK(help.code == 0);
   CHECK_THAT(help.out, Contains("force_high") && Contains("N/m") && Contains("--plot"));
 
-  // Options take precedence over the file, and the file over the defaults; the table of another experiment is
-  // ignored.
+  // Checks that options take precedence over the file, and the file over the defaults, and that the table of
+  // another experiment is ignored.
   const std::string config =
       folder.write("drift.toml", "[drift]\nload = 1.2\ncycles = 4\n[turn]\nload = 7\n");
   const json report = run_report(folder, "experiment drift --models lugre,brush_keep --config '" + config +
@@ -878,7 +883,7 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
         run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.svg") + "'");
     INFO(plot.err);
     CHECK(plot.code == 0);
-    // The file has been written to its end.
+    // Checks that the file has been written to its end.
     CHECK_THAT(read_file(folder.at("drift.svg")), Contains("<svg") && Contains("</svg>"));
   }
 }
@@ -988,7 +993,7 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
   CHECK(names == std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's",
                                           "brush, rubbed", "brush, slide", "brush, slide, free law",
                                           "brush, as fitted"});
-  // All files but that of --json come from the fit to the whole record.
+  // Checks that all output files except that of --json come from the fit to the whole record.
   const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'");
   CHECK(table.code == 0);
   CHECK_THAT(read_file(folder.at("fit.csv")), StartsWith("t,x,load,force,fit,residual"));

@@ -399,7 +399,7 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
       AgedBrush brush(
           aged(lognormal, ageing).with_residual_length(residual * dbar).with_shared_renewal(renewal));
       AgedBristles truth(bristles, lognormal_quantile(1.0, 0.3), ageing, residual, renewal);
-      brush.hold(1e-3);  // lets the bristles come into contact
+      brush.hold(1e-3);  // a step that only lets the bristles come into contact
       for (const Leg& leg : journey) {
         for (int i = 0; i < 5; ++i) brush.step(0.2 * leg.dx, 0.2 * leg.dy, 0.2 * leg.seconds);
         truth.step(leg.dx, leg.dy, leg.seconds, 0.02);
@@ -444,8 +444,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
 }
 
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Steps of 0.1 s, of 1 ms and, for some parts of the motion, of 1 us. Bristles that restart and snap inside
-  // a step age too, which the exponential law tests.
+  // Makes steps of 0.1 s, of 1 ms and, for some parts of the motion, of 1 us. Bristles that restart and snap
+  // again inside a step age too, which the exponential law tests.
   const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
                         {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -486,8 +486,8 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       const double f = brush.step(length, length / speed);
       INFO(to_string(law.law()) << ", " << length << " lengths");
       CHECK(f == Approx(steady_force(law, ageing, speed)).epsilon(3.5e-3));
-      // Moves on at a hundredth of the speed in short steps: a state carried along unsolved in steady sliding
-      // must not be kept at another speed.
+      // Moves on at a hundredth of the speed in short steps, because the steady state that was computed for
+      // the old speed must not be used at the new one.
       CHECK(brush.slide(12.0, 0.01 * speed) ==
             Approx(steady_force(law, ageing, 0.01 * speed)).epsilon(3.5e-3));
     }
@@ -502,7 +502,7 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       snaps += static_cast<double>(near.response.snaps);
       lost += near.response.dissipated;
     }
-    // A survival function with corners limits the accuracy of small steps.
+    // Under a law whose survival function has corners, small steps are less accurate.
     const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;
     CHECK(far.response.mean[0] == Approx(mean).epsilon(limit));
     CHECK(far.response.dissipated == Approx(lost).epsilon(limit));
@@ -519,7 +519,8 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   near.slide(40.0, 10.0);
   double snaps = 0.0;
   for (int i = 0; i < 100; ++i) {
-    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates speeds, so that every step is solved
+    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates between two speeds, so that the steady state is
+                                           // computed in every step
     snaps += static_cast<double>(near.response.snaps);
   }
   CHECK(f == Approx(near.force()).epsilon(2e-3));
@@ -563,7 +564,7 @@ TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts]
   const std::vector<Response> out = move({0, 1, 2}, 0.15, 0.15);
   for (int i : {1, 2}) CHECK(out[static_cast<std::size_t>(i)].end[0] == out[0].end[0]);
   for (int i : {1, 2}) CHECK(batch.state_hash(ids[static_cast<std::size_t>(i)]) == batch.state_hash(ids[0]));
-  // A patch that did not rest has aged less and is weaker.
+  // Checks that a patch that did not rest has aged less and is weaker.
   AgedBrush restless(material);
   for (int i = 0; i < 51; ++i) restless.step(0.1, 0.0, 0.1);
   restless.step(0.05, 0.0, 0.05);
@@ -585,7 +586,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  // Stays out of contact during the rest of the other.
+  // Stays out of contact while the other patch rests.
   const PatchId idle = batch.add(material, infinite_options());
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});
@@ -710,7 +711,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     AgedBrush brush(aged(lognormal, beta));
     brush.hold(1e-6);
     double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at the rate `rate`, 1/s
+    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at `rate` per second
       const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
       rise = f / 0.6 - last;
       last = f / 0.6;
@@ -735,7 +736,7 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);
   const double before = read(brush.patch, 1).delta[0];
-  // Bristles are known only to be longer than their deflection.
+  // All that is known of these bristles is that they are longer than their deflection.
   CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));
   brush.hold(99.6);
   CHECK(read(brush.patch, 1).delta[0] ==
@@ -785,7 +786,7 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
       AgedBrush brush(material);
       brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
       brush.slide(0.1, speed, 0.05);
-      brush.step(9.0, 9.0 / speed);  // lets the weakest bristles snap
+      brush.step(9.0, 9.0 / speed);  // a step that lets the weakest bristles snap
       if (long_step > 0.0) brush.step(long_step, long_step / speed);
       force[longer] = brush.slide(0.2, speed, 0.05);
     }

@@ -123,7 +123,7 @@ TEST_CASE("The mass of an infinite brush is that of its load, to the last unit, 
       long full = 0;
       INFO(to_string(law.law()) << ", " << capacity << " cohorts");
       CHECK(count_mass_errors(law, 4.0, capacity, steps, capacity, full) == 0);
-      CHECK(full > steps / 100);  // cohorts were merged, else nothing was tested
+      CHECK(full > steps / 100);  // checks that cohorts were merged, since otherwise nothing was tested
     }
 }
 

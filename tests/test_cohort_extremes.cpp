@@ -28,8 +28,8 @@ double deflection(const Response& r, double load) { return -r.elastic[0] / (load
 }  // namespace
 
 TEST_CASE("Three million steps of 1e-12 m end where hundred of 3e-8 m do", "[cohorts][extreme][creep]") {
-  // Moves first, so that no later step is the first of its kind; the law's weakest bristles snap from the
-  // start.
+  // Makes a motion first, so that no later step is the first of its kind. The law's weakest bristles snap
+  // from the start.
   for (const SnapLength& law : {lognormal, SnapLength::exponential(dbar)}) {
     OnePatch slow = make_brush(law, infinite_options(16.0, 64, 1));
     OnePatch fast = make_brush(law, infinite_options(16.0, 64, 1));
@@ -51,7 +51,8 @@ TEST_CASE("A million steps of load noise at rest cost what the lowest load costs
   patch.step(0.0, 0.0, 0.495 * load_n);
   const double force = patch.step(0.0, 0.0, 0.5 * load_n).elastic[0];
   CHECK(force == Approx(sliding).epsilon(0.011));
-  CHECK(std::abs(force / sliding - 1.0) > 0.001);  // the bristles that entered last have left contact
+  CHECK(std::abs(force / sliding - 1.0) > 0.001);  // checks that the bristles that entered last have left
+                                                   // contact
   std::mt19937 generator(2);
   std::uniform_real_distribution<double> flat(0.99, 1.01);
   const int steps = static_cast<int>(test_size(1000000));

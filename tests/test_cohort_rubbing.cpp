@@ -193,8 +193,8 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
     for (int i = 0; i < 20; ++i) brush.step(10.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     const double slid = brush.x();
-    // Two steps: one longer than the path after which straight bristles have forgotten their start, and a
-    // short one.
+    // Makes two steps: one longer than the path after which straight bristles have forgotten their start, and
+    // a short one.
     double way = 0.0;
     for (const double step : {30.0, 10.0}) {
       brush.step(-step);
@@ -298,7 +298,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
 
 TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
           "[cohorts][rubbing][physics][determinism]") {
-  constexpr int parts = 250;  // of a move, for the independent model
+  constexpr int parts = 250;  // length of the pieces into which the independent model cuts a move
   for (const SnapLength& law : {uniform, lognormal, SnapLength::exponential(dbar)})
     for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.1, 1.0}, Rubbing{0.4, 2.0}}) {
       INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);

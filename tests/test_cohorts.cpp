@@ -202,7 +202,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
-          // Forth, then back, which leaves cohorts of two ages.
+          // Moves forth, then back, which leaves cohorts of two ages.
           for (int i = 0; i < 300; ++i) brush->step(0.05);
           for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
         }
@@ -302,7 +302,7 @@ TEST_CASE("A load that rises at rest changes no force, and an overload goes firs
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
   }
-  // Raises the load above the highest as well.
+  // The load also rises above the highest load.
   for (int i = 0; i < 50; ++i) {
     brush.load += 40.0;
     brush.step(0.0);
@@ -338,7 +338,7 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
 }
 
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
-  // A million steps of 1e-7 lengths give the force of the same path in ten steps.
+  // Checks that a million steps of 1e-7 lengths give the force of the same path in ten steps.
   Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   for (Brush* b : {&slow, &fast})
@@ -358,7 +358,7 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("literal rule"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
-  // Accepts a law wider than representatives accept.
+  // Checks that a law wider than representatives accept is accepted.
   CHECK_NOTHROW(
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
 }
@@ -396,7 +396,8 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   struct Wavering {
     const char* name;
     double lowest, highest;  // range of the load, over max_normal_load
-    double stroke;           // path per step, mean snap lengths; 0 = at rest after the first steps
+    double stroke;           // path per step in mean snap lengths; 0 means that the patch rests after the
+                             // first steps
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},

@@ -123,12 +123,12 @@ TEST_CASE("A normal that turns over carries the axes half round about the first 
 }
 
 TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid angle", "[frame]") {
-  // Walks along great arcs, in steps of any size: the Gauss-Bonnet theorem holds exactly.
+  // Moves along great arcs, in steps of any size, for which the Gauss-Bonnet theorem holds exactly.
   const std::vector<std::vector<Vector3d>> polygons = {
       // Octant of the sphere, which encloses the solid angle pi/2.
       {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},
       {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
-      // Polygon walked in the opposite sense.
+      // The same kind of polygon, traversed in the opposite sense.
       {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};
   for (const auto& corners : polygons) {
     double enclosed = 0.0;
@@ -441,7 +441,7 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   pool.restore_state({keys.data(), keys.size()});
   frames = saved;
   CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
-  // All contacts beyond the capacity share one frame, which nothing reads.
+  // All contacts beyond the capacity share one frame, whose values nobody reads.
   const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
   CHECK(fourth.place == 3);
   CHECK(fourth.is_new);
@@ -460,7 +460,7 @@ TEST_CASE("The frame of a new contact is made anew, also if its patch was asked 
   pool.find_or_add(2);
   batch.save_state({state.data(), state.size()});
   pool.save_state({keys.data(), keys.size()});
-  for (int pass = 0; pass < 2; ++pass) {  // again from the saved state
+  for (int pass = 0; pass < 2; ++pass) {  // repeats the steps from the saved state
     pool.find_or_add(2);
     CHECK(pool.find_or_add_contact(2).is_new);
     CHECK_FALSE(pool.find_or_add_contact(2).is_new);

@@ -166,7 +166,7 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
   CHECK(force_after(batch, id, 0.0, 3.0) == Approx(-3.0 * 0.4 * dbar));
   CHECK(force_after(batch, brush, 0.2 * dbar, 40.0) == Approx(-40.0 * 0.2 * dbar).epsilon(1e-5));
 
-  // A trial step, under the present load or another, changes nothing.
+  // Checks that a trial step, under the present load or another, changes nothing.
   bristle::Motion trial;
   trial.id = id;
   trial.displacement[0] = 5.0 * dbar;
@@ -224,7 +224,7 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
   int taken = 0;
   while (commands.take(last) != nullptr) {
     ++taken;
-    commands.push(std::make_unique<Command>());  // as another thread would that adds without pause
+    commands.push(std::make_unique<Command>());  // adds a patch as another thread would that never pauses
     REQUIRE(taken <= 3);
   }
   CHECK(taken == 3);
@@ -266,7 +266,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   trial.normal_load = 300.0;
   CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // a step that changes the state of both
+  step_both(0.9 * dbar, 700.0);  // a step, which changes the state of both batches
   CHECK(answers_agree());
   saved = saved_state(batch);
   step_both(0.4 * dbar, 650.0);

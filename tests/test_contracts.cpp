@@ -127,7 +127,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   // Memory does not grow: the next change frees the commands handed over last, a few commands, patches and
   // slots.
   CHECK(bytes_in_use() < start + 500000);
-  // No id was given twice, because the generation in its upper half grows when a slot is reused.
+  // Checks that no id was given twice: the generation in the id's upper half grows when a slot is reused.
   const PatchId after = batch.add(material, options);
   CHECK(static_cast<std::uint32_t>(after.value) < 200);
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
@@ -276,7 +276,7 @@ std::vector<double> step_outline_while(Meanwhile meanwhile) {
     }
     const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
     for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
-    // Leaves time to the other thread.
+    // Gives the other thread time to run.
     if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   stop = true;

@@ -132,7 +132,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    // The damper took all momentum: momentum = damper x distance.
+    // Expects that the damper took all momentum, which is damper x distance.
     CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));
   }
 }
@@ -211,7 +211,7 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // a step that only puts the patches under load
+  batch.step(tick, motions, responses);  // a step whose only purpose is to put the patches under load
   bristle::MovingBody<2> body;           // a body of 1 kg with two velocities, along x and y
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
@@ -239,7 +239,7 @@ TEST_CASE("A block on a slope does not creep", "[coupling]") {
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
     for (int i = 0; i < 2000; ++i) rail.step(push);
     const double settled = rail.x;
-    CHECK(settled > 0.3 * dbar);  // the push bends its bristles by at least 0.36 dbar
+    CHECK(settled > 0.3 * dbar);  // the push bends the bristles by at least 0.36 dbar
     CHECK(settled < 3.0 * dbar);
     for (std::uint32_t i = 0; i < test_size(200000); ++i) rail.step(push);
     // Forces are solved to a relative 1e-10; at rest such errors do not accumulate.
@@ -248,8 +248,8 @@ TEST_CASE("A block on a slope does not creep", "[coupling]") {
 }
 
 TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
-  // A body on a belt: the ground velocity enters the slip, and friction accelerates the body until both are
-  // equal.
+  // Puts a body on a belt: the ground velocity enters the slip, and friction accelerates the body until both
+  // move equally fast.
   PatchBatch batch;
   Motion motion;
   motion.id = batch.add(Material{}.with_bristle_damping(0.05).with_stribeck_velocity(1e6),

@@ -51,7 +51,7 @@ TEST_CASE("A creep far below the resolution of positions counts in full", "[cree
       const double tolerance = 2.2e-19 + 1e-10 * steps * d;
       expect_near(-r.elastic[0], steps * d, tolerance, "force");
       expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
-      // Moves back by the same steps: no displacement was lost.
+      // Moves back by the same steps, and checks that no displacement was lost.
       for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
       expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
     }
@@ -100,7 +100,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // In the first counts a few bristles near their snap length snap; later counts snap none.
+          // Near their snap length a few bristles snap in the first counts; later counts snap none.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);
@@ -186,8 +186,7 @@ class HeldCapsule {
       const double seen = (residual - after) / (next - d);
       if (seen > 0.0) slope = seen;
       if (std::abs(after) >= std::abs(residual) && evaluations > 8)
-        break;  // stops at the rounding of the
-                // forces
+        break;  // ends the search at the rounding error of the forces
       d = next;
       residual = after;
       ++evaluations;
@@ -274,7 +273,8 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           // snap length; the other bristles leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
-          const double settling = 1e-4 * hangs;  // depth lost while the first bristles bend
+          const double settling = 1e-4 * hangs;  // depth by which the capsule sinks while the first bristles
+                                                 // bend
           CHECK(std::abs(depth.late - hangs) < settling);
           // A change of load rewrites the block in which contact ends, which rounds float deflections to
           // 2^-24. Positions are always rounded to 2^-44 of a length near the mean.
@@ -309,6 +309,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   OnePatch patch(plain_material(uniform, rule), plain_options(n, axes, precision, Outputs::mean));
   patch.step(0.0, 0.0, n);
   const double path = 0.29 * dbar;  // path of each step, m
+
   // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;

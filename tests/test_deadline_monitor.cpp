@@ -179,9 +179,11 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
 TEST_CASE("A tick is late when it ends too long after it was due, however short its step", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
   monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // a tick in time
-  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // a tick that started late and ended in time
-  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: caused by the machine
-  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // step too long: caused by this program
+  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // a tick that started late but ended in time
+  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // a tick that was woken too late: caused by the
+                                                             // machine
+  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // a tick whose step took too long: caused by
+                                                             // this program
   CHECK(monitor.misses() == 2);
   CHECK(monitor.misses_ours() == 1);
   CHECK(monitor.misses_machine() == 1);
@@ -197,7 +199,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step time so far
+  CHECK(monitor.max() == Approx(1.6e-3));  // this tick has the longest step time so far
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {
@@ -245,7 +247,8 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
-  // A late tick counts the hundred faults since the refresh, not the thousand before.
+  // Expects for the late tick only the hundred page faults since the last refresh, not the thousand before
+  // it.
   monitor.record(5e-3, 0.0);
   CHECK(monitor.late_events().minor_faults >= 100);
   CHECK(monitor.late_events().minor_faults < 1000);

@@ -215,7 +215,7 @@ TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bri
     FAIL_CHECK(cases[i % cases.size()].name << ": " << field << " differs in step " << i / cases.size());
   }
   CHECK(hashes[0] == hashes[1]);
-  // Blocks were skipped, else nothing was tested.
+  // Checks that blocks were skipped, since otherwise nothing was tested.
   if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);
 }
 
@@ -275,7 +275,7 @@ TEST_CASE("find_force tells the next step's response bit for bit and leaves the 
       motions[i].id = ids[i];
       Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
       other.id = ids[i];
-      batch.find_force(tick, other);  // a trial of another motion, which is not made
+      batch.find_force(tick, other);  // a trial of another motion than the step's
       found[i] = batch.find_force(tick, motions[i]);
     }
     REQUIRE(batch.state_hash() == before);
@@ -412,11 +412,11 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   const Material material;
   const std::uint64_t base = hash_after(3e-6, 0.5, material, 1);
   CHECK(hash_after(3e-6, 0.5, material, 1) == base);
-  // Another displacement of a block gives another hash.
+  // Checks that another displacement of a block gives another hash.
   CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);
-  // Another number of bristles in contact gives another hash.
+  // Checks that another number of bristles in contact gives another hash.
   CHECK(hash_after(3e-6, 0.4, material, 1) != base);
-  // Another material gives another hash.
+  // Checks that another material gives another hash.
   CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);
   CHECK(hash_after(3e-6, 0.5, material, 2) != base);  // other snap lengths give another hash
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);

@@ -166,7 +166,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       }
       expect(r.contact_loss >= -b.tolerance, "contact loss is a loss");
       expect(r.damper_work >= 0.0, "dampers take energy");
-      // Passive: no more energy comes out than went in, and stored energy is part of what went in.
+      // Checks passivity: no more energy comes out than went in, and the stored energy is part of what went
+      // in.
       taken += b.work;
       slack += b.tolerance;
       expect(taken >= after - slack, "the work taken so far covers the energy stored");
@@ -222,7 +223,7 @@ TEST_CASE("Against the mean force the end force takes more where a bristle stick
   r = patch.step(0.2 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] * 0.2 == Approx(0.02 * dbar).epsilon(1e-5));
   CHECK(-r.mean[0] * 0.2 == Approx(0.1 * dbar).epsilon(1e-5));
-  // 0.405 dbar^2 was stored before the snap.
+  // Before the snap 0.405 dbar^2 was stored.
   CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));
 }
 

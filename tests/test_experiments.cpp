@@ -330,7 +330,7 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         if (row.at("dist") != dist || row.at("variant") != variant) continue;
         const bool up = row.at("jump") == "zeta x2";
         const double x = number(row, "x_over_dbar_after_jump");
-        // After a fall of the load compares the force a hundredth of a length further on.
+        // After a fall of the load, compares the force a hundredth of a mean length further on.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
         const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;
@@ -365,7 +365,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
         INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
         const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
         expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
-        // After a turn to the left the direction of the first slide lies to the right.
+        // After a turn to the left, the direction of the first slide lies to the right of the motion.
         expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
         ++points;
       }

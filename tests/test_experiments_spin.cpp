@@ -47,7 +47,7 @@ TEST_CASE("Brush and LuGre slide and spin as the table of the limit surface says
     CHECK(finding(result, "limit_surface", model) == Approx(100.0 * worst).margin(0.01));
     CHECK(is_shown(result, "limit_surface", model));
   }
-  // Two rings of cells are too coarse for 1 %, and the experiment says so.
+  // Checks that two rings of cells are too coarse for 1 %, and that the experiment says so.
   const cli::ExperimentResult coarse = run("limit-surface", {"rings=2"}, {"brush_infinite"});
   CHECK(!is_shown(coarse, "limit_surface", "brush_infinite"));
 }
@@ -174,7 +174,7 @@ TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experi
 
 TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its way", "[experiment][beds]") {
   const cli::ExperimentResult result = run("rolling-ball", {"time=1"}, {"coulomb", "bed"});
-  // The centre of the ball gains the speed that its surface loses: 1 / (1 + 2/5 (1 - creepage)).
+  // The ball's centre gains as much speed as its surface loses: 1 / (1 + 2/5 (1 - creepage)).
   const double creepage = rows_of(result, "slope", "bed").back().values[3];
   CHECK(creepage > 3e-3);
   CHECK(finding(result, "rolls_down", "bed") == Approx(1.0 + 2.0 / 7.0 * creepage).margin(1e-4));

@@ -211,7 +211,7 @@ TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
   CHECK(
       names(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_axes(1)), {"axes = 1", "2 for"}));
   CHECK(names(add(Outline::disc(1e-3, Pressure::uniform).grow_with_load(-1.0)), {"full_size_load = -1"}));
-  // If the batch refuses the last cell, the other cells are removed.
+  // Checks that the other cells are removed if the batch refuses the last cell.
   CHECK(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_max_normal_load(-1.0)) !=
         "(no error)");
   batch.warm_up();
@@ -516,12 +516,12 @@ TEST_CASE("Limits of force and torque are those of a first loading and a first t
 
 TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
           "[extended]") {
-  // Cells lie off the centre, so that a spin changes the force.
+  // Cells that all lie to one side of the centre, so that a spin changes the force.
   Outline outline;
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
     Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
-    pad.load = 0.0;  // turns while out of contact, so that no force arises
+    pad.load = 0.0;  // turns the outline out of contact, where no force arises
     pad.step(0.0, 0.0, angle);
     pad.load = load_n;
     pad.step(0.0, 0.0, 0.0);
@@ -930,7 +930,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   const ExtendedResponse changed = stick(pads, pad, load_n);
   CHECK(changed.stiffness[0][0] == Approx(2.0 * load_n));
   CHECK(changed.stiffness[1][1] == Approx(2.0 * load_n));
-  // A uniform disc has R^2 / 2 of it against spin.
+  // A uniform disc has R^2 / 2 of its stiffness against spin.
   CHECK(changed.stiffness[2][2] == Approx(2.0 * load_n * 0.5e-6));
   CHECK(changed.force_limit == Approx(2.0 * limit));
   CHECK(changed.torque_limit > 0.0);
@@ -992,8 +992,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
         row.cells.push_back(cell);
       }
       for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
-      // The second step already knows stiffness and limits. In the third step one outline gets an invalid
-      // motion.
+      // In the second step stiffness and limits are known already. In the third step one outline gets an
+      // invalid motion.
       const std::size_t bad = first_is_bad ? 0 : 1;
       std::array<ExtendedResponse, 3> out;
       for (int k = 0; k < 3; ++k) {
@@ -1167,7 +1167,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   CHECK(other.pads.state_hash(other.id) == now);
   CHECK(other.reset_and_slide() == now);
   CHECK(other.batch.info(other.pads.cell_patches(other.id)[0]).key == 9);
-  // The scale of an outline is a part of its state.
+  // Checks that the scale of an outline is a part of its state.
   REQUIRE(other.pads.set_scale(other.id, 1.5));
   CHECK(other.pads.state_hash(other.id) != now);
 }

@@ -110,6 +110,7 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
     const PatchOptions options = plain_options(n, kind.axes, kind.precision);
     OnePatch patch(material, options);
     OnePatch steady(material, options);  // a twin under the low load, with the same first hundred bristles
+
     // In float each change of load rounds deflections once more.
     const double tolerance = kind.is_double() ? 1e-11 : 1e-5;
     for (int k = 0; k < 200; ++k) {

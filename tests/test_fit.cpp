@@ -190,7 +190,7 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
     check_recovered(fitted[cli::fit_length], s.length, 0.10 * s.length);
     check_recovered(fitted[cli::fit_spread], s.spread, 0.25 * s.spread);
-    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // the record has no damping
+    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // the simulated record has no damping
     CHECK(fitted.result.explained > 0.99);
     if (s.encoder > 0.0) CHECK(fitted.data.quantum == Approx(s.encoder));
   }
@@ -234,7 +234,7 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  std::size_t part = 0;  // held parameters also stay fixed in a fit to a fifth of the rows
+  std::size_t part = 0;  // checks that held parameters also stay fixed in a fit to a fifth of the rows
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;
@@ -312,7 +312,7 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     return cli::Judgement{};
   };
   const cli::Judgement maxwell = of("Maxwell-slip");
-  // N, held-out error; the noise is 5 mN, and 22 parameters were fitted to 351 samples.
+  // N, error of held-out parts of the record; the noise is 5 mN, and 22 parameters were fitted to 351 samples
   CHECK(maxwell.judged.all < 1.2 * 0.005);
   for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
     INFO(other);
@@ -335,7 +335,7 @@ TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") 
   check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
   check_recovered(fitted[cli::fit_damping], s.damping, 0.3 * s.damping);
   check_recovered(fitted[cli::fit_stribeck], s.stribeck, 0.4 * s.stribeck);
-  // The material that a person gets has all three.
+  // Checks that the material that a user gets has all three terms.
   const bristle::Coefficients given = fitted.result.material.coefficients();
   CHECK(given.viscous_friction == Approx(fitted[cli::fit_viscous].value));
   CHECK(given.damping_per_newton == Approx(fitted[cli::fit_damping].value));
@@ -706,7 +706,8 @@ TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
 }
 
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
-  // Data that must not give a kinetic coefficient of 0.40 and a presliding length of ten strokes.
+  // Data from which the fit must not find a kinetic coefficient of 0.40 and a presliding length of ten
+  // strokes.
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal(0.0, 0.002);
   const std::string csv = made(

@@ -40,8 +40,8 @@ std::string force_csv(const RecordedFriction& r, double sign = 1.0) {
   return text;
 }
 
-/// Writes what a logger of its own sees of a motion: `rate` rows a second, by a clock that shows `ahead`
-/// seconds more.
+/// Writes what a separate logger would record of a motion: `rate` rows a second, by a clock that is `ahead`
+/// seconds ahead.
 std::string motion_csv(const std::function<double(double)>& x, double from, double to, double rate,
                        double ahead = 0.0, double encoder = 0.0) {
   std::string text = "Time [ms];Position [um]\n";
@@ -73,7 +73,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
   const struct {
     const char* what;
     Strokes motion;
-    double sign, rate, begin;  // begin: s of the record that are cut off
+    double sign, rate, begin;  // s of the record's beginning that are cut off
   } cases[] = {{"from rest", {}, 1.0, 200.0, 0.0},
                {"on the body, from the far end", {0.503, -0.2e-3, 0.4e-3, 0.0}, -1.0, 200.0, 0.0},
                {"rests at both ends", {0.503, 0.2e-3, 0.4e-3, 0.7}, 1.0, 200.0, 0.0},
@@ -137,7 +137,7 @@ TEST_CASE("Force and motion of two loggers are merged by time", "[fit][files]") 
   // The loggers have other rates, begin and end at other times, and one clock shows 100 s more.
   const struct {
     const char* what;
-    int every;  // of 1000 rows of the force a second, one of this many
+    int every;  // s, time between rows: of 1000 rows of force a second, one of this many is kept
     double rate, ahead, encoder;
     // m, largest error of a position: half of an encoder's count, or what a chord of the motion cuts off,
     // 0.4 mm (pi / s)^2 (1 / rate)^2 / 8.

@@ -71,7 +71,7 @@ cli::FreeLaw free_law(const SlidingSprings& springs, unsigned seed, cli::FitValu
   cli::FitOptions options;
   options.rule = SnapRule::slide;
   cli::FitModel model(data, options, cli::Detail::finish);
-  SlidingSprings friction = springs;  // friction alone, which bends the stage
+  SlidingSprings friction = springs;  // force of the friction alone, which bends the stage
   friction.noise = friction.offset = 0.0;
   const std::vector<double> bends = prepared(friction.csv(seed)).force;
   model.set_stage_force(
@@ -153,12 +153,12 @@ TEST_CASE("A stage that is held is bent by the fitted force, not by the sensor's
   check_recovered(fitted[cli::fit_length], 15e-6, 3e-6);
   CHECK(fitted[cli::fit_compliance].value == springs.compliance);
   CHECK(fitted.result.residual_rms == Approx(springs.noise).epsilon(0.05));
-  // An offset of the sensor is no friction that the fit explains.
+  // Checks that an offset of the sensor does not count as friction that the fit explains.
   double friction = 0.0;
   for (const double force : fitted.data.force) friction += std::pow(force - fitted[cli::fit_offset].value, 2);
   CHECK(fitted.result.explained ==
         Approx(1.0 - 1000.0 * std::pow(fitted.result.residual_rms, 2) / friction).margin(0.002));
-  // Read as friction, it is that much more towards +x.
+  // If the offset is read as friction, friction is larger by that much towards +x.
   const auto note =
       std::find_if(fitted.result.notes.begin(), fitted.result.notes.end(),
                    [](const std::string& text) { return text.find("towards +x") != text.npos; });
@@ -319,7 +319,7 @@ TEST_CASE("Another start, or another force on the stage, is another force", "[fi
 
 TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
   cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
-  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // a quarter of the way
+  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // m, position a quarter of the way
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
   cli::FitValues p = cli::fit_defaults;
@@ -472,7 +472,7 @@ TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") 
   REQUIRE(thin.columns.parts[1] < thin.samples());
   for (std::size_t k = 0; k < 2; ++k)
     CHECK(thin.columns.t[thin.columns.parts[k]] == data.columns.t[60 * (k + 1)]);
-  // A replay slides on where a file ends: the body was lifted to the next one's start.
+  // A replay goes on at the end of a file, although the body was lifted to the start of the next one.
   const std::string replay = cli::fit_motion(data);
   double place[2][2] = {};
   std::size_t row = 0;

@@ -110,7 +110,7 @@ TEST_CASE("A stiff spring in series under one load is left to the brush, and the
   const Fitted fitted = fit(record(s, 1).csv());
   CHECK_FALSE(fitted[cli::fit_compliance].fitted);
   CHECK_THAT(fitted[cli::fit_compliance].why, Contains("one number in sticking"));
-  // The length is not found: bristles of twenty times the length and equal stiffness would fit as well.
+  // Expects no length to be found: bristles of twenty times the length and equal stiffness would fit as well.
   CHECK_FALSE(fitted[cli::fit_kinetic].fitted);
   CHECK_THAT(fitted[cli::fit_kinetic].why, Contains("no sliding"));
   const double bristles = s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length) * 2.0;  // N/m

@@ -76,8 +76,8 @@ double work_of_cycle(const Force& force) {
     }
   };
   go(0.0, -0.005, 400);       // presses to 2.5 N
-  go(400e-6, -0.020, 2000);   // presses on to 10 N while sliding
-  go(389.5e-6, -0.020, 200);  // lets go of the friction
+  go(400e-6, -0.020, 2000);   // the hand presses on to 10 N while it slides
+  go(389.5e-6, -0.020, 200);  // the hand moves back so far that friction vanishes
   go(389.5e-6, 0.001, 1000);  // the hand comes out of the wall
   return work;
 }
@@ -123,7 +123,7 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   for (int i = 0; i < 20000; ++i) {
     position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
     position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N at most
-    if (i % 1000 < 3) position[0] += 1e-3;               // jerks of 1 mm in each of three ticks
+    if (i % 1000 < 3) position[0] += 1e-3;               // the hand jerks by 1 mm in each of three ticks
     const Vector3d force = floor.step(position);
     expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
     limited += floor.point.limited() ? 1 : 0;
@@ -271,7 +271,7 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  // The elastic part is not cut, only the damper's.
+  // Checks that the elastic part of the force is not cut, only the damper's part.
   CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);
   response.elastic[0] = -4.0;
   force = point.finish(response);

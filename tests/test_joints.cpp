@@ -269,7 +269,8 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(worst(8) < 2.1e-3);
   CHECK(worst(32) < 1.3e-4);
   CHECK(worst(8) / worst(32) > 12);
-  // If all bristles have one length, the joint is a spring up to that length, then has Coulomb friction.
+  // With equal lengths of all bristles, the joint is a spring up to that length and then has Coulomb
+  // friction.
   JointOptions alike;
   alike.spread = 0;
   alike.bristles = 1;
@@ -570,7 +571,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::ok);
   wants_gradient.gradient = {gradient.data(), n};
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
-  // A first step with bad input does not count as a first step.
+  // Checks that a first step with bad input does not count as the first step.
   OneJoint late(m), other(m);
   late.go(bad[0], 0, 0, 0);
   for (OneJoint* joint : {&late, &other}) {
@@ -620,8 +621,8 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   stuck.go(0.1, 0, 0, 0);
   CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
   CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
-  // At high speed the static part of friction falls, but only in the joint that slides: their hidden state
-  // differs.
+  // At high speed the static part of friction falls, but only in the joint that slides; the joint at rest
+  // keeps it.
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
@@ -664,7 +665,8 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       CHECK_THROWS_AS(b.restore_state(damaged), Error);
     }
     CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
-    // A state with a right checksum whose last joint holds an impossible number: nothing of it is restored.
+    // Forges a state with a right checksum whose last joint has an impossible number, and checks that nothing
+    // of it is restored.
     for (double& x : angle) x += 0.01;
     a.step({angle, {}, {}, {}}, {torque});
     REQUIRE(a.save_state(state) == state.size());

@@ -165,7 +165,8 @@ TEST_CASE("A key keeps its patch while it is asked for and loses it after keep_s
     CHECK_FALSE(patches.find(7));
     CHECK(patches.find(100) == first);
     CHECK(patches.size() == 1);
-    // A key used in the last step before it would be forgotten is kept for another `keep` steps from there.
+    // Checks that a key used in the last step before it would be forgotten is kept for another `keep` steps
+    // from there.
     patches.find_or_add(8);
     for (std::uint32_t k = 0; k <= keep; ++k) patches.end_step();
     CHECK(patches.find_or_add(8));
@@ -195,7 +196,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   CHECK(left_out == PatchId::no_capacity());
   CHECK(patches.find(no_contact_key) == PatchId{});
   CHECK(patches.refused() == 3);
-  // A motion without a patch is refused with the reason; its neighbours are stepped.
+  // Checks that a motion without a patch is refused with the reason, and that other motions are stepped.
   Motion motions[3] = {
       {PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}, {left_out, {dbar, 0.0}, 5.0}};
   Response responses[3];
@@ -244,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // contact j pauses in some steps
+        if ((k / (7 + j)) % 3 == 0) continue;  // contact j is missing in some steps
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -342,7 +343,7 @@ TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", 
   for (int k = 0; k < 200; ++k) {
     for (ContactPoint& p : points)
       for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
-    // Points drift by 0.5 mm a step on average and 2.6 mm at most: under half the spacing.
+    // Points drift by 0.5 mm a step on average and 2.6 mm at most, which is less than half their spacing.
     std::shuffle(order.begin(), order.end(), random);
     std::vector<ContactPoint> listed;
     for (const std::size_t i : order) listed.push_back(points[i]);
@@ -551,7 +552,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
 
   Engine second;
   for (int k = 0; k < 7; ++k)
-    second.step(3 * k, again);  // other steps, whose state the restored engine must not keep
+    second.step(3 * k, again);  // makes other steps, whose state must be gone after the engine is restored
   second.pads.restore_state(patches);
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);

@@ -149,7 +149,7 @@ TEST_CASE("A falling load sheds the bristles that came into contact last", "[loa
         expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
         expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");
       }
-      // When the load returns the force does not: bristles that left re-enter straight.
+      // Checks that the force does not return with the load, because bristles that left re-enter straight.
       expect_near(patch.step(0.0, 0.0, n).elastic[0], r.elastic[0], 4.0 * rounding(precision),
                   "force after the load came back");
     }
@@ -208,7 +208,8 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     OnePatch patch(plain_material(uniform, SnapRule::keep),
                    PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
     patch.step(0.0, 0.0, max_load);
-    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // 0.4 mean lengths, below the shortest
+    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // path of 0.4 mean lengths, less than the
+                                                               // shortest snap length
     INFO("weight " << weight);
     CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
     CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));
@@ -399,7 +400,7 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
 }
 
 TEST_CASE("A displacement of a part of a unit of the fixed point counts where it is repeated", "[load]") {
-  // The unit: 2^-44 of a power of two near the mean length, 10 um: 2^-17 m.
+  // The unit of position is 2^-44 of 2^-17 m, a power of two near the mean length of 10 um.
   const double unit = 0x1p-61;
   for (const double step : {0.49, 0.51, 7.3}) {
     OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(1, 1, Precision::single));

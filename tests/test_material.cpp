@@ -86,7 +86,7 @@ struct Normal {
   }
 };
 
-struct Lognormal {  // lognormal law of mean 1
+struct Lognormal {  // lognormal law with the mean 1
   double s;
   explicit Lognormal(double cv) : s(std::sqrt(std::log1p(cv * cv))) {}
   double standard(double x) const { return (std::log(x) + 0.5 * s * s) / s; }
@@ -374,7 +374,7 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
       const double peak = material(with).peak_coefficient();
       if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
       CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
-      // Tiny lengths cause more renewals, but no bristle holds more than without them.
+      // Tiny lengths cause more renewals, but no bristle is bent more than without them.
       CHECK(peak < material(others).peak_coefficient() * 1.0001);
     }
   }

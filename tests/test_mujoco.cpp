@@ -370,14 +370,14 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
   world.run(0.5);
-  // Not 0: the ball swings on its bristles, because they have no dampers here.
+  // The speed is not 0: the ball swings on its bristles, because they have no dampers here.
   CHECK(std::fabs(world.data->qvel[5]) < 1e-4);
   // A torque of half the torsional friction is held.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(0.5);
-  // The bristles are bent by 4e-4 in all, so only a drift is excluded.
+  // The bristles are bent by 4e-4 in all, so the test excludes only a steady drift.
   CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }

@@ -122,7 +122,7 @@ TEST_CASE(
   const auto patches = static_cast<int>(test_size(400));
   constexpr std::uint32_t n = 400, few = 100;
   for (const NamedLaw& law : reference_laws()) {
-    if (law.law.cv() == 0.0) continue;  // a single length stays in phase for ever and has no steady force
+    if (law.law.cv() == 0.0) continue;  // equal lengths stay in phase for ever: no steady force
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       const Material material = plain_material(law.law, rule);
       const double m1 = law.law.moment(1), m2 = law.law.moment(2);
@@ -166,7 +166,7 @@ TEST_CASE(
         CHECK(seen < 1.25 * noise);
         if (rule == SnapRule::redraw && !back) CHECK(seen > 0.8 * noise);
         if (rule == SnapRule::redraw && back && law.law.cv() < 0.5)
-          CHECK(seen < 0.65 * noise);  // 0.5 of the noise is expected, because all n bristles are back
+          CHECK(seen < 0.65 * noise);  // expects 0.5 of the noise, because all n bristles are in use again
       }
     }
   }
@@ -192,6 +192,7 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     const auto correlation = [&] { return std::max(correlation_at(n / 2), correlation_at(n / 2 - 1)); };
     INFO(table_name(rule));
     CHECK(correlation() > 0.5);  // bristles and copies must be alike at first
+
     // With SnapRule::keep a bristle and its copy separate because their snap lengths differ.
     for (int k = 0; k < (rule == SnapRule::keep ? 200 : 40); ++k) patch.step(0.5 * dbar, 0.0, n);
     CHECK(std::abs(correlation()) < 0.1);
@@ -273,7 +274,7 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
     CHECK(a.batch.info(a.id).detail == (k < 3 ? 170u : 500u));
   }
   CHECK(a.hash() == b.hash());
-  // find_force() and step() compute from the reduced patch alike.
+  // Checks that find_force() and step() compute alike from the reduced patch.
   Motion motion;
   motion.id = a.id;
   motion.normal_load = 300.0;
@@ -779,7 +780,7 @@ TEST_CASE("A LoadShedder names what it cannot take", "[overload][shedder]") {
   LoadShedder shedder;
   CHECK(names(message_of([&] { shedder.add(PatchId{}); }), {"patch"}));
   CHECK(names(message_of([&] { shedder.add(PatchId{1}, 0, 0); }), {"least_bristles", "0"}));
-  // A removed patch, and times that are not positive numbers, do no harm.
+  // Checks that a removed patch, and times that are not positive numbers, do no harm.
   Loop loop({1000, 1000}, {0, 1}, LoadShedderOptions{}.with_budget(1e-6));
   loop.batch.remove(loop.ids[0]);
   for (double time : {0.0, -1.0, std::nan(""), double(INFINITY)})
@@ -854,7 +855,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
   PatchBatch batch;
   StepReport report;
-  report.bristles_visited = 1000;  // no patch is counted, because each would add its fixed time
+  report.bristles_visited = 1000;  // counts no patch, because each would add its fixed time
   const auto step = [&](double per_bristle) {
     shedder.after_step(batch, {}, per_bristle * 1000.0, report);
     return shedder.report(batch).rate_s;

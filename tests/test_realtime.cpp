@@ -81,7 +81,7 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       // Whatever number of ticks was left out, the next due time is on the grid.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // the due time lay in the future when wait() was called
+      CHECK(clock.due_s() > called - rounding);  // the due time was still ahead when wait() was called
     }
   }
 }
@@ -119,9 +119,9 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  // Ticks stepped and left out together span the time of the loop, so late ticks were not made up for in a
-  // burst. The time includes the start and end of each segment, in which the machine may stop the loop, hence
-  // five tries.
+  // Expects that ticks stepped and left out together span the time of the loop, because late ticks are not
+  // made up for. That time includes the start and end of each segment, in which the machine may stop the
+  // loop, hence five tries.
   bool spanned = false;
   for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
     const cli::RunResult result = cli::run_scene(scene, options);

@@ -29,6 +29,7 @@ struct JumpLaw {
   SnapLength law;                ///< law of the snap length in metres, with the mean dbar
   Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
   std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
+
   /// Whether the law's tail makes the sampling error of a variance too uncertain to estimate
   bool heavy = false;
 };
@@ -236,6 +237,7 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
   for (const JumpLaw& law : jump_laws()) {
     const Stationary stationary(law.quantile);
     const double c = 0.5 * law.moment[2];  // m2 / (2 m1): kinetic force in mean deflections
+
     // Renewal-reward theory: between two snaps, a bristle of length delta loses delta^2/2, which differs from
     // its expected share c delta. `growth` is the variance of the difference, and the variance of the energy
     // lost grows by it per mean length of path.

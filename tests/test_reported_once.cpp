@@ -82,7 +82,7 @@ TEST_CASE("What a change of detail loses is reported once, by a step that sticks
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
   REQUIRE(std::abs(lost) > 1e-6 * before);
-  // Reported although the step is within the bound.
+  // The loss is reported although the step stays within the bound.
   CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));
   for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }

@@ -605,6 +605,7 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
         off_across += std::pow(now.mean_across - right.mean_across, 2) / (steps - settle);
       }
       const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of the force of one step, N
+
       // The library carries long slides on turning paths by their steady state, to first order in the angle
       // per step. The error grows with the square of the angle and with the curvature.
       const double allowed = turn > 0.2 ? 0.008 : 0.004;

@@ -182,7 +182,7 @@ TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "
       for (int k = 0; k < 6; ++k)
         for (const Sample& s : stroke) {
           const Response r = tip.step(s.dx, s.dy, s.load);
-          if (s.load < 0.5) continue;  // skips the lift, in which few bristles are in contact
+          if (s.load < 0.5) continue;  // skips the lifting, in which few bristles are in contact
           const double share = std::hypot(r.elastic[0], r.elastic[1]) / s.load;
           highest = std::max(highest, share);
           if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // skips speeds below 20 mm/s
@@ -213,7 +213,8 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
-      // Share of the step that followed this bristle's snap.
+
+      // Share of the step that came after the bristle's snap.
       sum += (now[i] - residual) / length;
       ++slips;
     }

@@ -39,7 +39,7 @@ class BusyScene {
     responses_.resize(ids_.size());
   }
 
-  /// Takes step k. Counts the bristles visited, so that the test notices a step that did nothing.
+  /// Makes step k. Counts the bristles visited, so that the test notices a step that did nothing.
   long step(int k) noexcept {
     for (std::size_t i = 0; i + 1 < motions_.size(); ++i) {
       motions_[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);

@@ -198,7 +198,7 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  // force() returns responses of the other step function, step(dt), only.
+  // Expects no response from force(), which returns only those of the other step function, step(dt).
   CHECK(batch.force(id).status == Status::unknown_id);
 }
 

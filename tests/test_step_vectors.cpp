@@ -146,7 +146,7 @@ TEST_CASE("A bristle that snaps once with redraw is carried by the remainder and
     OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, Precision::double_));
     patch.step(0.0, 0.0, n);
     const double dx = 0.24 * dbar;
-    const double dy = 0.18 * dbar;  // 0.3 mean lengths in all, along (0.8, 0.6)
+    const double dy = 0.18 * dbar;  // path of 0.3 mean lengths in all, along (0.8, 0.6)
     for (int step = 0; step < 20; ++step) {
       const Bristles before = read(patch, n);
       const Response r = patch.step(dx, dy, n);

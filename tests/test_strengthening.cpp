@@ -214,11 +214,11 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
     }
     CAPTURE(push);
     if (push == 0.25) {
-      // The push is below kinetic friction, so bent bristles hold it and do not slip.
+      // The push is below kinetic friction, so bent bristles hold the body and do not slip.
       CHECK(std::abs(x - at_half) < 1e-3 * dbar);
     } else {
-      // For one second the push, less kinetic friction and what strengthening adds to it, accelerates the
-      // body.
+      // Pushes for one second: the body accelerates by the push less kinetic friction and what strengthening
+      // adds to it.
       const double v = plate.velocity[0];
       CHECK(v > 0.05);
       const double acceleration =

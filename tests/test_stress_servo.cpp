@@ -286,6 +286,7 @@ double time_of_changing(BusyServo& servo, int ticks) {
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
     while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
+
     // Tells the adder to replace patches for tick k during this step.
     asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
@@ -446,7 +447,7 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // A worker comes when the system gives it a core, so not every step is shared.
+    // A worker takes part only when the system gives it a core, so not every step is shared.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);

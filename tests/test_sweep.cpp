@@ -118,7 +118,7 @@ std::vector<double> numbers_of(const std::string& range) {
   return numbers;
 }
 
-/// Arguments of a sweep of twelve rows, which take milliseconds each.
+/// Arguments of a sweep of twelve rows, each of which takes milliseconds.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
 
@@ -605,7 +605,7 @@ TEST_CASE("A study's recipe holds all of it, and each part of it is in its hash"
     const std::vector<nlohmann::json> cells = cells_of(copy, row);
     CAPTURE(row, cells.back());
     REQUIRE(cells.back().is_null());
-    const std::size_t point = row / 2;  // repeats of a point are neighbours
+    const std::size_t point = row / 2;  // rows that repeat a point follow each other
     CHECK(cells[2] == (shares[2 * point] < 0.5 ? "a.csv" : "b.csv"));
     CHECK(cells[3].get<double>() == Approx(0.3 + 0.1 * shares[2 * point + 1]));
     CHECK(cells[column_of(copy, "tip.x")].get<double>() == Approx(cells[2] == "a.csv" ? 0.9e-4 : 1.8e-4));
@@ -645,7 +645,7 @@ TEST_CASE("Copies of a patch have seeds of their own, and one way", "[sweep]") {
   CHECK(cells[column_of(study, "tip.x")].get<double>() == Approx(40e-6));
   CHECK(cells[column_of(study, "pad.y")].get<double>() == Approx(40e-6));
   CHECK(cells[column_of(study, "tip.snaps")].is_number_unsigned());
-  CHECK(cells[column_of(study, "pad.snaps")].is_null());  // was not asked to compute energies
+  CHECK(cells[column_of(study, "pad.snaps")].is_null());  // the patch was not asked to compute energies
   std::set<std::string> names;
   for (const cli::SweepColumn& column : study.columns()) {
     CHECK_FALSE(column.measured);  // `all` leaves out measured times
@@ -700,7 +700,8 @@ TEST_CASE("A column has the unit of its key, and texts where a value is one", "[
     options.vary = {vary};
     options.steps = 1;
     const cli::Study study(options);
-    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // body and patch have one name
+    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // a body and a patch have the
+                                                                             // same name
     return std::pair(study.columns()[1].head(), cells_of(study, 0)[1]);
   };
   CHECK(column("motion.tip.velocity.0=2e-3").first == "motion.tip.velocity.0[m/s]");

@@ -402,7 +402,8 @@ TEST_CASE("Times and paths that nobody gave are refused, or step on without over
       } catch (const bristle::Error&) {
         return false;
       }
-      // A restored state can be saved and restored again, and steps on (sanitizers detect overflows).
+      // Checks that a restored state can be saved and restored again, and stepped (sanitizers detect
+      // overflows).
       for (int k = 0; k < 4; ++k) patch.step((k % 2 == 0 ? 1.7 : -0.3) * dbar, 0.2 * dbar, 0.5 + 0.1 * k);
       REQUIRE_NOTHROW(patch.batch.restore_state(saved_state(patch.batch)));
       return true;
@@ -832,7 +833,7 @@ TEST_CASE("The hash of an infinite brush sees what it draws next and when its br
     REQUIRE_NOTHROW(brush.forge(at, number, saved_state(brush.patch.batch)));
     CHECK(brush.patch.hash() != before);
   };
-  sees(noisy, 256, std::uint64_t{1000});  // number of passes of draws
+  sees(noisy, 256, std::uint64_t{1000});  // number of passes of random draws so far
   sees(noisy, 264, 0.5);                  // renewals due
   for (const int at : {16, 24, 32, 40}) sees(aged, saved_ages + at, 1.25e-3);
 }

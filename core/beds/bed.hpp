@@ -23,27 +23,30 @@ struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
   double size = 0.0;               ///< size of the contact, relative to its size at full load
   double load = 0.0;               ///< N, present normal load
-  double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, scaled
-  double limit_of_pressure = 0.0;  ///< limit of friction of a bristle of relative pressure 1, as BedStep has
-                                   ///< it
-  double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that the bristles have not yet followed
+  double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, in the bed's
+                                   ///< units
+  double limit_of_pressure = 0.0;  ///< friction limit of a bristle at relative pressure 1, as in BedStep
+  double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that is stored until it is long enough to move the
+                                   ///< bristles
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step; torque and energy follow
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved hold the values of a rolling
-                             ///< step.
+  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved have the values that a rolling
+                             ///< step left.
 };
 
 struct Bed {
-  std::uint32_t generation = 0;  ///< generation of the bed in this slot; 0: none
+  std::uint32_t generation = 0;  ///< generation number of the bed in this slot, which tells it from earlier
+                                 ///< beds there; 0: no bed
   std::uint32_t count = 0;       ///< number of entries of a column: the bristles and the padding
   std::uint32_t bristles = 0;
   BedProfile profile = BedProfile::uniform;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false, turns_rows = false, has_chords = false, resists_spin = false, all_outputs = false,
        drops = false;
-  bool isotropic = true;        ///< Whether all three gains are 1, as the energy sums of the kernels assume.
+  bool isotropic = true;        ///< Whether the three gains are all 1 (equal stiffness along x, y and spin),
+                                ///< as the kernels' energy sums assume.
   double half[2] = {0.0, 0.0};  ///< m, half widths at full load
   double length = 0.0;          ///< m, length by which places are divided in the columns
   double deflection = 0.0;      ///< m, length by which deflections are divided
@@ -52,8 +55,8 @@ struct Bed {
   double gain[2] = {1.0, 1.0};  ///< deflection of a bristle over the displacement of the bed, along x and y
   double spin_gain[2] = {1.0, 1.0};              ///< gains of the displacement that spin causes, along x and
                                                  ///< y
-  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the roots per metre of displacement and
-                                                 ///< per radian of spin
+  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the bristles' roots per metre of
+                                                 ///< displacement and per radian of spin
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
   double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
@@ -80,8 +83,8 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept;
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a motion is valid and the bed can make it.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
-/// Whether steps can bring a bed into this state. `columns` are laid out as the bed's; their constants are
-/// not read.
+/// Whether a bed can have this state, so that a damaged saved state is refused. `columns` are laid out as the
+/// bed's; their constants are not read.
 bool is_possible(const Bed& bed, const BedState& state, const float* columns) noexcept;
 
 }  // namespace bristle::detail

@@ -115,7 +115,8 @@ struct BedBatch::Impl {
     for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears a response, or writes why its motion is refused. Returns the cost of the motion, in bristles.
+  /// Clears the response of a motion, or writes into it why the motion is refused. Returns the cost of the
+  /// motion, in bristles.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;

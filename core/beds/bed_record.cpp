@@ -47,7 +47,7 @@ namespace {
 constexpr const char* shape_text = "BedShape";
 constexpr const char* material_text = "BedMaterial";
 
-/// A bristle with its place in units of the contact's half widths, before it is scaled.
+/// A bristle of a bed with its place in units of the contact's half widths.
 struct Cell {
   double x = 0.0, y = 0.0;
   double area = 0.0;  ///< area of the cell, relative to the other cells
@@ -93,8 +93,8 @@ std::vector<Cell> ring_cells(int rings, int around) {
   return cells;
 }
 
-/// Makes rows of cells at Gauss nodes across the contact, with cells of equal width along each row. A row of
-/// a rolling ellipse is as long as its chord.
+/// Makes rows of cells at Gauss points across the contact, with cells of equal width along each row. Each row
+/// of a rolling ellipse is as long as the ellipse's chord there.
 std::vector<Cell> row_cells(const BedShape& shape) {
   const bool chords = shape.kind == BedShape::Kind::ellipse;
   const int n = shape.cells[0];
@@ -111,7 +111,8 @@ std::vector<Cell> row_cells(const BedShape& shape) {
       cell.y = node.at;
       cell.area = node.weight * square_root(inside) / n;
       if (shape.rolls) {
-        // Shifts each row by a phase of its own, equal for the two rows at equal distance from the middle.
+        // Shifts the cells of each row by a part of their width, different from row to row but equal for the
+        // two rows at equal distance from the middle.
         const double phase = 0.6180339887498949 * std::min(j, rows - 1 - j);
         const double h = 2.0 / (n - 1);
         cell.along = -1.0 - 0.5 * h + h * (i + (phase - static_cast<int>(phase)));
@@ -142,7 +143,8 @@ std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   return cells;
 }
 
-/// Returns the shape with the sizes that follow from the material, and checks all other sizes.
+/// Returns the shape with those sizes filled in that follow from the material, and checks the sizes that the
+/// caller gave.
 BedShape complete(const BedShape& given, const BedMaterial& material, const BedOptions& options) {
   using Kind = BedShape::Kind;
   BedShape shape = given;
@@ -290,8 +292,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.length = std::max({shape.half[0], shape.half[1], 1e-12});
   bed.longest_piece = options.longest_piece * 2.0 * shape.half[0];
   const bool rings = shape.kind == BedShape::Kind::ellipse && !shape.rolls;
-  const bool shaped = is_sphere || rings || shape.rolls;  // whether pressure follows from the shape, not from
-                                                          // the cells' shares
+  const bool shaped = is_sphere || rings || shape.rolls;  // whether the shape determines the pressure;
+                                                          // otherwise the cells' shares of the load do
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
   if (shape.rolls) bed.cell = 2.0 / (shape.cells[0] - 1);
@@ -305,8 +307,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.columns = make_columns(bed.count);
   double area = 0.0;
   for (const Cell& cell : cells) area += cell.area;
-  // Takes the area in contact: n - 1 of the n cells of a row, because a rolling row has a cell more than
-  // touches.
+  // Takes the area in contact: only n - 1 of the n cells of a row touch, because one cell is always between
+  // leaving and entering.
   if (shape.rolls) area *= (shape.cells[0] - 1.0) / shape.cells[0];
   const double x_unit = is_list ? 1.0 : shape.half[0] / bed.length;
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;
@@ -322,7 +324,7 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
     bed.at(bed_moved, i) = 1.0f;
   }
 
-  // Sets the unit of deflection to the largest kinetic limit at full load.
+  // Sets the unit of deflection to the largest kinetic friction limit of a bristle at full load, in metres.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
   const double sum = place(bed, kernels, 0.0);

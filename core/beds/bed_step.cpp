@@ -9,24 +9,24 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance of a root from the place where it was when its tip was last rewritten, in units of deflection,
-/// beyond which tips are rewritten: single precision holds a deflection to 5e-7 only if the tip is no further
-/// away.
+/// Distance, in units of deflection, of a bristle's root from where it was when its tip was last stored,
+/// beyond which tips are rewritten: further away single precision loses digits of the deflection (5e-7).
 constexpr double farthest_root = 8.0;
-/// Friction limit, in units of deflection, below which a bristle counts as without friction.
+/// Friction limit, in units of deflection, below which a bristle counts as frictionless.
 constexpr double least_limit = 1e-12;
-/// Motion, in units of the largest friction limit, after which every bristle is bent along the motion.
+/// Motion, in units of the largest friction limit, after which every bristle is bent along the motion,
+/// whatever its state before.
 constexpr double longest_motion = 1e6;
-/// Rolling shorter than this, in half lengths of the contact, is accumulated before it is carried out.
+/// Distance of rolling, in half lengths of the contact, up to which rolling is only stored and not yet
+/// carried out.
 constexpr double least_rolled = 0x1p-13;
-/// Largest distance, in half lengths of the contact, by which rolling moves the cells. After a longer one
-/// every cell is new in the contact, and single precision would lose the place of a cell that went round more
-/// often.
+/// Largest distance, in half lengths of the contact, by which rolling moves the cells. A longer roll replaces
+/// every cell in contact anyway, and single precision would lose the cells' places.
 constexpr double longest_roll = 64.0;
 /// Least size of a contact, relative to full load, from which the length of pieces of rolling is calculated.
 constexpr double least_size = 0.05;
 /// Distance, in lengths of the contact, along which the beginning and the end of a long rolling step are cut
-/// into pieces; in between a bed is in its steady state.
+/// into pieces; between them the bed rolls steadily.
 constexpr double cut_lengths = 1.5;
 
 /// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
@@ -59,13 +59,13 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the longest scaled motion that a bed takes unshortened when only the force at its end is asked
-/// for.
+/// Returns the longest scaled motion that the bed makes as a whole when the caller asks only for the force at
+/// its end; a longer one is shortened.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the distance up to which rolling is accumulated before bristles are carried, m.
+/// Returns the distance, m, up to which rolling is only stored.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -116,8 +116,8 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Calls place() twice, because bed_kept is relative to the call before: bristles of a contact of fixed size
-  // then count as in contact before any load, unbent.
+  // Calls place() twice, because the column bed_kept compares two calls: after the second one, the cells of a
+  // contact of fixed size count as already in contact, with straight bristles.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
 
@@ -132,7 +132,7 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
 }
 
 bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // Largest sum, beyond what sixteen lanes of single precision can add up to.
+  // Largest plausible sum: more than sixteen sums in single precision can reach.
   constexpr double most_sum = 1e45;
   bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
               within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
@@ -143,7 +143,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Largest distance of a root: that beyond which tips are rewritten, and one motion more.
+  // Largest plausible distance of a root: the one beyond which tips are rewritten, plus one motion.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -155,7 +155,8 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
 
   constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;      // rounding error of a tip's place, relative
-  constexpr double most_added = 0x1p25;  // number of equal terms after which a sum in single precision stalls
+  constexpr double most_added = 0x1p25;  // number of equal numbers after which adding one more to a sum in
+                                         // single precision changes nothing
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
@@ -174,8 +175,8 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
-      // Bounds the deflection of a cell in contact by its limit, plus the rounding error of a far place. Out
-      // of contact only the tip's place is bounded, because the tip stays behind.
+      // Bounds the deflection of a cell in contact by its friction limit plus the rounding error of a far
+      // place. For a cell out of contact only the place of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
     }
@@ -188,7 +189,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
 
 namespace {
 
-/// Motion of a step, or of one of its pieces.
+/// Motion of a bed in one step, or in one piece of a step.
 struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
   double rolled[2];  ///< m, distance rolled along x and y
@@ -202,7 +203,7 @@ struct StepSum {
   double mean_torque = 0.0;
 };
 
-/// Moves all roots to zero and makes the tips relative to them.
+/// Sets the stored displacement of all roots to zero and stores the tips relative to that.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   BedPlaces places{};
   places.count = bed.count;
@@ -237,8 +238,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
-  // Shortens a long motion if only its end counts: the end is equal, and single precision can hold its
-  // square.
+  // Shortens a long motion if the caller asks only for the force at its end: the bristles end bent alike, and
+  // single precision can hold the square of the shorter length.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && most_motion > longest) share = longest / most_motion;
@@ -260,8 +261,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!holds) straighten(bed);
 }
 
-/// Carries the rows by the distance of a piece, then steps. The mean force is the average of the forces
-/// before and after (trapezoidal rule).
+/// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The mean force is
+/// the average of the forces before and after the piece (trapezoidal rule).
 void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -356,7 +357,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Applies the load, and the size that the contact has under it.
+  // Applies the load of the step and gives the contact the size that it has under this load.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -364,8 +365,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Calls place() also at an unchanged size: else a part that came into contact in the last step would
-    // reduce the deflection of its bristle again.
+    // Calls place() also at an unchanged size, because the column bed_kept must become 1 again: a part that
+    // came into contact in the last step would otherwise reduce its bristle's deflection once more.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);

@@ -98,7 +98,7 @@ static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
 static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value &&
               BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 
-/// Stands for the C++ object behind a handle of a caller in C.
+/// Owns the C++ object behind a handle that a C program holds.
 template <class Part>
 struct Holds {
   Part it;
@@ -111,7 +111,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// Holds a pool by key: of patches (points or outlines) or of beds.
+/// A pool of patches (points or outlines) or of beds, found by key.
 struct KeyedPool {
   std::variant<KeyedPatches, KeyedBeds> pool;
 
@@ -153,13 +153,13 @@ bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
   return BRISTLE_REFUSED;
 }
 
-/// Thrown for a null pointer or a wrong size, before anything is done.
+/// Error for a null pointer or a wrong struct size, thrown before anything is done.
 struct BadArgument {
   std::string text;
   const char* detail = "";
 };
 
-/// Runs a call and turns an exception into its result.
+/// Runs a call and turns an exception of C++ into an error code.
 template <class Call>
 bristle_result guarded(Call&& call) noexcept {
   try {
@@ -231,7 +231,7 @@ void need_columns(const void* in, const char* in_name, const void* out, const ch
 
 // ------------------------------------------------------------------------ structs that mirror C++ ones
 
-/// A field of a C struct and the field of the C++ struct that it mirrors.
+/// A field of a C struct, paired with the field of the C++ struct that it mirrors.
 template <class C, class CField, class Cpp, class CppField>
 struct Field {
   CField C::*c;
@@ -247,14 +247,14 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Options of a batch without `compared`, the last field, which is not part of the interface.
+/// Options of a batch except `compared`, the last field, which is not part of the interface.
 template <class Cpp>
 constexpr std::size_t compared_modes = requires {
   &Cpp::compared;
 }
 ? 1 : 0;
 
-/// Lists each field of a C struct with its C++ field, once: the list serves to copy in both directions and is
+/// Lists each field of a C struct with its C++ field once, for copying in both directions. The list is
 /// counted, so that no field is forgotten. `unused`: reserved fields.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
@@ -336,8 +336,8 @@ constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
-/// Refuses a struct whose size differs from the library's, since the program was then built against another
-/// header.
+/// Refuses a struct of the caller whose size differs from the library's, because the program was then
+/// compiled with another version of the header.
 template <class Struct>
 void check_size(std::size_t size, const std::string& name, const char* advice = "") {
   if (size != sizeof(Struct))
@@ -408,7 +408,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap length to C. A table is not copied: it stays the property of `s`.
+/// Converts a snap-length law to C. A table of quantiles is not copied: it stays the property of `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -419,7 +419,8 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts coefficients or a material to C. The table of a snap length stays the property of `cpp`.
+/// Converts coefficients or a material to C. The quantile table of a snap-length law is not copied: it stays
+/// the property of `cpp`.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -468,7 +469,7 @@ typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
 }
 
-/// Takes a step and reports it. Checks the size of `report` first, because a step cannot be undone.
+/// Makes a step and writes its report. Checks the size of `report` first, because a step cannot be undone.
 template <class Step>
 void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) check_size(*report, "report");
@@ -796,7 +797,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // Passes empty columns for null pointers; the C++ call skips them.
+  // Passes empty columns for the caller's null pointers, so that the C++ call leaves them out.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

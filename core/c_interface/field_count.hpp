@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// Stands for a value of any type.
+/// Converts to a value of any type, to initialise a field of unknown type.
 struct Anything {
   template <class T>
   operator T() const;  // never called

@@ -1,9 +1,8 @@
-// BRISTLE_ASSERT(condition): states what holds unless the library itself is wrong. It is not for input, which
-// is refused in every build.
-//
-// On in debug builds and in the sanitizer presets (CMake option BRISTLE_ASSERTS). Off, the condition is
-// compiled but not evaluated: no instruction. Kernels may include this: it defines no function, so no inline
-// function is shared between objects of different instruction sets.
+// BRISTLE_ASSERT(condition) checks what must be true unless the library itself is wrong. It is not for
+// checking input, which is refused in every build. It is on in debug builds and sanitizer builds (CMake
+// option BRISTLE_ASSERTS). Switched off, the condition is compiled but not evaluated. Kernels may include
+// this header: it defines no function, so no inline function is shared between objects of different
+// instruction sets.
 #pragma once
 
 #if BRISTLE_ASSERTS

@@ -41,8 +41,8 @@ constexpr Size sizes[] = {{"Material", &BuildSignature::material_bytes},
 }  // namespace
 
 void check_build(const BuildSignature& headers) {
-  // Ignores the patch number: a new minor version may change anything before 1.0, a patch neither sizes nor
-  // options.
+  // Compares major and minor version only: before 1.0 a minor version may change anything, while a patch
+  // version changes neither struct sizes nor options.
   if (headers.version / 100 != header_build.version / 100) refuse(headers, "", "");
   for (const Option& option : options) {
     const bool theirs = (headers.options & option.bit) != 0;

@@ -1,5 +1,5 @@
-// Texts of bristle::Error: parameter, value, allowed range. Numbers have the shortest form that reads back to
-// the same double.
+// Makes the texts of bristle::Error: parameter, value, allowed range. Numbers are written in the shortest
+// form that reads back to the same double.
 #pragma once
 
 #include <charconv>

@@ -35,7 +35,7 @@ struct ContactMatcher::Impl {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
     std::uint32_t place = 0;    ///< index of a new contact in the caller's list
-    std::uint32_t ordinal = 0;  ///< number that tells the contact from others of its pair
+    std::uint32_t ordinal = 0;  ///< number that tells the contact from other contacts of its pair
     std::uint32_t missed = 0;   ///< number of steps for which an old contact has been missing
     std::uint32_t after = none;
     std::uint32_t partner = none;  ///< index of the contact of the other step that this one was matched with
@@ -44,13 +44,13 @@ struct ContactMatcher::Impl {
   };
   struct Pair {
     std::uint64_t pair;
-    std::uint32_t first[2], last[2];  ///< first and last contact of the pair, in the old step [0] and the new
-                                      ///< step [1]
+    std::uint32_t first[2], last[2];  ///< first and last contact of the pair of bodies, in the old step [0]
+                                      ///< and the new step [1]
   };
 
   explicit Impl(const MatcherOptions& its_options)
       : options(its_options), reach_squared(options.reach * options.reach), table(3u * options.capacity) {
-    // Makes room for the present contacts, and for an equal number of missing ones.
+    // Makes room for the contacts of this step and for as many that are missing but remembered.
     points[0].resize(2 * std::size_t{options.capacity});
     points[1].resize(2 * std::size_t{options.capacity});
     pairs.resize(3 * std::size_t{options.capacity});
@@ -70,7 +70,8 @@ struct ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest point of the other step without a partner; of equally near ones the first listed.
+  /// Finds the nearest point of the other step that has no partner yet; of equally near ones the first
+  /// listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -135,7 +136,7 @@ struct ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives new contacts the least ordinals that no present or remembered contact of the pair has.
+  /// Gives each new contact the smallest number that no present or remembered contact of the pair has.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
@@ -148,7 +149,7 @@ struct ContactMatcher::Impl {
 
   const MatcherOptions options;
   const double reach_squared;
-  KeyTable table;  ///< index in `pairs` of each pair; empty between steps
+  KeyTable table;  ///< index in `pairs` of each pair of bodies; empty between steps
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::uint32_t old_count = 0;

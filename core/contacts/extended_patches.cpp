@@ -28,14 +28,15 @@ namespace {
 constexpr std::size_t most_cells = 65536;
 constexpr double largest_scale = 1e6;
 
-/// Orientation and size of an outline.
+/// Rotation angle and size factor of an outline, as stored between steps.
 struct Pose {
   Turn turn;           ///< turn from the axes of the surface to those of the outline
   double scale = 1.0;  ///< factor of the outline's given size, from set_scale
 };
 
-/// Sums over the cells for a stiffness matrix: k J^T J, k the cell's stiffness. A cell at `at` slips by J (v,
-/// omega) = v + omega x at. Stored in the outline's axes at its full size; write() turns and scales them.
+/// Sums over the cells for the stiffness matrix, sum of k J^T J with k the stiffness of a cell. A cell at the
+/// place `at` slips by J (v, omega) = v + omega x at. Stored in the outline's axes at its full size; write()
+/// turns and scales them.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -52,8 +53,8 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 avoids -0: a light step (is_light()) writes 0 for
-                                              // damping
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, which a light step (is_light()) writes
+                                              // for damping
     sum[2][2] = square * (size * size);
   }
 };
@@ -67,7 +68,7 @@ struct Stiffnesses {
   Status status = Status::ok;
 };
 
-/// Rotation and size of a patch's outline during one step.
+/// Rotation and size of a patch's outline while it makes one step.
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
   double chord = 0.0;        ///< 2 sin(spin / 2): displacement of a point at distance 1 from the centre
@@ -87,11 +88,12 @@ struct ExtendedPatch {
   Outputs outputs = Outputs::end;
   Pose pose;
   Stiffnesses common;           ///< stiffness and limits of the last step
-  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for:
-                                ///< a condition of is_light()
-  // Data of the step under way:
+  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for, which
+                                ///< is_light() requires
+
+  // Data of the present step of this outline.
   Course course;
-  bool light = false;  ///< result of is_light() for the step under way
+  bool light = false;  ///< result of is_light() for the present step
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -101,8 +103,8 @@ struct ExtendedPatch {
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known = std::min(load, detail::highest_load);  // limits the load, because even one that is
-                                                                // refused needs a size
+    const double known = std::min(load, detail::highest_load);  // limits the load, because a motion with a
+                                                                // load that is refused also needs a size
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -120,7 +122,8 @@ bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// Finds the rotation of a step. An invalid spin turns nothing; the cells then refuse their motions.
+/// Computes the rotation of an outline in a step. For an invalid spin it is zero; the cells then refuse their
+/// motions.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -134,14 +137,14 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   return course;
 }
 
-/// Finds the position of a cell in the axes of the surface.
+/// Computes the position of a cell in the axes of the surface.
 void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
   turned_and_grown.apply(cell.position, at);
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
-/// Finds the velocity (or displacement) of a body's surface at `at`, from the body's velocity at the centre
-/// and its spin.
+/// Computes velocity (or displacement) of the body's surface at `at` from those of the outline's centre and
+/// the spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
                 double (&moved)[2]) noexcept {
   moved[0] = of_centre[0];
@@ -203,7 +206,7 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes the part of a response that load, material and pose alone determine.
+/// Writes the outputs that depend on load, material and angle alone: stiffness, damping and limits.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -211,7 +214,7 @@ void write_common(const Stiffnesses& common, const Course& course, ExtendedRespo
   out.status = common.status;
 }
 
-/// Sums up the responses of the cells. All cells have equal flags, but for Status::overload.
+/// Sums the responses of the cells. All cells have equal status flags, except Status::overload.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
@@ -254,8 +257,8 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// Sums up the cells' elastic forces for a light step: nothing damps, and load and material are those of
-/// `common`.
+/// Sums the cells' elastic forces for a light step, in which nothing damps, and load and material are those
+/// of `common`.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
@@ -304,7 +307,7 @@ Material material_of_cell(const Material& whole, Span<const PatchCell> cells, st
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
-/// Whether the force depends on deflection alone, and stiffness and limits on load alone.
+/// Whether the force depends on the deflection alone, and stiffness and force limit on the load alone.
 bool is_light(const Material& m) noexcept {
   return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
          m.ageing_strength == 0.0;
@@ -353,18 +356,18 @@ SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept 
           p.pose, p.normal_load};
 }
 
-/// Working memory of a step, with room for all cells of all outlines.
+/// Working memory of a step, large enough for all cells of all outlines.
 struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines in light steps, one
-                                  ///< outline after the other
+  std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines that make a light
+                                  ///< step, one outline after the other
   std::vector<Motion> motions;    ///< motions of the cells of the other outlines
   std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 
-/// Data of the stepping side: its calls read and write it.
+/// Data that the calls of the stepping side read and write.
 struct Stepped : Room {
   explicit Stepped(PatchBatch& its_batch) : batch(&its_batch) {}
 
@@ -377,7 +380,8 @@ struct Stepped : Room {
     return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
   }
 
-  /// Writes the response to a motion whose cells were stepped along p.course, and stores the new pose.
+  /// Writes the response of an outline whose cells were stepped along p.course, and stores its new angle and
+  /// size.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
     const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
@@ -390,12 +394,13 @@ struct Stepped : Room {
     return status;
   }
 
-  /// Writes the response to a light step (is_light()) and stores the new pose.
+  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle and
+  /// size.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
     const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
-    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits, because the step is refused
+    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits after a refused step
     sum_up_lightly(p, id, cells, out);
     if (gone) out.status = out.status | Status::unknown_id;
     p.common.known = !gone;
@@ -403,8 +408,8 @@ struct Stepped : Room {
     return out.status;
   }
 
-  /// Finds the responses to the motions of the cells of `p`, from index `at` on, and moves `at` past them;
-  /// skips those of patches that were removed after write_motions(). Empty if there are none.
+  /// Finds the responses of the cells of outline `p`, from index `at` on, and moves `at` past them; skips
+  /// cells of outlines that were removed after write_motions(). Returns an empty span if there are none.
   static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
                                            std::size_t& at) noexcept {
     std::size_t first = at;
@@ -420,8 +425,8 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// A change that the adding side makes on the stepping side. It owns the data it needs, because
-// ExtendedPatches may be gone when the batch applies it.
+// A command that adds an outline on the stepping side. It owns all data it needs, because ExtendedPatches may
+// be destroyed before the batch carries it out.
 struct AddOutline final : Change {
   void apply() noexcept override {
     if (places.size() > to->patches.size()) {
@@ -461,10 +466,10 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data of the adding side: its calls alone read and write it.
+/// Data that only the calls of the adding side read and write.
 struct ExtendedPatches::Impl {
   struct Record {
-    // Views of the cells of the stepping side's ExtendedPatch, which neither side changes.
+    // Cells of the stepping side's ExtendedPatch, which neither side changes.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;
@@ -495,7 +500,8 @@ struct ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// Holds the turn to step (BatchAccess::Turn) and the outlines' data for a call of the stepping side.
+  /// Holds the right to step (BatchAccess::Turn) and gives access to the outlines' data during a call of the
+  /// stepping side.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
     const BatchAccess::Turn turn;
@@ -506,7 +512,7 @@ struct ExtendedPatches::Impl {
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
   std::vector<Record> records;  ///< records of the outlines of all slots
-  std::size_t cells = 0;        ///< number of cells of all patches, as the adding side counts them
+  std::size_t cells = 0;        ///< number of cells of all patches, as counted by the adding side
   std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
   std::size_t places = 0;       ///< number of extended patches that the stepping side's arrays can hold
 };
@@ -605,8 +611,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Refuses repeated ids, because there is room for the cells of each patch once. The other motions are
-  // answered in the second pass.
+  // Refuses repeated ids in a first pass, because there is room for the cells of each outline only once. The
+  // other motions are stepped in the second pass.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
@@ -707,7 +713,7 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
-  // Clears the rest of a buffer with more entries than cells, so that no motion of an earlier step remains.
+  // Clears the entries behind the last cell, so that no motion of an earlier step remains in the buffer.
   for (std::size_t k = at; k < cells.size(); ++k) cells[k] = Motion{};
   return at;
 }

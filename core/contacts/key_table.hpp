@@ -1,5 +1,5 @@
-// A hash table from 64-bit keys to small numbers, of fixed size: open addressing, linear probing. Erasing a
-// key leaves no mark (entries behind it move up), so the cost does not grow with the table's history.
+// A hash table of fixed size from 64-bit keys to small numbers: open addressing, linear probing. Erasing a
+// key moves later entries up and leaves no mark, so searches do not slow down with the table's history.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +47,8 @@ class KeyTable {
     std::size_t hole = place_of(key);
     if (slots_[hole].value == none) return;
     for (std::size_t at = next(hole); slots_[at].value != none; at = next(at)) {
-      // A hole between an entry's home and its place would hide the entry, so it moves into the hole.
+      // Moves an entry into the hole before it if the hole lies between the entry's first slot and its
+      // present one; a search would otherwise stop at the hole and miss the entry.
       const std::size_t home = home_of(slots_[at].key);
       if (((at - home) & mask_) < ((at - hole) & mask_)) continue;
       slots_[hole] = slots_[at];

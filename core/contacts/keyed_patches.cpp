@@ -36,7 +36,8 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Owner of a pool's patches or beds: one of the three pointers is set, and `id` is an id of that owner.
+/// The object that owns a pool's patches or beds: one of the three pointers is set, and `id` is an id in that
+/// object.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;
@@ -52,8 +53,8 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Returns the caller's key of the patch (or of its first cell), 0 if there is no such patch, and nothing
-  /// for beds, which have no keys.
+  /// Returns the key that the caller gave the patch (of an outline, its first cell), 0 if there is no such
+  /// patch, and nothing for beds, which have no keys.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;
@@ -68,9 +69,9 @@ struct KeyedPool {
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
-    std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last seen
+    std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last requested
     std::uint32_t before = none, after = none;
-    bool told = false;  ///< whether find_or_add_contact has returned the contact
+    bool told = false;  ///< whether find_or_add_contact has already returned this contact
   };
 
   /// Makes a pool; `add` makes one patch or bed in the owner.
@@ -135,8 +136,8 @@ struct KeyedPool {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
-  /// Calls `visit` for each place of the pool: those in use, from the one unseen for longest, then the free
-  /// ones.
+  /// Calls `visit` for each place of the pool: first those in use, beginning with the one unseen for longest,
+  /// then the free ones.
   template <class Visit>
   void for_each_place(Visit&& visit) const {
     for (std::uint32_t i = first; i != none; i = pool[i].after)

@@ -27,7 +27,7 @@ Nodes cylinder_nodes(int n) {
   return nodes;
 }
 
-/// Returns points and weights of a fine sum over r, the distance from the centre of a disc of radius 1,
+/// Returns points and weights for integrals over r, the distance from the centre of a disc of radius 1,
 /// weighted by the load at r.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
@@ -134,7 +134,7 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
-      // Turns each ring by half a cell against the previous one.
+      // Turns each ring of cells by half a cell against the previous ring.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

@@ -1,4 +1,4 @@
-// Saved bytes of pools and matchers behind a head of 16 bytes: a magic number and a checksum of the rest.
+// Puts a head of 16 bytes, a magic number and a checksum, before the saved bytes of pools and matchers.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   throw Error(std::string(where) + "::restore_state: the saved state " + why);
 }
 
-/// Returns the bytes behind the head. Throws Error for bytes that seal() did not write.
+/// Checks the head and returns a reader of the bytes behind it. Throws Error for bytes that seal() did not
+/// write.
 inline ByteReader open_sealed(const char* where, Span<const std::byte> bytes, std::uint64_t magic) {
   if (bytes.size() < seal_size) refuse_saved(where, "is cut short");
   std::uint64_t its_magic = 0, checksum = 0;

@@ -103,12 +103,12 @@ struct JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // makes the exponential of the static
-                                                                     // part vanish for a joint without a
-                                                                     // Stribeck speed
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // makes the exponential factor of the
+                                                                     // static part vanish for a joint without
+                                                                     // a Stribeck speed
     }
-    // With gradients, also computes derivatives by numbers that are 0 in all materials, because a gradient
-    // descent may begin there.
+    // With gradients, computes derivatives also by parameters that are 0 in all materials, because a gradient
+    // descent may start at 0.
     if (options.gradients) variant |= joint_gradients | joint_loaded | joint_drops;
     layout = JointLayout(variant, bristles);
     const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
@@ -128,8 +128,8 @@ struct JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
-    // Gives unused lanes behind the last joint an angle, 0 rad, so that they never take the slower path of
-    // joints at their first step.
+    // Gives the unused lanes behind the last joint the angle 0 rad, so that they are not treated as joints in
+    // their first step, which is slower.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
@@ -147,7 +147,7 @@ struct JointFriction::Impl {
   std::vector<Column> constants;  ///< columns of constants of each block up to `patterns`
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
-  // Input of the step under way, for the threads that share it.
+  // Input of the present step, stored for the threads that share it.
   JointInput in;
   JointOutput out;
   bool commits = true;
@@ -178,7 +178,7 @@ struct JointFriction::Impl {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
   }
 
-  /// Joints of a block that a step treats specially.
+  /// Marks the joints of a block of 16 that need special treatment in a step.
   struct Odd {
     bool bad[lane_count] = {};    ///< whether the joint's input is out of range
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
@@ -188,7 +188,8 @@ struct JointFriction::Impl {
            is_within(input[in_motor].lane[i], most_torque) &
            is_within(input[in_outside].lane[i], most_torque);
   }
-  /// Replaces the input of bad joints by harmless values, and starts fresh joints at their angle.
+  /// Replaces bad input of joints by harmless values, and makes the bristles of fresh joints straight at
+  /// their angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -215,7 +216,8 @@ struct JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    std::int64_t usual = 0;  // counter of 64 bits, as a double has, so that the loop becomes vectors
+    std::int64_t usual = 0;  // counts in 64 bits, as wide as a double, so that the compiler vectorises the
+                             // loop
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
     const bool has_odd = usual != lane_count;

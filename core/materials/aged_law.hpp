@@ -11,11 +11,12 @@ namespace bristle::detail {
 /// of up to 2e-3 and 3e-4. Exponential gives the mean alone.
 SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing);
 
-/// Returns the highest mean deflection beyond the residual, in units of law.mean(), at first loading at this
-/// speed, for bristles that have just been renewed. Set-up cost.
+/// Returns the peak of first loading at this speed: the highest mean deflection beyond the residual, in units
+/// of law.mean(), for bristles that have just been renewed. Set-up cost.
 double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, const WayAgeing& ageing);
 
-/// Returns -d ln(kinetic force) / d ln(speed); `residual` in units of law.mean().
+/// Returns the relative fall of the kinetic force with speed, -d ln(kinetic force) / d ln(speed); `residual`
+/// in units of law.mean().
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing);
 

@@ -17,22 +17,22 @@ constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect of ageing that the caller asks for; lengths in mean snap lengths. With the law it determines the
-/// strength of ageing.
+/// Effect of ageing on friction that the caller asks for; lengths in mean snap lengths. Together with the law
+/// of snap lengths it determines the strength of ageing.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; or else
-                        ///< `growth`
+  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; if it is 0,
+                        ///< `growth` is given instead
   double growth = 0.0;  ///< growth of static friction per e-fold of rest, over kinetic friction
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
-  /// Whether the coefficients hold at a speed at which bristles age.
+  /// Whether the coefficients are given for a speed at which bristles age.
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// Interval that encloses the root of a function. next() gives the point of false position; take() halves the
-/// value at an end that has stayed twice (Illinois rule).
+/// Interval that encloses the root of a function. next() gives the point where the straight line between its
+/// ends is 0 (false position); take() halves the value at an end that has stayed twice (Illinois rule).
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -48,7 +48,7 @@ struct FalsePosition {
   }
 };
 
-/// A family of snap-length laws of one mean; its member of spread 0 is `single`.
+/// A family of snap-length laws with one mean and any spread; with spread 0 it is the single length.
 struct Family {
   SnapLaw law;
   SnapRule rule;
@@ -58,13 +58,14 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread that Material::validate takes; SnapRule::keep with shared renewal takes few
+  /// Returns the largest spread that Material::validate allows; SnapRule::keep with shared renewal allows few
   /// short bristles.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        return few_short ? 0.568 : 0.5773502691896257;  // spread at which the shortest length is 0
+        return few_short ? 0.568 : 0.5773502691896257;  // spread at which the shortest length of a uniform
+                                                        // law is 0
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
       case SnapLaw::lognormal:
@@ -74,11 +75,11 @@ struct Family {
     }
   }
 
-  /// Returns a spread up to which peak / kinetic falls, if possible one at which it is `wanted` or less; else
-  /// the spread of the least ratio.
+  /// Returns a spread up to which the ratio peak / kinetic falls: if possible one at which the ratio is
+  /// `wanted` or less, otherwise the spread of the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
-      return 0.6;  // a narrower law suffices, and is solved faster
+      return 0.6;  // a narrower law is enough, and is solved faster
     if (law != SnapLaw::uniform) return widest_allowed();
     if (of_paper()) return rule == SnapRule::redraw ? widest_falling_uniform : widest_allowed();
     return search_uniform(wanted);
@@ -91,7 +92,7 @@ struct Family {
         return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
       }
       case SnapLaw::normal: {
-        // Lowers the mean of the uncut law, because cutting it at 0 raises the mean.
+        // Lowers the mean of the uncut normal law, because cutting it at 0 raises the mean.
         const double raised = SnapLength::normal(1.0, spread).mean();
         return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
       }
@@ -104,7 +105,7 @@ struct Family {
     }
   }
 
-  /// Returns the loss or growth of friction (AgeingWish) that ageing of this strength causes.
+  /// Returns the relative loss or growth of friction (AgeingWish) that ageing of this strength causes.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -120,10 +121,11 @@ struct Family {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
     const double highest_excess = effect(unit, largest_ageing) - wanted;
-    if (wish.path == 0.0)  // effect is proportional to the strength here
+    if (wish.path == 0.0)  // the effect is proportional to the strength here
       return std::min(wanted / (highest_excess + wanted), 1.0) * largest_ageing;
     if (highest_excess <= 0.0) return largest_ageing;
-    // Solves by the false position, which suits an effect that is concave in the strength.
+    // Solves by the method of false position, which converges well for an effect that is concave in the
+    // strength.
     FalsePosition root{0.0, largest_ageing, -wanted, highest_excess};
     for (int i = 0; i < 60 && root.high - root.low > 1e-14 * root.high; ++i) {
       const double strength = root.next();
@@ -146,8 +148,9 @@ struct Family {
     return (residual + peak) / (residual + kinetic);
   }
 
-  /// Returns a spread of a uniform law at which peak / kinetic is at most `wanted`, or else the spread where
-  /// the ratio is least. Searches, since the places of the minima have no closed form.
+  /// Returns a spread of a uniform law at which the ratio peak / kinetic is at most `wanted`, or else the
+  /// spread where the ratio is least. Searches step by step, since the places of the minima have no closed
+  /// form.
   double search_uniform(double wanted) const {
     constexpr int points = 12;
     const double start = narrow_uniform, pace = (widest_allowed() - start) / points;
@@ -185,8 +188,8 @@ struct Family {
   // (1 + w^2/12) / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between
   // 1.153 and 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Spread up to which peak / kinetic falls under any residual and renewal, with the peak before any bristle
-  // snaps twice.
+  // Spread of a uniform law up to which peak / kinetic falls under any residual and renewal; the peak then
+  // lies before any bristle snaps twice.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -199,7 +202,8 @@ double solve_spread(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(0.0) - wanted, high_excess = family.ratio(high) - wanted;
   if (low_excess <= 0.0) return 0.0;
-  // Alternates bisection and secant, because peak / kinetic is flat at both ends of some families.
+  // Alternates bisection and secant steps, because the ratio peak / kinetic is flat at both ends of some
+  // families.
   for (int i = 0; i < 80 && high - low > 1e-13 * high; ++i) {
     double middle = 0.5 * (low + high);
     if (i % 2 == 1 && high_excess < -1e-7) {
@@ -221,15 +225,15 @@ double solve_spread(const Family& family, double widest, double wanted) {
   return low_excess < -high_excess ? low : high;
 }
 
-/// Solves as solve_spread(), by the false position, in a third of the steps. The last bits of the result
-/// differ.
+/// Solves as solve_spread() does, but by the method of false position, in a third of the steps. The last bits
+/// of the result differ.
 double solve_spread_fast(const Family& family, double widest, double wanted) {
   FalsePosition root{0.0, widest, family.ratio(0.0) - wanted, family.ratio(widest) - wanted};
   if (root.low_excess <= 0.0) return 0.0;
-  constexpr double close = 3e-8;  // tolerance of the ratio, whose peak is known to 1e-7
+  constexpr double close = 3e-8;  // tolerance of the ratio peak / kinetic; the peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Bisects at a flat end: a wide law without a hump has the ratio 1, whose excess tells nothing about the
-    // root.
+    // Bisects at a flat end: a wide law whose force only rises to the kinetic value has the ratio 1, and how
+    // far 1 is from the wanted ratio says nothing about the root.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;
@@ -258,7 +262,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Ratios outside the possible range by no more than this count as the ends of the range.
+  // Ratios outside the possible range by no more than this are treated as the ends of the range.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding)) {
@@ -270,7 +274,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
 }
 
-/// Returns the given spread. Throws where a given peak is not the one that this spread has.
+/// Returns the given spread. Throws if the caller also gave a peak, and it is not the peak of this spread.
 double check_spread(const Family& family, const Coefficients& c) {
   constexpr double rounding = 1.0 + 1e-12;
   const double widest = family.widest_allowed();
@@ -384,8 +388,8 @@ double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients
   return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
 }
 
-/// Finds kinetic and peak coefficient of a material at c.kinetic_speed, and the fall with speed or the growth
-/// at rest.
+/// Finds the kinetic and the peak coefficient of a material at c.kinetic_speed, and how much friction falls
+/// with speed or grows at rest.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
@@ -431,7 +435,7 @@ double spread_of(const SnapLength& length) noexcept {
   }
 }
 
-/// Throws if no strength of ageing has the wanted effect.
+/// Throws an error if no strength of ageing has the effect that the caller asks for.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
   const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;
@@ -496,7 +500,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.residual_length = c.presliding_length * residual_share;
   material.shared_renewal = renewal;
   material.snap_rule = c.rule;
-  material.asperity_height_deviation = 1e-6;  // a value that suits most industrial surfaces (paper, section
+  material.asperity_height_deviation = 1e-6;  // a height that suits most industrial surfaces (paper, section
                                               // 2.3)
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;

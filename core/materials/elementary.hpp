@@ -1,7 +1,7 @@
-// exp, log, the normal law and its inverse for set-up code: scalar double, in plain arithmetic.
-// No libm but sqrt: glibc picks variants with other bits by CPU at run time, and what is computed here
-// reaches the state of patches. Build with -ffp-contract=off. (kernels/elementary.hpp is the
-// counterpart for vectors; it trades the last digits for speed.)
+// exp, log, the normal distribution and its inverse for set-up code: scalar double, in plain arithmetic. No
+// function of libm but sqrt is used: glibc selects variants with other bits by CPU at run time, and these
+// results enter the state of patches. Build with -ffp-contract=off. (kernels/elementary.hpp has the vector
+// versions, which trade the last digits for speed.)
 #pragma once
 
 #include <cstdint>
@@ -84,8 +84,8 @@ inline double log(double x) noexcept {
     m *= 0.5;
     ++k;
   }
-  // log(1 + f) = 2 artanh(s) with s = f / (2 + f), |s| <= 0.172. The leading terms f - f^2/2 are added apart
-  // from s, so they carry none of its rounding.
+  // Computes log(1 + f) = 2 artanh(s) with s = f / (2 + f), |s| <= 0.172. The leading terms f - f^2/2 are
+  // added separately, so they do not carry the rounding error of s.
   const double f = m - 1.0;
   const double s = f / (2.0 + f);
   const double s2 = s * s;
@@ -101,7 +101,7 @@ inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
   if (u == 0.0 || u == infinity) return log(u);
-  // Adds the first-order correction for the rounding of u = 1 + x (Kahan).
+  // Corrects the rounding error of u = 1 + x to first order (Kahan).
   return log(u) + (x - (u - 1.0)) / u;
 }
 
@@ -137,7 +137,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       4.05706442433535364e-17,  7.00640077281459613e-18};
   double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
-    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps the division below from infinity
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps the division below from overflowing
     t[i] = (within - 4.0) / (within + 4.0);
   }
   for (int k = 25; k >= 1; --k)

@@ -13,17 +13,21 @@
 namespace bristle::detail {
 namespace {
 
-// Coefficient of variation below which redrawn lengths count as equal, so that SnapRule::keep serves.
+// Coefficient of variation below which all snap lengths count as equal, so that SnapRule::redraw is computed
+// as SnapRule::keep.
 constexpr double negligible_cv = 1e-6;
-// Smallest probability at which a quantile is drawn: the kernels' random numbers are (h + 1/2) 2^-23.
+// Smallest probability at which a snap length is sampled: the kernels' random numbers are (h + 1/2) 2^-23.
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
-constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, which keeps floats and divisions finite
+constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest snap length in scaled lengths,
+                                                           // which keeps single precision and divisions
+                                                           // finite
 constexpr int biased_knots = 1024;
-// Most snaps of a bristle per mean snap length, so that a step does not draw without end.
+// Largest number of snaps of a bristle along a mean snap length, which bounds the time of a step.
 constexpr double most_renewals = 1000.0;
 
-/// Finds the path (in mean lengths) after which the mean deflection of a redrawn population stays within 1e-3
-/// of its steady value, by the renewal equation on a grid (core/MODEL.md, "Jumps").
+/// Finds the path (in mean snap lengths) after which the mean deflection of bristles that were straight at
+/// first stays within 1e-3 of that of steady sliding, by the renewal equation on a grid (core/MODEL.md,
+/// "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
   constexpr int reach = 40;  // mean lengths; largest path that is returned, even if the law takes longer to
@@ -31,16 +35,16 @@ double find_stationary_path(const SnapLength& law) {
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
   const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
-  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h), h the
-                                                               // width of a cell
+  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h), the
+                                                               // share of snap lengths in cell k of width h
   double before = 1.0;
   for (int k = 1; k <= n; ++k) {
     const double now = law.survival(k * h);
     share[static_cast<std::size_t>(k)] = before - now;
     before = now;
   }
-  // Solves the renewal equation f(x) = x S(x) + sum of share x f(x - delta) for f, the mean deflection at the
-  // path x; f is linear inside a cell.
+  // Solves the renewal equation f(x) = x S(x) + sum of share x f(x - delta) for the mean deflection f at the
+  // path x. Inside a cell f is taken as linear.
   std::vector<double> f(static_cast<std::size_t>(n) + 1, 0.0);
   int last_off = 0;
   for (int j = 1; j <= n; ++j) {
@@ -64,8 +68,8 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // Jumps of the exponential law are exact over any distance, because it has no memory, and soon cost less
-    // than single draws.
+    // Lets jumps of the exponential law begin early: they are exact over any distance, because the law has no
+    // memory, and soon cost less than sampling snap by snap.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
@@ -115,7 +119,7 @@ class CellTable {
                                   0.17392742256872692};
     const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
     const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
-    if (cell == 0) return {at(octave), 0.0};  // a cell with a single quantile
+    if (cell == 0) return {at(octave), 0.0};  // a cell with a single quantile has a constant line
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
@@ -125,10 +129,10 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// Lengthens the longest lengths (quantiles above 1 - 2^-16 except the last) in two groups, for those too
-  /// rare to be drawn, so that mean and mean square are those of the law.
+  /// Lengthens the longest lengths in the table (quantiles above 1 - 2^-16 except the last) in two groups, so
+  /// that mean and mean square are those of the law. This makes up for lengths too rare to be sampled.
   void match_tail() {
-    constexpr double step = 1.0 / 8388608.0;  // distance of two drawn probabilities
+    constexpr double step = 1.0 / 8388608.0;  // distance between two probabilities that can be sampled
     constexpr int shares = 128, outer = 8;
     const double from = law.quantile(1.0 - shares * step);
     double lack[3], sum[2] = {0.0, 0.0};
@@ -150,7 +154,8 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // a law too wide for this keeps its longest lengths uncorrected
+      return;  // no lengthening can reach the mean square of a very wide law, so its longest lengths stay
+               // uncorrected
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
@@ -194,7 +199,8 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // ensured by the power of two that scales lengths
+  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // true because lengths are scaled by a power of two
+                                                      // near their mean
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
   BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);
@@ -204,8 +210,8 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Makes negative zeros positive. A batch keeps one of materials that compare equal, so these must have equal
-/// hashes and bits.
+/// Turns negative zeros into positive ones. A batch stores one of several materials that compare equal, so
+/// these must have equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
@@ -223,7 +229,8 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Skips parameters that are 0, so that saved states of the paper's brush keep their signature.
+  // Leaves out parameters that are 0, so that saved states of the paper's brush keep the signature that they
+  // had without these parameters.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -263,8 +270,8 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.inverse_mean = 1.0 / m[1];
   law.count_offset = variance / (m[1] * m[1]);
 
-  // Fills mean and variance of the sum of delta^2 over the snaps within a distance D that begins with a snap.
-  // Both are linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
+  // Fills mean and variance of the sum of delta^2 over the snaps within a distance D after a snap. Both are
+  // linear in D and follow from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
   const double c = m[2] / m[1];
   const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
   const double dy = m[3] - c * m[2];
@@ -274,7 +281,7 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.variance_per_length = y2 / m[1];
   law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
 
-  // Fills constants for jumping over k snaps at once.
+  // Fills the constants for jumping over k snaps at once.
   law.deviation = std::sqrt(variance);
   law.square_mean = m[2];
 }
@@ -283,8 +290,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // Moments below this spread carry no information, because their differences lose 1e-16 / cv^4; the sum of
-  // lengths then counts as normal.
+  // Below this spread the higher moments have no correct digits, because their differences lose 1e-16 / cv^4;
+  // the sum of lengths then counts as normally distributed.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -292,7 +299,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // Finds the least path from which a jump takes at least 3 snaps and overshoots three times in a million.
+  // Finds the shortest path from which a jump takes at least 3 snaps and exceeds the path only three times in
+  // a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -330,7 +338,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // Holds by the limits of the laws (cv of the lognormal, largest over mean of a table).
+  // holds because the laws limit the ratio of longest to mean length
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -346,7 +354,8 @@ std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
 }
 
 void CompiledMaterial::make_draws() const {
-  // Wider laws serve Population::infinite alone (Material::validate_for_representatives) and need no draws.
+  // Wider laws are only for Population::infinite (Material::validate_for_representatives), which samples no
+  // lengths.
   if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
   std::call_once(draws_made_, [this] { fill_draws(); });
 }
@@ -365,7 +374,7 @@ void CompiledMaterial::fill_draws() const {
       law.scale = (second - first) * per_metre;
       law.biased_location = law.location * law.location;
       law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
-      // Lower bound above 0, since a bristle of length 0 would draw without end.
+      // Keeps sampled lengths above 0, since a bristle of length 0 would snap without end.
       law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:

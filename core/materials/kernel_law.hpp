@@ -15,13 +15,13 @@
 
 namespace bristle::detail {
 
-/// A material with its scaled constants. Made once per material on the thread that adds patches; immutable,
-/// shared by patches.
+/// A material with its constants in scaled lengths. Made once per material on the thread that adds patches;
+/// never changed afterwards, and shared by patches.
 struct CompiledMaterial {
   Material material;
-  double metres_per_length = 1.0;  ///< m per scaled length, a power of two near the mean snap length
+  double metres_per_length = 1.0;  ///< m per scaled length: a power of two near the mean snap length
   double lengths_per_metre = 1.0;
-  double shortest = 0.0;  ///< bounds of every snap length, scaled
+  double shortest = 0.0;  ///< bounds of every snap length, in scaled lengths
   double longest = 0.0;
   double residual = 0.0;          ///< Material::residual_length in scaled lengths
   double snap_rate = 0.0;         ///< snaps of a bristle per scaled length of steady sliding, without ageing
@@ -34,22 +34,24 @@ struct CompiledMaterial {
                                   ///< ageing
   std::uint64_t hash = 0;         ///< hash of all parameters of the material
   mutable KernelLaw law{};        ///< constants of the law for the kernels; they point into `table` and
-                                  ///< `biased_table`, and make_draws() fills all three
+                                  ///< `biased_table`. make_draws() fills all three
 
   mutable std::vector<double> table, biased_table;
-  std::vector<double> spread;  ///< snap lengths at the shares spread_share(k), scaled; empty without ageing
+  std::vector<double> spread;  ///< snap lengths at 128 shares of the law, scaled (spread_share(k)); empty
+                               ///< without ageing
 
   /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
-  /// brush does not need them. Takes milliseconds. Acts once, on any thread that adds patches.
+  /// brush does not need them. Takes milliseconds the first time, and nothing after that. Any thread that
+  /// adds patches may call it.
   void make_draws() const;
-  /// Returns the survival function for the infinite brush, which the first call makes. For any thread that
-  /// adds patches.
+  /// Returns the survival function for the infinite brush, which the first call computes. Any thread that
+  /// adds patches may call it.
   const SurvivalTable& survival() const;
   /// Returns the constants of shared renewal for representatives, which the first call computes.
   const RenewalLaw& renewal() const;
 
-  /// Returns the law as n strata, for bristles that slide. The first call with this n makes them, on any
-  /// thread.
+  /// Returns the law as n strata, for SnapRule::slide. The first call with this n computes them; any thread
+  /// may call it.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;
@@ -67,8 +69,8 @@ struct CompiledMaterial {
   mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
-/// Number of shares at which sums over the law take a snap length. They follow u = t^3 (10 - 15 t + 6 t^2) at
-/// the midpoints of equal steps of t, so they lie close to each other at both ends.
+/// Number of shares of the law at which sums over it take a snap length. The shares follow u = t^3 (10 - 15 t
+/// + 6 t^2) at the midpoints of equal steps of t, so they lie close together at both ends of the law.
 inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;

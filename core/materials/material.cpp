@@ -15,9 +15,9 @@ namespace {
 constexpr double largest_parameter = 1e15;
 constexpr double smallest_positive = 1e-15;
 
-// Share of bristles that may be shorter than 1/64 of the mean, for SnapRule::keep with shared renewal. With
-// more of them the shortest bristle, hence the number of bristles and not the material, would determine how
-// many are renewed.
+// Largest share of bristles that may be shorter than 1/64 of the mean length, for SnapRule::keep with shared
+// renewal. With more of them the shortest bristle of the sample, and not the material, would determine how
+// many bristles are renewed.
 constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
 void require_parameter(const char* name, double value, const char* unit) {
@@ -81,9 +81,9 @@ void Material::validate_for_representatives() const {
 }
 
 double Material::kinetic_coefficient() const {
-  // Mean deflection. SnapRule::keep: a bristle of length delta is on average bent by delta / 2.
-  // SnapRule::redraw: the share of sliding bristles of a length is in proportion to that length, so the mean
-  // is m2 / (2 m1).
+  // Calculates the mean deflection of sliding. With SnapRule::keep a bristle of length delta is on average
+  // bent by delta / 2. With SnapRule::redraw the share of bristles that have a length is in proportion to
+  // that length, so the mean is m2 / (2 m1).
   const double mean = snap_length.mean();
   if (snap_rule == SnapRule::slide)
     return bristle_stiffness * (1.0 - drop) * mean / (normal_stiffness * asperity_height_deviation);
@@ -178,7 +178,8 @@ double virgin_deflection(const Material& material, double x_over_mean) {
     return x_over_mean < 0.0 ? -f : f;
   }
   const double residual = material.residual_length / material.snap_length.mean();
-  // Nothing snaps up to the residual length; beyond it the virgin curve begins.
+  // Up to the residual length no bristle snaps, so the mean deflection is the path; beyond it the virgin
+  // curve begins.
   const double f = x <= residual ? x
                                  : residual + detail::virgin_curve(material.snap_length, material.snap_rule,
                                                                    material.shared_renewal, x - residual);

@@ -13,14 +13,15 @@ namespace bristle::detail {
 namespace {
 
 constexpr int per_mean = 32;  ///< number of cells in a mean snap length
-constexpr int reach = 40;     ///< mean lengths; largest path that is returned, even for a law that forgets
-                              ///< more slowly
+constexpr int reach = 40;     ///< longest path, in mean snap lengths, that is returned, even for a law under
+                              ///< which bristles forget their start more slowly
 constexpr int cells = per_mean * reach;
-constexpr double near_steady = 1e-3;  ///< tolerance of the mean deflection, relative to steady sliding
+constexpr double near_steady = 1e-3;  ///< tolerance of the mean deflection, relative to that of steady
+                                      ///< sliding
 constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// A slide that begins with straight bristles. It holds the mass of the bristles in each cell of deflection;
-/// a step moves all of them by one cell.
+/// Simulates a slide that begins with straight bristles: stores the mass of bristles in each cell of
+/// deflection and moves all of them on by one cell per step.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -49,7 +50,7 @@ class Slide {
     std::vector<double> born(mass_.size(), 0.0);
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
-      // Last cell of deflection that bristles can have reached.
+      // Last cell of deflection that bristles can have reached after these steps.
       const std::size_t reached = std::min(steps_, mass.size() - 1);
       for (std::size_t k = reached + 1; k-- > 0;) {
         double lost = k + 1 == mass.size() ? mass[k] : 0.0;
@@ -97,8 +98,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of find_forget(). They are remembered, because a search takes milliseconds and many
-/// materials differ in their stiffness alone.
+/// Inputs and result of one call of find_forget(). They are remembered, because a search takes milliseconds
+/// and many materials differ only in their stiffness.
 struct Known {
   SnapLaw law;
   SnapRule rule;
@@ -113,12 +114,13 @@ struct Known {
 };
 
 /// Returns the result of find_forget(), from memory if possible; each thread remembers its last materials. A
-/// list for each thread needs no lock, which a fork could leave closed, and plain numbers do not keep a
-/// library from being unloaded.
+/// list for each thread needs no lock, which a fork could leave locked, and it is plain data, so the library
+/// can be unloaded.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // a table has more than two parameters
+  // Remembers no tables, which have more than two parameters.
+  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
   const double forget = find_forget(m);
@@ -134,7 +136,7 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S, the share of bristles that snap within a path, over the path.
+  // Averages 1 - S over the path: the share of bristles that snap within it, if they start evenly along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

@@ -1,5 +1,5 @@
 // Constants of shared renewal for representatives: the path after which a slide is steady, and the share of
-// newborn bristles that snap again soon. Steady sliding itself: steady_sliding.hpp.
+// just renewed bristles that snap again soon. steady_sliding.hpp has steady sliding itself.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -8,12 +8,12 @@ namespace bristle::detail {
 
 /// Constants of shared renewal; lengths in mean snap lengths.
 struct RenewalLaw {
-  double forget = 0.0;  ///< path after which a straight slide is steady, whatever came before
+  double forget = 0.0;  ///< path of straight sliding after which the force is steady, whatever came before
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;
-  /// again[k]: share of the bristles renewed evenly along a path k again_reach / again_knots that snap before
-  /// its end.
+  /// again[k]: of the bristles renewed at even distances along a path of k again_reach / again_knots, the
+  /// share that snaps before the end of this path.
   double again[again_knots + 1] = {};
 };
 

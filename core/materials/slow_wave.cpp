@@ -11,7 +11,7 @@ namespace bristle::detail {
 namespace {
 
 // A complex number. std::complex multiplies and divides by functions of the compiler's library, whose bits
-// differ.
+// differ between compilers.
 struct Complex {
   double re = 0.0, im = 0.0;
 };
@@ -22,8 +22,8 @@ Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.r
 double squared(Complex a) { return a.re * a.re + a.im * a.im; }
 Complex operator/(Complex a, Complex b) { return (1.0 / squared(b)) * (a * Complex{b.re, -b.im}); }
 
-/// Values of 1 - p(s), p the Laplace transform of the density of snap lengths, and of its derivative, the
-/// integral of x p(x) exp(-s x).
+/// Values of 1 - p(s) and of its derivative, with p(s) the Laplace transform of the density of snap lengths;
+/// the derivative is the integral of x p(x) exp(-s x).
 struct Transform {
   Complex missing, slope;
 };
@@ -62,8 +62,8 @@ struct Candidate {
   Complex s;
 };
 
-/// Lists candidates for roots of p(s) = 1, slowest decay first: the first Newton step from each frequency at
-/// which p(s) comes near to 1.
+/// Lists candidates for roots of p(s) = 1, the most slowly decaying first: from each frequency at which p(s)
+/// comes near to 1, the result of the first Newton step.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;
@@ -107,8 +107,8 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots that are no decaying wave: Newton's method may escape to one, such as s = 0 (steady
-    // sliding).
+    // Rejects roots that are not decaying waves: Newton's method may end at one of these, such as s = 0
+    // (steady sliding).
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

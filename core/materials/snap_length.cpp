@@ -17,7 +17,8 @@ namespace {
 
 constexpr double shortest_allowed_m = 1e-12;
 constexpr double longest_allowed_m = 1e3;
-constexpr double longest_share = 1.0 - 0x1p-24;  // probability whose quantile is longest()
+constexpr double longest_share = 1.0 - 0x1p-24;  // probability whose quantile is the longest length,
+                                                 // longest()
 constexpr double root_of_three = 1.7320508075688772;
 
 double whole_power(double x, int k) noexcept {
@@ -43,12 +44,12 @@ double segment_partial_moment(int k, double a, double b, double x) noexcept {
   return uniform_partial_moment(k, a, b, x);
 }
 
-/// The normal law cut at 0, delta = mean + deviation z given z > -mean/deviation.
+/// The normal law cut at 0: delta = mean + deviation z, given z > -mean / deviation.
 struct CutNormal {
   double mean, deviation;
   double cut;   // place of the cut in standard deviations, -mean / deviation
   double kept;  // share of the uncut law that is kept, P(z > cut)
-  double edge;  // density of the cut law at the cut, in units of 1 / deviation
+  double edge;  // density of the cut law at the cut, in units of 1 / deviation (an edge term of its moments)
 
   CutNormal(double mean_m, double deviation_m) noexcept
       : mean(mean_m),
@@ -60,19 +61,19 @@ struct CutNormal {
   double standard(double x) const noexcept { return (x - mean) / deviation; }
 
   double quantile(double u) const noexcept {
-    // Computes in the smaller tail, so that neither tail loses digits; measured from below the share is u0 +
-    // u (1 - u0), u0 the share that is cut off.
+    // Computes the quantile in the smaller of the two tails, so that neither loses digits. Measured from
+    // below, the share is u0 + u (1 - u0), with u0 the share that is cut off.
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
-    // Smallest length above 0: rounding could give 0 at the smallest u, and a bristle of length 0 would snap
-    // without end.
+    // Returns at least a smallest length above 0: rounding could give 0 at the smallest u, and a bristle of
+    // length 0 would snap without end.
     return std::max(mean + deviation * z, mean * 0x1p-60);
   }
 
   double moment(int k) const noexcept {
-    // Integrates by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2) for the moments M(k), and an edge
-    // term at k = 1.
+    // Integrates by parts: the moments obey M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), with an edge term
+    // at k = 1.
     double before = 0.0, last = 1.0;
     for (int j = 1; j <= k; ++j) {
       const double next =
@@ -86,7 +87,8 @@ struct CutNormal {
   double partial_moment(int k, double x) const noexcept {
     const double z = standard(x);
     const double density = detail::normal_density(z) / kept;
-    // Takes the smaller of the two differences of distribution functions, which keeps more digits.
+    // Takes the difference of distribution functions in the tail where they are smaller, which keeps more
+    // digits.
     const double p0 =
         (z < 0.0 ? detail::normal_cdf(z) - detail::normal_cdf(cut) : kept - detail::normal_cdf(-z)) / kept;
     if (k == 0) return std::max(p0, 0.0);
@@ -122,8 +124,8 @@ struct Lognormal {
 
 /// Returns E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
-  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x its terms cancel, so the series
-  // of the terms beyond x^k is summed there.
+  // Sums a series for small x, because the terms of the closed form k! (1 - exp(-x) (1 + x + ... + x^k/k!))
+  // cancel there.
   const double factorial = k == 2 ? 2.0 : 1.0;
   double term = 1.0;
   if (x > 2.0) {
@@ -196,7 +198,7 @@ SnapLength SnapLength::uniform(double min_m, double max_m) {
 SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   require_within("SnapLength::normal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::normal", "deviation_m", deviation_m, 0.0, mean_m, "m (mean_m)");
-  // A deviation below the rounding of the mean gives a law without spread.
+  // A deviation too small to change the mean in double gives a law without spread.
   if (mean_m + deviation_m == mean_m) return single(mean_m);
   const CutNormal law(mean_m, deviation_m);
   SnapLength result;
@@ -204,7 +206,7 @@ SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   result.a_ = mean_m;
   result.b_ = deviation_m;
   result.mean_ = law.moment(1);
-  // Variance of the cut law over deviation^2 is 1 + cut edge - edge^2.
+  // The variance of the cut law, over deviation^2, is 1 + cut edge - edge^2.
   result.cv_ = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / result.mean_;
   result.longest_ = law.quantile(longest_share);
   BRISTLE_ASSERT(0.0 < result.mean_ && result.mean_ < result.longest_ && result.cv_ > 0.0);
@@ -241,7 +243,7 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
   require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::string name = "quantiles_m[" + std::to_string(i) + "]";
-    // Only the first value may be 0, because a share of bristles of length 0 would snap without end.
+    // Allows 0 only as the first value, because a share of bristles of length 0 would snap without end.
     const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
     require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
                    longest_allowed_m, "m, ascending");

@@ -1,12 +1,12 @@
-// Steady sliding of infinitely many bristles under shared renewal and ageing.
+// Computes steady sliding of infinitely many bristles under shared renewal and ageing.
 //
-// In sliding a bristle is renewed at the rate lambda = kappa nu, so the deflections r of the bristles of one
-// snap length d have the density exp(-lambda r) on 0 to d. With w1 = integral over 0 to d of exp(-lambda r)
-// and w2 = integral over 0 to d of r exp(-lambda r):
-//   redraw: (1 + kappa) births per snap keep the number of bristles: E[exp(-lambda d)] = 1 / (1 + kappa);
+// In sliding a bristle is renewed at the rate lambda = kappa nu per path, so the deflections r of the
+// bristles of one snap length d have a density in proportion to exp(-lambda r) on 0 to d. With w1 = integral
+// over 0 to d of exp(-lambda r) and w2 = integral over 0 to d of r exp(-lambda r):
+//   redraw: (1 + kappa) restarts per snap keep the number of bristles: E[exp(-lambda d)] = 1 / (1 + kappa);
 //           mean deflection E[w2(d)] / E[w1(d)]
 //   keep:   E[1 / (exp(lambda d) - 1)] = 1 / kappa; mean deflection E[w2(d) / w1(d)]
-// Ageing: at a speed v a bristle that was drawn the length d snaps at l = d g(l / v), and l replaces d.
+// With ageing, at a speed v, a bristle with the fresh length d snaps at l = d g(l / v), and l replaces d.
 #include "core/materials/steady_sliding.hpp"
 
 #include <algorithm>
@@ -20,7 +20,8 @@ namespace {
 
 using Node = AgedNode;
 
-/// Adds the nodes of Gauss's eight-point rule on `low` to `high`; `density`: that of the law at a length.
+/// Adds the nodes of Gauss's eight-point rule between `low` and `high`; `density`: density of the law at a
+/// length.
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
   constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -34,8 +35,8 @@ void add_panel(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Integrates over panels whose end is at most twice their beginning, because the integrand varies with the
-/// logarithm of the length.
+/// Adds nodes over intervals whose end is at most twice their beginning, because the integrand varies with
+/// the logarithm of the length.
 template <class Density>
 void add_range(std::vector<Node>& nodes, double low, double high, const Density& density) {
   double start = low;
@@ -46,8 +47,8 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Adds nodes of the trapezoid rule in z, the normal variable of a lognormal law, which is exact to rounding
-/// for smooth integrands.
+/// Adds nodes of the trapezoidal rule in z, the standard normal variable of a lognormal law; this rule is
+/// exact to rounding for smooth integrands.
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
   const double s = square_root(log1p(cv * cv));
@@ -58,7 +59,7 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
-  if (deviation < 1e-12 * mean) {  // avoids panels that end where they begin
+  if (deviation < 1e-12 * mean) {  // avoids intervals that end where they begin
     nodes.push_back({1.0, 1.0});
     return;
   }
@@ -120,8 +121,8 @@ double expectation(Span<const Node> nodes, const Function& f) {
   return sum;
 }
 
-/// Value and slope of the logarithm of E, the expectation in the equation of steady sliding, against `growth`
-/// (lambda).
+/// Value and slope, as functions of `growth` (lambda), of the logarithm of the expectation E in the equation
+/// of steady sliding.
 struct LogValue {
   double value, slope;
 };
@@ -151,8 +152,8 @@ LogValue log_revolutions(Span<const Node> nodes, double growth) {
 /// Solves the equation of steady sliding (core/MODEL.md, section 26) for lambda, the rate of renewal. `mean`:
 /// mean length at which bristles snap.
 double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
-  // Both logarithms fall with growth and are convex. By Jensen's inequality they start above the target, so
-  // Newton's steps rise to the root and never pass it.
+  // Solves by Newton's method. Both logarithms fall with lambda and are convex, and by Jensen's inequality
+  // they start above the target, so the iterates rise to the root and never pass it.
   const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
   double growth = log1p(kappa) / mean;
   for (int i = 0; i < 100; ++i) {
@@ -206,9 +207,9 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // Newton's steps fall onto the root from a start beyond it, since l - length g(l) is convex. No strength
-  // brings l to a thousandfold length. A start at `length` could fly off, because the slope can be 0 there
-  // when path is near 0.
+  // Starts Newton's method beyond the root, from where its iterates fall onto the root, since l - length g(l)
+  // is convex. No allowed strength of ageing brings l to a thousand times the fresh length. A start at
+  // `length` could diverge, because the slope can be 0 there.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
   double l = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
@@ -240,8 +241,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // A renewal below the rounding of the number of bristles counts as none, because 1 / kappa squared would
-  // overflow.
+  // A renewal so small that it does not change the number of bristles in double counts as none, because 1 /
+  // kappa squared would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

@@ -1,6 +1,5 @@
-// Steady sliding of infinitely many bristles that age and of which every snap renews others (core/MODEL.md,
-// "Rubbing", "Ageing"). Lengths in units of the mean snap length; deflections counted from the residual
-// length.
+// Steady sliding of infinitely many bristles with ageing and shared renewal (core/MODEL.md, "Rubbing",
+// "Ageing"). Lengths are in units of the mean snap length; deflections are counted from the residual length.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -8,19 +7,19 @@
 
 namespace bristle::detail {
 
-/// Bristles with shorter snap lengths (in mean lengths) are left out of the closed forms of SnapRule::keep:
-/// they are few (Material::validate), and how often they snap depends on the number of bristles.
+/// Bristles with shorter snap lengths (in mean lengths) are left out of the closed forms of SnapRule::keep.
+/// They are few (Material::validate), and how often they snap depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
-/// Ageing at a constant speed, as a function of a bristle's path r since its snap, in mean snap lengths: g =
-/// 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
+/// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap,
+/// in mean snap lengths: g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
   double strength = 0.0;  ///< beta or gain of ageing; 0 = none
-  double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
+  double path = 1.0;      ///< speed times ageing time, in mean snap lengths, > 0
 
-  /// Returns the growth g of a snap length by ageing along a path `way` (mean snap lengths); slope() is its
-  /// derivative.
+  /// Returns the factor g by which a snap length grows along a path `way` (in mean snap lengths); slope() is
+  /// its derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };
@@ -28,37 +27,38 @@ struct WayAgeing {
 /// Returns the ageing of a material in sliding at a speed (Material::kinetic_coefficient).
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
-/// Returns the deflection beyond the residual at which a bristle that was drawn this length snaps: l = length
-/// g(l).
+/// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution of
+/// l = length g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
-/// Mean and spread of the lengths at which ageing bristles snap, in mean snap lengths as drawn.
+/// Mean and spread of the lengths at which ageing bristles snap, in units of the mean fresh snap length.
 struct AgedMoments {
   double mean, cv;
 };
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
 
-/// A snap length as drawn, its share of the bristles, and the length at which it snaps when aged.
+/// A fresh snap length, its share of the bristles, and the length at which it snaps when aged.
 struct AgedNode {
   double length, share, aged = 0.0;
 };
 
 struct SteadySliding {
-  double snap_rate;   ///< nu: snaps per bristle in contact and mean length
-  double growth;      ///< lambda = kappa nu: renewals per bristle and mean length
-  double deflection;  ///< mean deflection beyond the residual length
-  double drawn;       ///< mean snap length, as drawn, of the bristles in contact
+  double snap_rate;   ///< nu: snaps per bristle in contact, per mean snap length of path
+  double growth;      ///< lambda = kappa nu: renewals per bristle, per mean snap length of path
+  double deflection;  ///< mean deflection beyond the residual length, in mean snap lengths
+  double drawn;       ///< mean fresh snap length of the bristles in contact, in mean snap lengths
 };
 
 /// Computes steady sliding for `shared_renewal` >= 0. Takes some 10 us, with ageing some 30 us; more for long
 /// tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
-/// Computes steady sliding for a law given by its nodes and by `mean`, the mean length at which they snap;
-/// all in one unit of length. Allocates nothing.
+/// Computes steady sliding for a law given by nodes and by `mean`, the mean length at which its bristles
+/// snap; all in one unit of length. Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
-/// Returns snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with SnapRule::keep.
+/// Returns snaps per bristle and mean snap length of path without shared renewal: 1, or E[1/delta] with
+/// SnapRule::keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 
 }  // namespace bristle::detail

@@ -6,12 +6,12 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the bristles: equal steps of t give shares that lie close to each other at
-/// both ends.
+/// Maps t in [0, 1] to a share of the bristles, such that equal steps of t give shares that lie close
+/// together at both ends of the law.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// The law that make_strata() divides, as cells between its quantiles, with the integral of p^(1/2), p its
-/// density, up to each.
+/// The law that make_strata() divides, as cells between quantiles, with the integral of p^(1/2) up to each
+/// quantile, where p is the density.
 class Cells {
  public:
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
@@ -21,7 +21,8 @@ class Cells {
       length_[k] = k == count ? law.longest() : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
       if (k > 0) {
         length_[k] = std::min(std::max(length_[k], length_[k - 1]), law.longest());
-        // The integral of p^(1/2) over a cell of probability u and width x is u^(1/2) x^(1/2).
+        // The integral of p^(1/2) over a cell of probability u and width x is u^(1/2) x^(1/2), with p
+        // constant in the cell.
         integral_[k] =
             integral_[k - 1] + std::sqrt(std::max(u - before, 0.0) * (length_[k] - length_[k - 1]));
       }
@@ -37,7 +38,7 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds, to a few digits, where a non-decreasing function of the length reaches 0.
+  /// Finds the length at which a non-decreasing function reaches 0, to a few digits.
   template <class Function>
   double find_zero(Function&& function) const {
     double low = 0.0, high = law_.longest();
@@ -61,11 +62,11 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Inner ends of the first and the last stratum, for which the error of the force (make_strata()) alternates
-/// between +e and -e on either side of each.
+/// Inner ends of the first and the last stratum, chosen so that the error of the force (make_strata())
+/// alternates between +e and -e around each of them.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
-  double error;        ///< e, error of the force in mean deflection, m
+  double error;        ///< e, largest error of the mean deflection in first loading, m
 
   Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
     const double shortest =
@@ -78,7 +79,8 @@ struct Edges {
   }
 };
 
-/// Finds the edges whose error e equals the error of the n - 2 strata between them.
+/// Finds the inner ends for which the error e of the first and last stratum equals that of the n - 2 strata
+/// between them.
 Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
   double low = 0.0, high = law.mean();
   double e = cells.integral() / n;
@@ -105,14 +107,15 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
 
   const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
   const double all = cells.integral();
-  double first = 0.0, last = all, error = 0.0;  // two strata share the integral equally
+  double first = 0.0, last = all, error = 0.0;  // two strata share the integral of p^(1/2) equally
   if (n > 2) {
     const Edges edges = find_edges(law, cells, n);
     first = cells.integral_at(edges.first);
     last = cells.integral_at(edges.last);
     error = edges.error;
   }
-  double low = 0.0, above = 1.0, first_moment = 0.0;  // survival and moment at the stratum's lower end
+  double low = 0.0, above = 1.0, first_moment = 0.0;  // survival and partial moment of the law at the lower
+                                                      // end of the present stratum
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();
     if (i + 1 < n) {

@@ -1,4 +1,4 @@
-// A law of the snap length as weighted strata, for bristles that slide.
+// Replaces a law of snap lengths by a few weighted lengths, the strata, for SnapRule::slide.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace bristle::detail {
 
-/// Weighted lengths, over E[delta], whose force at first loading, the sum of share x min(x, length), is as
-/// close to E[min(x, delta)] as n lengths can be: its error alternates between +e and -e, of order n^-2
-/// whatever the law's tail (a law without density between its ends meets this up to its own jumps). Sum of
-/// shares and mean length are the law's own. The inner strata hold equal integrals of p^(1/2), p the density;
-/// each stratum has its mean length and its probability. The lengths of the first and the last are shifted by
-/// e over their probability.
+/// Weighted lengths, in units of E[delta], whose mean deflection in first loading, the sum of share x min(x,
+/// length), is as close to E[min(x, delta)] as n lengths can be: its error alternates between +e and -e, with
+/// e of order n^-2 whatever the law's tail (under a law without density between its ends, up to the law's own
+/// jumps). The sum of the shares is 1 and the mean length is the law's. The inner strata have equal integrals
+/// of p^(1/2), p the density; each stratum has its mean length and its probability. The lengths of the first
+/// and the last stratum are shifted by e over their probability.
 struct Strata {
   std::vector<double> length, share;
 };

@@ -10,15 +10,15 @@
 namespace bristle::detail {
 namespace {
 
-/// Share of all bristles that is half a unit of mass, which rounds to none.
+/// Share of a patch's bristles that equals half a unit of mass, and so is rounded to none.
 constexpr double negligible_share = 0x1p-47;
 
 constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; less than unused_reach
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
-/// Returns the end of the table: the longest length that representatives sample, or a farther one for a
-/// lognormal law whose longer bristles carry more than 1e-5 of the force.
+/// Returns the end of the survival table: the longest length that representatives sample, or a longer one for
+/// a lognormal law whose longer bristles carry more than 1e-5 of the force.
 double find_end(const SnapLength& law) {
   double end = law.longest();
   if (law.law() != SnapLaw::lognormal) return end;
@@ -28,9 +28,9 @@ double find_end(const SnapLength& law) {
   return end;
 }
 
-/// Finds the deflection beyond which bristles carry this share of the force of steady sliding, which is the
-/// integral of x S(x), x the deflection. (The integral of S alone would leave out the few longest bristles of
-/// a wide law, which carry most.)
+/// Finds the deflection beyond which bristles carry a given share of the force of steady sliding. The force
+/// is the integral of x S(x), x the deflection; the integral of S alone would neglect the few longest
+/// bristles of a wide law, which carry most of the force.
 double find_tail(const SurvivalTable& table, double share) {
   double carried = 0.0;
   for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
@@ -59,30 +59,31 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  constexpr double farthest = 1e5;  // mean lengths; limit for groups of bristles that snap in step for ever
+  constexpr double farthest = 1e5;  // limit in mean snap lengths, for groups of bristles that snap in step
+                                    // for ever
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // Makes pieces as short as those of a narrow law whose waves decay as slowly, and short enough to resolve
-  // the wave itself.
+  // Makes pieces as short as those of a narrow law with equally slow waves, and short enough to resolve the
+  // wave itself.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
   }
-  // Keeps the shortest tenth of the bristles from snapping in one piece.
+  // Prevents more than the shortest tenth of the bristles from snapping in one piece.
   waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
   waves.finest = std::max(waves.finest, 1.0 / 16);
   return waves;
 }
 
 /// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
-/// bristles left from before carry at most the share `little` of the force. The longest of these count twice,
-/// because bristles bent the other way first move as far back.
+/// bristles left from before it carry at most the share `little` of the force. The longest of these count
+/// with twice their length, because bristles bent the other way first move as far back.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
 }
 
-/// Returns S at the nodes from 0 on. The last entry is 0, for the first node beyond the longest length.
+/// Returns S at the nodes of the table. The last entry is 0, at the first node beyond the longest length.
 std::vector<double> survival_at_nodes(const SnapLength& law, double metres, double longest) {
   std::vector<double> lengths;
   while (node(lengths.size() + 1) < longest) lengths.push_back(node(lengths.size() + 1) * metres);
@@ -138,8 +139,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // Starts cells at the shortest and the longest length too, where S has corners: no cohort's R is below
-    // the first (CohortLaw::sure), and no argument above the last is looked up.
+    // Begins a cell at the shortest and one at the longest length, where S has corners. No cohort's reach is
+    // below the first (CohortLaw::sure), and no argument above the last is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);
@@ -163,7 +164,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Uses a strict tolerance, because to-and-fro strokes add up what they forget: 3e-4 each would raise
+  // Uses a strict tolerance, because the errors of to-and-fro strokes add up: 3e-4 in each stroke would raise
   // friction by a twelfth in 200 strokes (spread 0.4).
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));

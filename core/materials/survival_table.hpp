@@ -1,4 +1,5 @@
-// The survival function S of a snap-length law as the table that cohorts read (core/cohort_table.hpp).
+// The survival function S of a snap-length law, the share of longer lengths, as the table that cohorts read
+// (core/cohort_table.hpp).
 #pragma once
 
 #include <algorithm>
@@ -13,29 +14,34 @@ namespace bristle::detail {
 
 struct SurvivalTable {
   std::vector<SurvivalCell> cells;
-  std::vector<double> squares;  ///< E[delta^2; delta < start], start that of each cell
+  std::vector<double> squares;  ///< for each cell, E[delta^2; delta < start], with start the length at its
+                                ///< beginning
   double end = 0.0;             ///< length at which S becomes 0
-  double sure = 0.0;            ///< length up to which S is 1, to 2^-47
-  double mean = 0.0;            ///< E[delta] of the law as tabulated
-  double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
+  double sure = 0.0;            ///< length up to which practically no bristle snaps (S = 1 to 2^-47)
+  double mean = 0.0;            ///< E[delta] of the tabulated law
+  double square = 0.0;  ///< E[delta^2] of the tabulated law; the mean deflection of steady sliding is square
+                        ///< / (2 mean)
   double cube = 0.0;    ///< E[delta^3]
-  double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force
-  double finest = 1.0;  ///< number of pieces of path per mean length that the law needs, relative to a law of
+  double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force of steady
+                        ///< sliding
+  double finest = 1.0;  ///< factor by which the law needs more pieces of path per mean length than a law of
                         ///< spread 0.25 or more
-  bool smooth = true;   ///< whether S is smooth; else it has corners, where the density of the law jumps
-  double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
-  double follow = 0.0;  ///< straight path after which nothing from before the slide matters, however long it
-                        ///< goes on
+  bool smooth = true;   ///< whether S is smooth; if not, it has corners where the density of the law jumps
+  double forget = 0.0;  ///< path of straight sliding after which the force does not depend on how the slide
+                        ///< began
+  double follow = 0.0;  ///< path of straight sliding after which nothing from before the slide matters, even
+                        ///< if it goes on for ever
 };
 
-/// Makes the table; lengths in m times `per_metre` are scaled lengths. S is exact at the nodes and straight
-/// in between: its error is at most h^2 / 8 |S''|, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of
-/// S is cut by h). The nodes of a table law hold means of S, which conserve the mean of the law.
+/// Makes the table; lengths in m times `per_metre` are scaled lengths. S is exact at the nodes and linear
+/// between them, with an error of at most h^2 / 8 |S''|, h = (x + 1/16) / 128 (1e-5 for a lognormal law of
+/// spread 0.3; a corner of S is cut over a width h). For a table law the nodes have local means of S, which
+/// conserve the mean of the law.
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {
-  double left, moment, square;  ///< of lengths and the argument x: S(x), E[delta; delta < x], E[delta^2;
-                                ///< delta < x]
+  double left, moment, square;  ///< for the law of lengths and the argument x: S(x), E[delta; delta < x],
+                                ///< E[delta^2; delta < x]
 };
 inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
   if (x <= table.sure) return {1.0, 0.0, 0.0};

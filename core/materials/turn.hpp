@@ -1,4 +1,4 @@
-// Turns in the plane as unit complex numbers, without libm (its bits differ from machine to machine).
+// Rotations in the plane as unit complex numbers, without libm, whose bits differ from machine to machine.
 #pragma once
 
 #include "core/materials/elementary.hpp"
@@ -7,7 +7,7 @@ namespace bristle::detail {
 
 inline constexpr double pi = 3.141592653589793;
 
-/// A turn: (1, 0) becomes (cosine, sine).
+/// A rotation that turns (1, 0) into (cosine, sine).
 struct Turn {
   double cosine = 1.0, sine = 0.0;
 
@@ -21,14 +21,14 @@ inline Turn operator*(const Turn& a, const Turn& b) noexcept {
   return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
 }
 
-/// Restores the length 1 of the unit vector after rounding, to first order.
+/// Restores the length 1 of a unit vector after rounding errors, to first order.
 inline Turn normalized(const Turn& t) noexcept {
   const double correction = 1.5 - 0.5 * (t.cosine * t.cosine + t.sine * t.sine);
   return {t.cosine * correction, t.sine * correction};
 }
 
-/// Returns the turn by an angle in rad, of moderate size: halves it until a series of sine and cosine is
-/// exact to rounding. The sine of a small angle keeps its relative accuracy.
+/// Returns the rotation by an angle in rad of moderate size: halves the angle until series of sine and cosine
+/// are exact to rounding. The sine of a small angle keeps its relative accuracy.
 inline Turn turn_by(double angle) noexcept {
   int doublings = 0;
   for (; magnitude(angle) > 0.25 && doublings < 64; ++doublings) angle *= 0.5;

@@ -42,10 +42,11 @@ struct UnitLaw {
   double partial_moment(int k, double x) const {
     return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
   }
-  /// Returns f(x), mean deflection after the path x, while no bristle has snapped twice, for both rules; at
-  /// an atom (one length with a probability) the limit from the left.
+  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice, for both
+  /// rules; at an atom (one length with a probability) the limit from the left.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// Returns f(x) while no bristle has snapped twice, with shared renewal `renewal`.
+  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice, with shared
+  /// renewal `renewal`.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -63,20 +64,21 @@ double tail_of_inverse_squares(double n) noexcept {
     n += 1.0;
     sum += 1.0 / (n * n);
   }
-  // Euler-Maclaurin expansion at n + 1/2; the first term left out is 1e-17.
+  // Uses the Euler-Maclaurin expansion at n + 1/2; the first term left out is 1e-17.
   const double w = 1.0 / (n + 0.5);
   const double w2 = w * w;
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
 }
 
-/// Returns E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom, `from_left`
-/// gives the limit from the left (a) instead of 0.
+/// Returns E[x mod delta] for delta uniform on [a, b], or equal to a (an atom) if a = b. If x is a multiple
+/// of an atom, `from_left` gives the limit from the left, which is a, instead of 0.
 double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
   if (a == b) {
     const double rest = x - whole_part(x / a) * a;
     return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
   }
-  // Splits the sum over k of M1(x/k): up to k0 the terms equal the mean of delta, above k1 they are zero.
+  // Splits the sum over k of M1(x / k): up to k0 each term equals the mean of delta, above k1 each term is
+  // zero.
   const double k0 = whole_part(x / b);
   const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
   double inverse_squares, atoms_below = 0.0;
@@ -89,16 +91,16 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     atoms_below = a * a * (k1 - k0);
   } else {
     inverse_squares = tail_of_inverse_squares(k0);
-    if (a > 0.0) atoms_below = a * x;  // k1 a = x, true to rounding
+    if (a > 0.0) atoms_below = a * x;  // k1 a = x, exactly in spite of rounding
   }
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
 
-/// Finds the interval outside which a smooth law has less than 1e-18 of its first moment.
+/// Finds the interval outside which a smooth law has less than 1e-18 of its mean.
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // bound for an exponential law
+  high = 45.0;  // upper bound for an exponential law
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;
@@ -117,7 +119,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   effective_support(unit, low, high);
   double k = whole_part(x / high);
   const double last = k + direct_terms;
-  double sum = k;  // sum of the first k terms, each of which is the whole mean, 1
+  double sum = k;  // sum of the first k terms, each of which is the whole mean, 1 (in mean lengths)
   double before = 1.0, term = 1.0;
   for (k += 1.0; k <= last; k += 1.0) {
     if (x < low * k) return x - sum;
@@ -178,15 +180,15 @@ std::vector<Atom> find_atoms(const SnapLength& law) {
   return atoms;
 }
 
-/// Values of f, the mean deflection under SnapRule::redraw, on equidistant nodes: limits from the left and
-/// from the right, which differ only for laws with atoms.
+/// Values of f, the mean deflection in first loading with SnapRule::redraw, on equidistant nodes: limits from
+/// the left and from the right, which differ only for laws with atoms.
 struct VirginGrid {
   double step = 0.0;
   std::vector<double> left, right;
 };
 
-/// A law on equidistant nodes: mass and first moment up to each node of its part without atoms, and mass of
-/// the atoms at each.
+/// A snap-length law on equidistant nodes: mass and first moment up to each node of the part without atoms,
+/// and the mass of the atoms at each node.
 struct LawOnGrid {
   double step = 0.0;
   std::vector<double> mass, first, survival, atom_mass;  ///< survival[i]: P(delta >= node i)
@@ -251,15 +253,17 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights of the nodes for the integral over a law, times `factor`, of a function that is linear between
-/// nodes; exact over each cell. `damping`: exp(-lambda x) at the nodes if the function is multiplied by it,
-/// else empty.
+/// Weights of the nodes for integrating, over a law times `factor`, a function that is linear between nodes;
+/// exact over each cell. `damping`: exp(-lambda x) at the nodes if the function is multiplied by it,
+/// otherwise empty.
 struct RenewalKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
-  std::vector<double> far;     ///< share of cell j, from node j to node j + 1, that is given to its far end
+  std::vector<double> far;     ///< share of the weight of cell j, from node j to node j + 1, that goes to its
+                               ///< far node
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
+
   /// Whether this grid is too coarse to solve the equation: too many bristles snap within the first cell.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
@@ -273,7 +277,7 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   kernel.begin = n + 1;
   for (std::size_t j = 0; j < n; ++j) {
     const double cell = law.mass[j + 1] - law.mass[j];
-    if (!(cell > 1e-30)) continue;  // skips a cell of too little probability to divide by
+    if (!(cell > 1e-30)) continue;  // skips a cell whose probability is too small to divide by
     const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
     const double far = cell * std::min(std::max(share, 0.0), 1.0);
     kernel.far[j] = far * damped(j + 1);
@@ -289,14 +293,14 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   return kernel;
 }
 
-/// Source term of a renewal equation at the nodes: its limit from the left, and its jump. A source that is
-/// not 0 at x = 0 jumps there.
+/// Source term of a renewal equation at the nodes: its limit from the left, and its jump there. A source that
+/// is not 0 at x = 0 jumps at that node.
 struct Source {
   std::vector<double> left, jump;
 };
 
-/// Solves a renewal equation (see the head of this file) for f, taken as linear between nodes. Error
-/// O(step^2).
+/// Solves a renewal equation (see the beginning of this file) for a function f that is linear between nodes.
+/// The error is O(step^2).
 VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
@@ -342,8 +346,8 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   return grid;
 }
 
-/// Equations for a virgin curve, which is the quotient of two solutions: deflections over, with shared
-/// renewal, bristles.
+/// Renewal equations for a virgin curve, which is the quotient of two solutions: sum of deflections over,
+/// with shared renewal, number of bristles.
 struct RenewalProblem {
   RenewalKernel kernel;
   Source deflections, bristles;
@@ -377,8 +381,8 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   return problem;
 }
 
-/// Extrapolates from solutions on two grids: error O(step^4) where f is smooth. Overwrites the finer solution
-/// with the result.
+/// Extrapolates from solutions on two grids to an error of O(step^4) where f is smooth. Overwrites the finer
+/// solution with the result.
 void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
     double before = 0.0;
@@ -393,8 +397,8 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// Solves for the curve of SnapRule::redraw without shared renewal on the nodes of a grid with an even number
-/// of cells.
+/// Solves for the virgin curve of SnapRule::redraw without shared renewal on a grid with an even number of
+/// cells.
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
   const auto solve = [](const LawOnGrid& law) {
@@ -407,22 +411,23 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Returns the largest step for an error below 1e-6, in proportion to the width of the law and finer where
-/// its density jumps.
+/// Returns the largest grid step for an error below 1e-6: in proportion to the width of the law, and finer
+/// where its density jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
 }
 
-/// Returns a step, at most `largest`, for which the atoms lie nearest to the nodes of a grid of twice that
+/// Returns a grid step, at most `largest`, for which the atoms lie nearest to nodes of the grid of twice that
 /// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Accepts that atoms of tiny lengths lie half a step off, since they would ask for millions of cells.
+  // Accepts that atoms of tiny lengths lie half a step off the nodes, since hitting them would take millions
+  // of cells.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // Puts the first atom on a node exactly; tries steps for the others.
+    // Puts the first atom exactly on a node, and tries several steps for the others.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
     double misfit = 0.0;
@@ -446,17 +451,19 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
-    return -detail::expm1(-x);  // z = min(age, x), and the age is exponential, as the law has no memory
-  // Takes the steady value after a long path: under a law without atoms or heavy tail, the swings of the
-  // force about it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
+    return -detail::expm1(-x);  // mean of min(age, x), where the age is exponentially distributed, as this
+                                // law has no memory
+
+  // Takes the steady value after a long path: under a law without atoms or heavy tail the swings of the force
+  // around it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
   const UnitLaw unit(law);
   const std::vector<Atom> atoms = find_atoms(law);
-  // Work is the number of cells up to the path x times the number that the law reaches. Beyond x of about 100
-  // the step grows to bound the time (about a second), at the cost of accuracy for wide lognormal laws and
-  // tables.
+  // Largest number of operations: cells up to the path x times cells up to the longest length of the law.
+  // Beyond x of about 100 the grid step grows to bound the time (about a second), at the cost of accuracy for
+  // wide lognormal laws and tables.
   constexpr double most_work = 2e9;
   const double reach = std::min(law.longest() / law.mean(), x);
   double step = std::max(resolving_step(law), detail::square_root(x * reach / most_work));
@@ -501,7 +508,7 @@ double maximum_between(const Function& f, double low, double high, int iteration
   return std::max(f1, f2);
 }
 
-/// Finds the maximum of f over ascending points, then in the two intervals beside the best point.
+/// Finds the maximum of f over ascending points, then refines it in the two intervals beside the best point.
 template <class Function>
 double maximum_over(const Function& f, const std::vector<double>& points, int iterations) {
   std::size_t best = 0;
@@ -517,8 +524,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, maximum_between(f, low, high, iterations));
 }
 
-/// Finds the peak of the curve, and its place, while no bristle has snapped twice; narrow laws have their
-/// peak there.
+/// Finds the peak of the virgin curve, and its place, on the path where no bristle has snapped twice; narrow
+/// laws have their peak there.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -532,8 +539,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
   if (law.law() == SnapLaw::uniform) {
     const double low = law.first_parameter() / unit.mean, high = law.second_parameter() / unit.mean;
     if (renewal == 0.0) {
-      consider(std::max(low, high - low));  // slope of the curve is 1 up to the shortest length, then 1 - x /
-                                            // (max - min)
+      consider(std::max(low, high - low));  // the slope of the curve is 1 up to the shortest length, then 1 -
+                                            // x / (max - min)
     } else {
       consider(low);
       const double end = std::min(2.0 * low, high);
@@ -551,11 +558,13 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       consider(b);
     }
   } else {
-    // Searches the peak in the one hump of the curve, from ten standard deviations below the mean on.
+    // Searches the peak in the one hump of the curve, beginning ten standard deviations below the mean
+    // length.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
-    for (int i = 0; i < 64; ++i) {  // finds the shortest path near the peak, to within 1/64
+    for (int i = 0; i < 64; ++i) {  // finds, to within 1/64, the shortest path at which the curve is near its
+                                    // peak
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -586,8 +595,8 @@ double keep_peak(const SnapLength& law) {
   return maximum_over(f, points, iterations);
 }
 
-/// Returns the largest value on a grid; where f is smooth, the top of the parabola through the best three
-/// nodes.
+/// Returns the largest value of f on a grid; where f is smooth, the top of the parabola through the best
+/// three nodes.
 double grid_peak(const VirginGrid& grid, bool smooth) {
   double peak = 0.0;
   std::size_t best = 0;
@@ -613,7 +622,7 @@ double redraw_peak(const SnapLength& law) {
     const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
     return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
   };
-  // Searches the first two mean lengths, where all laws but tables have their only or highest hump.
+  // Searches the first two mean lengths, where all laws except tables have their only or highest hump.
   double peak = peak_up_to(2.0);
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
@@ -629,7 +638,7 @@ double paper_peak(const SnapLength& law, SnapRule rule) {
     find_first_pass_peak(unit, 0.0, peak, place);
     if (unit.partial_moment(0, 0.5 * place) < 1e-10) return peak;
   }
-  // Takes the kinetic value for curves without a hump, which rise to it.
+  // Takes the kinetic value for curves without a hump, which rise monotonically to it.
   const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
   return std::max(peak, paper_kinetic(law, rule));
 }
@@ -644,7 +653,7 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
 }
 
 /// Snaps up to a path x of bristles that keep their lengths: their number, and the sums of their places and
-/// of the deflections that they lose. Holds the law of the lengths in cells of uniform density.
+/// of the deflections lost. Stores the law of the lengths in cells of uniform density.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -666,8 +675,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Integrates over a cell by Simpson's rule, in eight parts near the shortest length, where a cell is as
-      // long as that length.
+      // Integrates over a cell by Simpson's rule, in eight parts near the shortest length, where the cell is
+      // as long as that length.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -685,8 +694,8 @@ class DividedLaw {
     }
   }
 
-  /// Sums over k, the number of a bristle's snap: G(x / k) (`count`), k M1(x / k) (`place`) and M1(x / k)
-  /// (`lost`).
+  /// Sums over k, the number of a bristle's snap: of G(x / k) (`count`), of k M1(x / k) (`place`) and of M1(x
+  /// / k) (`lost`).
   struct Snaps {
     double count = 0.0, place = 0.0, lost = 0.0;
 
@@ -698,18 +707,18 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Number of terms that are summed one by one; beyond it an integral over the length u = x / k replaces
-    // the sum over k.
+    // Number of terms that are summed one by one; for larger k an integral over the length u = x / k replaces
+    // the sum.
     constexpr double direct = 100.0;
     Snaps snaps;
-    snaps.lost = x * few_;  // the shortest bristles, which are not counted, add no deflection
+    snaps.lost = x * few_;  // bristles too short to be counted add no deflection
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // Finds M1(x / k): in the last cell, the first moment of a uniform density, corrected so that the whole
-      // cell has the mean length of the law.
+      // Finds M1(x / k). In the last cell the first moment of a uniform density is corrected so that the
+      // whole cell has the mean length of the law.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -769,7 +778,7 @@ RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
   return problem;
 }
 
-/// Data of a virgin curve under shared renewal, with which it can be solved on any grid.
+/// Data of a virgin curve under shared renewal, from which it can be solved on any grid.
 struct RenewedCurve {
   const SnapLength& law;
   SnapRule rule;
@@ -819,10 +828,10 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Step of the curves without renewal for laws with atoms, twice that for others, which extrapolation
-  /// allows.
+  /// Grid step of the curves without shared renewal for laws with atoms; twice as large for other laws, for
+  /// which extrapolation is possible.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
-  /// Returns a step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
+  /// Returns a grid step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
     if (!atoms.empty()) return step_for_atoms(atoms, largest);
     if (law.law() != SnapLaw::uniform) return largest;
@@ -839,7 +848,8 @@ double kink_in_cell(const VirginGrid& grid, std::size_t i) {
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place of the crossing, in cells from node i
+  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place of the crossing of the two lines, in
+                                                              // cells from node i
   return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
 }
 
@@ -850,7 +860,8 @@ double table_peak(const VirginGrid& grid) {
   return peak;
 }
 
-/// Returns the highest value that the renewal equation gives up to `end`, in at most `most_cells`.
+/// Returns the highest value that the renewal equation gives up to the path `end`, with at most `most_cells`
+/// cells.
 double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
   const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));
@@ -873,14 +884,14 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // SnapRule::keep: the wider the law, the farther and the flatter its peak.
+  // With SnapRule::keep, the wider the law, the farther away and the flatter its peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
 }
 
-/// Whether the waves of redrawn lengths (bristles that snap in step) have died over this path, in mean
-/// lengths, to the last digit.
+/// Whether bristles that began to slide together, with redrawn lengths, have stopped snapping in step after
+/// this path (in mean lengths), to the last digit.
 bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
 #if BRISTLE_MINIMAL
   return false;
@@ -932,13 +943,14 @@ double slide_curve(const SnapLength& law, double drop, double growth, double x) 
 
 SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   const double mean = law.mean();
-  SlidePeak best{1.0 - drop, 0.0};  // force after a path so long that it is steady
+  SlidePeak best{1.0 - drop, 0.0};  // value after so long a path that the force is steady
   const auto try_at = [&](double length) {
     const double force = slide_curve(law, drop, growth, growth * length / mean);
     if (force > best.force) best = {force, length / mean * law.survival(length)};
     return force;
   };
-  // Also tries just below each length, because the force drops there if many bristles share it.
+  // Also tries a path just below each length, because the force drops there if many bristles have that
+  // length.
   constexpr double before = 1.0 - 1e-12;
   constexpr int points = 256;
   const auto length_at = [&law](int k) {

@@ -1,4 +1,5 @@
-// Virgin curves and steady sliding in units of the mean snap length, deflections beyond the residual length.
+// Virgin curves (force of first loading) and steady sliding, in units of the mean snap length; deflections
+// are counted beyond the residual length.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -7,15 +8,15 @@ namespace bristle::detail {
 
 /// Returns the mean deflection in slow steady sliding.
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the supremum of the virgin curve: the highest mean deflection at first loading.
+/// Returns the highest value of the virgin curve, the largest mean deflection in first loading.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the mean deflection after a path x > 0 from all deflections zero.
+/// Returns the mean deflection after a path x > 0, if all deflections were zero at first.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
-/// Returns the mean deflection by SnapRule::slide after a path x > 0 from rest, of bristles that hold
-/// `growth` times their length until they slide, and (1 - drop) of it while sliding.
+/// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest, for bristles that stick up
+/// to `growth` times their length and then slide at (1 - drop) of it.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
-/// Returns the supremum of slide_curve(), and its derivative by `growth`.
+/// Returns the highest value of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {
   double force, slope;
 };

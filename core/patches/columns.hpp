@@ -1,5 +1,5 @@
-// Columns of a record, declared once. A record's `columns(record, visit)` calls `visit(pointer, rule)` for
-// each; allocation, reset, copy, take-over, save, restore and hash are loops over that list.
+// Declares the columns of a record once. A record's `columns(record, visit)` calls `visit(pointer, rule)` for
+// each column; allocation, reset, copy, change of material, save, restore and hash are loops over that list.
 #pragma once
 
 #include <cstddef>
@@ -12,23 +12,26 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of a patch's record: the value of a bristle out of contact, and the effect on it of
-/// reset, save and a change of material.
+/// Kind of a column of a patch's record: the value for a bristle out of contact, and the effect of reset,
+/// save and a change of material.
 enum class Filler : unsigned char {
-  zero,          ///< 0 out of contact. State, saved; a length in the units of the material
-  age,           ///< 0 out of contact. State, saved; a time in units of the material's ageing time
-  first_length,  ///< first snap length of the bristle when out of contact. State, saved; kept by a material
+  zero,          ///< 0 for a bristle out of contact. State, saved; a length in the units of the material
+  age,           ///< 0 for a bristle out of contact. State, saved; a time in units of the material's ageing
+                 ///< time
+  first_length,  ///< first snap length for a bristle out of contact. State, saved; kept under a new material
                  ///< of the same law
-  draw_state,    ///< value that stays when out of contact. State, saved; filled from the seed
-  from_seed,     ///< function of seed and material (first snap lengths), which no step changes; not saved
-  block,         ///< bookkeeping of blocks, which functions of its own reset and save
+  draw_state,    ///< value that stays when the bristle is out of contact. State, saved; computed from the
+                 ///< seed
+  from_seed,     ///< values computed from seed and material (first snap lengths), which no step changes; not
+                 ///< saved
+  block,         ///< bookkeeping of blocks, which other functions reset and save
   cache          ///< values on which the state does not depend
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
 
 struct ColumnRule {
   const char* name;
-  std::uint32_t count;  ///< number of entries; 0 = this variant has no such column
+  std::uint32_t count;  ///< number of entries; 0 = this record has no such column
   Filler filler;
   bool hashed;
 };
@@ -42,7 +45,7 @@ std::size_t column_bytes(Record& record) noexcept {
   return bytes;
 }
 
-/// Lays the columns out in memory of column_bytes(record). Does not fill them; columns without entries are
+/// Places the columns in memory of column_bytes(record). Does not fill them; columns without entries are
 /// null.
 template <class Record>
 void place_columns(Record& record, std::byte* memory) noexcept {

@@ -1,12 +1,9 @@
-// The one seam between a patch and the code that computes its friction: a table of operations, one table per
-// contact model (and number type). Batch, keyed patches, shedding, coupling, state files and the C interface
-// know patches, not bristles.
-//
-// To add a model: a record over PatchRecord with its list of columns (columns.hpp), a table, and its name in
-// make_patch.cpp. tests/test_contact_model.cpp has a small one from end to end.
-//
-// Unless said otherwise an operation belongs to the stepping thread, runs in the kernels' floating-point
-// mode, and neither throws, allocates nor locks.
+// The one interface between a patch and the code that computes its friction: a table of operations, one for
+// each contact model (and number type). Batch, keyed patches, load shedder, coupling, state files and the C
+// interface know patches, not bristles. To add a model, write a record over PatchRecord with its list of
+// columns (columns.hpp) and a table, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small
+// model from end to end. Unless said otherwise an operation belongs to the stepping thread, runs in the
+// kernels' floating-point mode, and neither throws, allocates nor locks.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +16,7 @@
 namespace bristle::detail {
 
 /// Operations of a step that several threads share. `prepare` returns the number of blocks; `run` steps a
-/// range of them, on any thread, into Totals of its own; `finish` takes the sum of all Totals.
+/// range of them, on any thread, into Totals of its own; `finish` gets the sum of all Totals.
 struct SharedStep {
   std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
   void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
@@ -37,9 +34,9 @@ struct ContactModel {
   /// if the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a motion that leaves Patch::bound, if no bristle has to be stepped for it. Called for patches of
-  /// two axes that neither damp nor age, when only the end force is asked for. On Bound::glide the state is
-  /// as after `advance`, and the sums are filled. Null: the model has no such answer.
+  /// Answers a motion that leaves Patch::bound if no bristle has to be stepped for it. Called for patches of
+  /// two axes that neither damp nor age, when only the end force is asked for. If it returns Bound::glide,
+  /// the state is as after `advance`, and the sums are filled. Null: the model has no such function.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< operations for several threads; null: one thread takes the whole
                                        ///< step
@@ -58,6 +55,7 @@ struct ContactModel {
 
   // --- reading
   double (*stored_energy)(const Patch&) noexcept;  ///< J, elastic energy of the bristles in contact
+
   /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;
@@ -68,13 +66,14 @@ struct ContactModel {
   // --- saved state of the model, beside that of the shared part (saved_state.hpp)
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
                                                       ///< must agree with
-  std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes that `save` writes, which depends
-                                                      ///< on options and material alone
+  std::size_t (*saved_size)(const Patch&) noexcept;   ///< Calls for the saved state of the model, which
+                                                      ///< follows that of the shared part (saved_state.hpp).
   void (*save)(const Patch&, ByteWriter&) noexcept;
   /// Checks bytes of a saved state. `contact`: saved shared part of the patch. Returns null, or the name of a
   /// value that no patch can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
-  /// Restores the state from bytes in which find_fault found nothing. The shared part is restored already.
+  /// Checks the bytes of a saved state. `contact`: the patch's shared part as saved. Returns null, or the
+  /// name of a value that no patch can have.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 

@@ -7,12 +7,12 @@
 namespace bristle::detail {
 
 struct Crew {
-  /// Calls task(of, k) once for each k in [0, tasks), on any thread; returns when all are done.
+  /// Calls task(of, k) once for each k from 0 to tasks - 1, on any thread; returns when all calls have ended.
   void (*run)(void* workers, int tasks, void (*task)(void* of, int k), void* of) noexcept;
   void* workers;
   std::uint32_t threads;
-  std::uint32_t pieces;  ///< number of ranges into which work is best divided: enough to even out the
-                         ///< threads, none too small
+  std::uint32_t pieces;  ///< number of ranges into which work is best divided: enough to balance the threads,
+                         ///< and none too small
 };
 
 /// Adds the total of one range to the sum over all ranges.
@@ -34,7 +34,7 @@ Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t co
     static void run(void* of, int k) {
       const Shared& shared = *static_cast<const Shared*>(of);
       const auto part = static_cast<std::uint32_t>(k);
-      Totals own{};  // totals on this thread's own stack
+      Totals own{};  // sums of this range on the thread's own stack, apart from those of other threads
       shared.work(shared.begin_of(part), shared.begin_of(part + 1), own);
       shared.totals[part] = own;
     }

@@ -12,8 +12,8 @@ namespace {
 /// its centre at (lean, 0).
 double find_strongest(double limit, double lean) noexcept {
   const double wide = limit * limit - 1.0, off = std::abs(lean);
-  // Finds the largest distance: its square, (x + lean)^2 + limit^2 (1 - x^2), is largest at x = lean / wide,
-  // or at the end x = 1.
+  // Finds the point of largest distance: the squared distance, (x + lean)^2 + limit^2 (1 - x^2), is largest
+  // at x = lean / wide, or at the end x = 1.
   const double x = wide > off ? off / wide : 1.0;
   return std::sqrt(square(x + off) + square(limit) * (1.0 - x * x));
 }

@@ -13,22 +13,23 @@ namespace bristle::detail {
 /// lengths are stretched so that every bristle's limit is a circle. Kernels and bounds work in isotropic
 /// axes.
 struct LayMap {
-  Turn along;              ///< direction of the lay in the axes of the patch
-  double stretch = 1.0;    ///< stretch of lengths across the lay, isotropic over real: stiffness ratio over
-                           ///< limit ratio
+  Turn along;              ///< direction of the lay (the grain of the surface) in the axes of the patch
+  double stretch = 1.0;    ///< factor that stretches lengths across the lay into isotropic axes: stiffness
+                           ///< ratio over limit ratio
   double limit = 1.0;      ///< factor of forces across the lay, real over isotropic: Lay::limit_ratio
   double energy = 1.0;     ///< factor of energy across the lay, real over isotropic; 1 where dissipation is
                            ///< at its maximum
-  double lean = 0.0;       ///< asymmetry of the limit: along the lay 1 + lean times the material's, against
-                           ///< it 1 - lean times
+  double lean = 0.0;       ///< asymmetry of the limit: along the lay it is 1 + lean times the material's
+                           ///< limit, against the lay 1 - lean times
   double stiffest = 1.0;   ///< stiffness of the stiffest direction, over the material's
   double strongest = 1.0;  ///< limit of the strongest direction, over the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
-  /// Whether energies differ from those of the isotropic axes. A step then dissipates its work less the
-  /// energy it stored.
+  /// Whether energies differ from those in isotropic axes. The dissipated energy of a step is then its work
+  /// less the change of stored energy.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Returns the least energy that a slide in any direction dissipates, over the energy in isotropic axes.
+  /// Returns the least energy that a slide dissipates, over all directions and relative to the energy in
+  /// isotropic axes.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {

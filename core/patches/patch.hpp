@@ -30,27 +30,28 @@ struct PatchRecord {
   std::uint32_t first_seed = 0;                ///< seed with which the patch was added; a reset may change
                                                ///< options.seed
   std::uint32_t largest_work = 0;              ///< largest number of bristles that a step visits
-  bool endless = false;      ///< whether the population has no number (infinite brush), so that read_bristles
-                             ///< shows as many as are asked for
-  double full_weight = 0.0;  ///< physical bristles per representative when all are in use; a change of
-                             ///< material leaves it
+  bool endless = false;      ///< whether the population is infinite, so that read_bristles shows as many
+                             ///< bristles as the caller asks for
+  double full_weight = 0.0;  ///< physical bristles per representative when all representatives are in use; a
+                             ///< change of material does not alter it
   std::size_t bytes = 0;     ///< bytes of the record and its columns
-  /// Rounding remainder, in units of the position, of displacements of few units (find_odd_way()); longer
+
+  /// Rounding remainder of short displacements (find_odd_way()), in units of the position; longer
   /// displacements leave none.
   double remainder[2] = {0.0, 0.0};
   /// The batch's clock, which advances in every step; null = time stands still at 0. A patch that ages counts
   /// its time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Time for which bristles of an ageing patch can have held: none has held since before `oldest`. Times as
-  /// time_of(), s.
+  /// Longest time for which bristles of an ageing patch can have held: no bristle has held since before the
+  /// time `oldest`. Times as time_of(), s.
   struct Hold {
     double oldest = 0.0;
-    double since = 0.0;            ///< last time that the patch was near its anchor; the next value of
-                                   ///< `oldest`
-    std::int64_t way[2] = {0, 0};  ///< displacement from the anchor, fixed point
+    double since = 0.0;            ///< last time at which the patch was near its anchor; it becomes the next
+                                   ///< value of `oldest`
+    std::int64_t way[2] = {0, 0};  ///< displacement of the patch from its anchor, fixed point
   } hold;
-  LayMap lay;  ///< map of PatchOptions::lay, with its limits
+  LayMap lay;  ///< map of the surface's lay (PatchOptions::lay) with its limits
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
@@ -63,9 +64,9 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
 struct alignas(64) Patch {
   // --- line 1: all that a step of a resting patch needs
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = none
-  bool rests : 1 = false;        ///< whether the numbers of this line answer a step without motion
+  bool rests : 1 = false;        ///< whether the numbers of this cache line answer a step without motion
   bool overloaded : 1 = false;
-  bool held : 1 = false;  ///< whether nothing could snap in the last step; a hint for prefetching
+  bool held : 1 = false;  ///< whether no bristle could snap in the last step; a hint for prefetching
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
   std::uint64_t last_step = 0;     ///< number of the last step that named the patch; detects repeated ids
@@ -79,22 +80,23 @@ struct alignas(64) Patch {
   std::int64_t position[2] = {0, 0};  ///< position of the patch, fixed point (kernel_table.hpp)
   Reach bound{{0, 0}, -1.0};          ///< ball about a position: nothing snaps while the patch stays within
                                       ///< it
-  std::uint32_t whole = 0;            ///< number of bristles in full blocks, all fully in contact
+  std::uint32_t whole = 0;            ///< number of bristles in full blocks, which all count fully
   bool skips : 1 = true;              ///< whether steps skip the bristles of blocks within their bounds
   bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays while most visited blocks
                                       ///< do not snap
   bool literal : 1 = false;           ///< whether the patch follows the paper's literal loop
-                                      ///< (ComparisonModes)
+                                      ///< (ComparisonModes::literal)
   bool damps : 1 = false;             ///< whether the damping depends on the velocity
   bool ages : 1 = false;              ///< whether bristles age, so that time_of(patch) matters
-  bool renews : 1 = false;            ///< whether even a trial step changes the patch, and so is made on a
-                                      ///< copy
+  bool renews : 1 = false;            ///< whether even a trial step changes the patch, and is therefore made
+                                      ///< on a copy
   bool laid : 1 = false;              ///< whether the surface has a lay, by which motions and forces are
                                       ///< mapped
   std::uint8_t fetched_lines = 0;     ///< number of cache lines of the record that are worth prefetching
                                       ///< before a step
-  double part = 0.0;                  ///< weight of the bristles in contact beyond `whole`, a real number
-  double newtons_per_unit = 0.0;      ///< N, elastic force of one unit of `sum`
+  double part = 0.0;                  ///< weight of the bristles in contact beyond the `whole` ones, a real
+                                      ///< number
+  double newtons_per_unit = 0.0;      ///< N, elastic force of one unit of `sum`, the sum of deflections
 
   // --- line 3
   Int128 sum[2] = {0, 0};
@@ -104,11 +106,12 @@ struct alignas(64) Patch {
   // --- line 4
   double lengths_per_metre = 1.0;
   double zeta = 0.0;                ///< number of physical bristles in contact
-  double overload = 1.0;            ///< number of physical bristles that the load asks for over the most that
-                                    ///< the patch has, if above 1
-  double pending_dissipated = 0.0;  ///< J, dissipated by a change of material; reported with the next step
-  double pending_loss = 0.0;        ///< J, lost by a change of material or of detail; reported with the next
-                                    ///< step
+  double overload = 1.0;            ///< overload: number of physical bristles that the load asks for over the
+                                    ///< largest number of the patch, if above 1
+  double pending_dissipated = 0.0;  ///< J, energy dissipated by a change of material, which the next step
+                                    ///< reports
+  double pending_loss = 0.0;        ///< J, energy lost by a change of material or of detail, which the next
+                                    ///< step reports
   std::uint64_t pending_snaps = 0;
   const ContactModel* model = nullptr;
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
@@ -129,7 +132,8 @@ inline double time_of(const Patch& p) noexcept {
 
 /// Makes the shared part of a patch out of contact from its options and material.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Whether a step's dissipated energy is its work less the energy it stored (LayMap::books_work).
+/// Whether a step's dissipated energy is computed as its work less the change of stored energy
+/// (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }
@@ -156,8 +160,8 @@ inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);
 }
-/// Returns count times a fixed-point displacement, rounded. It depends on the present state alone, so errors
-/// do not add up.
+/// Returns count times a fixed-point displacement, rounded. The result depends on the present state alone, so
+/// rounding errors do not accumulate.
 inline Int128 weighted(double count, std::int64_t fixed) noexcept {
   const double x = count * static_cast<double>(fixed);
   if (std::abs(x) < 9e18) return std::llrint(x);

@@ -22,13 +22,13 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates how long bristles of a patch that ages may have held: none can hold on while the patch moves
+/// Updates how long the bristles of an ageing patch may have held: no bristle can hold while the patch moves
 /// further than twice its snap length. Ignores bristles longer than the mean plus four standard deviations.
 /// They carry 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
-      std::max(step.ends, hold.since);  // the clock may be a rounding error behind the end of the last step
+      std::max(step.ends, hold.since);  // the clock may lie a rounding error before the end of the last step
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
@@ -37,12 +37,12 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums the displacements of steps, because a contact model may carry the position of the patch along.
+  // Sums the displacements of the steps, because a contact model may move the stored position of the patch.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the reach within which a patch counts as at its anchor, so that a rest counts only until the
-  // slide after it.
+  // Share of the reach within which a patch counts as being at its anchor, so that a rest ends with the next
+  // slide.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -59,13 +59,13 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   return residual + growth * (p.force_limit - residual);
 }
 
-/// Length of a displacement (scaled; 2^20 units of position) below which it may have a rounding error above
-/// 5e-7 of itself. Its remainder is then carried to the next one. Longer displacements drop theirs, so that
-/// most steps need the patch's slot alone.
+/// Length of a displacement (scaled; 2^20 units of position) below which rounding to fixed point may change
+/// it by more than 5e-7 of itself. Its remainder is then added to the next displacement. Longer displacements
+/// drop their remainder, so that most steps need the patch's slot alone.
 constexpr double creep_length = 0x1p-24;
 
-/// Whether a displacement is neither so short that its remainder is carried, nor so long that every bristle
-/// snaps.
+/// Whether a displacement is of usual length: not so short that its remainder is added to the next one, nor
+/// so long that every bristle snaps.
 bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   bool usual = true;
   for (const double x : displacement) {
@@ -108,7 +108,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether neither time, velocity nor direction matters: the patch neither ages nor damps, has no lay,
+/// Whether time, velocity and direction do not matter for the patch: it neither ages nor damps, has no lay,
 /// follows no literal loop, and skips blocks within their bounds.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
@@ -131,8 +131,8 @@ template <bool plain, class Asked>
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Adds the centre of the limits, from which deflections count in isotropic axes; it lies `lean` limits
-    // off the root.
+    // Adds the displacement of the limits' centre, from which deflections are counted in isotropic axes; it
+    // lies `lean` limits from the root.
     const CompiledMaterial& m = p.material();
     const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
                          p.newtons_per_unit;
@@ -160,8 +160,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Shortens the step to longest_time, at which the clock stops: bristles that aged by more would be
-    // younger in the next step.
+    // Shortens the step to longest_time, at which the clock stops; otherwise bristles would be younger in the
+    // next step than in this one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
@@ -202,7 +202,8 @@ template <bool plain, class Asked, class Answer>
                                                   Answer& out) noexcept {
   if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // copied, because reading the pair back from the response would wait for its stores
-  // Subtracts from 0, so that a patch at rest has no negative zero.
+
+  // Subtracts from 0, so that the force of a patch at rest is never a negative zero.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
   if constexpr (std::is_same_v<Answer, CellMotion>) {
@@ -251,7 +252,7 @@ template <bool plain, class Asked, class Answer>
   p.elastic[0] = elastic[0];
   p.elastic[1] = elastic[1];
   p.held = held;
-  p.rests = plain || !p.ages;  // an ageing patch's force limit grows at rest
+  p.rests = plain || !p.ages;  // an ageing patch at rest must be stepped, because its force limit grows
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
@@ -316,7 +317,7 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // Treats motion along an axis that the patch lacks as bad input instead of dropping it silently.
+  // Refuses motion along an axis that the patch does not have as bad input.
   const bool planar = patch.axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

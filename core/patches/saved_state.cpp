@@ -46,7 +46,7 @@ void remainder_fields(Io& io, Remainder& remainder) noexcept {
 }
 constexpr std::size_t remainder_size = 2 * 8;
 
-/// Times saved for an ageing patch: its own time, and the longest time for which a bristle can have held.
+/// Times saved for an ageing patch: its own time, and the longest time that a bristle can have held.
 struct SavedTime {
   Int128 time = 0;
   PatchRecord::Hold hold;

@@ -23,7 +23,8 @@ constexpr std::size_t saved_batch_size = 40;
 /// Head of one saved patch; its contact and its model's state follow.
 struct SavedPatch {
   std::uint32_t slot = 0, generation = 0;
-  std::uint64_t signature = 0;  ///< hash of contact model, options and material, which must agree
+  std::uint64_t signature = 0;  ///< hash of contact model, options and material, which must be that of the
+                                ///< patch restored to
   std::uint64_t bytes = 0;      ///< size of this patch, head included
   std::uint64_t key = 0;        ///< key of the patch at present; a reset may have changed key and seed
   std::uint32_t seed = 0;

@@ -12,8 +12,8 @@ namespace bristle::detail {
 /// Returns the largest rounding error, in s, of `sums` sums of times up to `end`, and of `end` itself.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s. A batch's clock stops once it has counted this far, and a longer step ages a patch by
-/// this much only.
+/// Longest time, s, that a batch's clock can show. There it stops, and a longer step ages a patch by this
+/// much only.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
@@ -49,10 +49,11 @@ struct StepSums {
 
 /// Kinds of motion of a patch by whether bristles have to be visited.
 enum class Bound : unsigned char {
-  none,   ///< something may snap: ContactModel::advance visits the bristles
-  rest,   ///< the patch does not move, so its last response holds
-  ball,   ///< the motion ends within Patch::bound, so nothing snaps and the sums follow from the displacement
-  glide,  ///< a steady slide continues, and no cohort is visited (glide.hpp)
+  none,   ///< some bristle may snap, so ContactModel::advance must visit the bristles
+  rest,   ///< the patch does not move, so its last response is still right
+  ball,   ///< the motion ends within Patch::bound, so no bristle snaps, and the sums follow from the
+          ///< displacement
+  glide,  ///< a steady slide continues without visiting any cohort (glide.hpp)
 };
 
 /// Values of Patch::bound.reach without a bound: nothing is known (no_reach), or the patch is in a glide
@@ -70,7 +71,7 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// Finds the sums of a step as hold() does, for outputs with or without the mean.
+/// Finds the sums of a step without snaps as hold() does, for outputs with or without the mean.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
   for (int axis = 0; axis < 2; ++axis) {  // a constant bound, so that the loop is unrolled
@@ -92,7 +93,8 @@ inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
     p.position[axis] = t.to[axis];
   }
 }
-/// Finds the sums of a step in which nothing snaps; moves the patch along if the step is committed.
+/// Finds the sums of a step in which no bristle snaps; moves the patch if the step is committed (not a
+/// trial).
 inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
     carry<true>(p, t, sums);

@@ -1,5 +1,5 @@
-// Access to a batch for objects made over it (outlines), for contact models that make_patch.cpp does not know
-// (tests of the interface), and for batch_recipe.hpp.
+// Access to a batch for objects made over it (outlines), for contact models of tests that make_patch.cpp does
+// not know, and for batch_recipe.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
@@ -15,8 +15,8 @@ struct BatchAccess {
   /// PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; calls of
-  /// the batch within it take none.
+  /// Marks a call of the stepping side over a batch. The waiting changes are applied at its start; calls of
+  /// the batch within it apply none.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -28,7 +28,7 @@ struct BatchAccess {
     PatchBatch::Impl& impl_;
     const bool is_outermost_;
   };
-  /// Scope of a call of the adding side over a batch. The stepping side sees all of its changes at once, at
+  /// Marks a call of the adding side over a batch. The stepping side sees all changes of the call at once, at
   /// its end.
   class Changes {
    public:
@@ -42,7 +42,7 @@ struct BatchAccess {
    private:
     PatchBatch::Impl& impl_;
   };
-  /// Steps motions as PatchBatch::step, and cells of outlines beside them (Scheduler::step).
+  /// Steps motions as PatchBatch::step does, and cells of outlines with them (Scheduler::step).
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 

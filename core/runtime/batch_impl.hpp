@@ -50,7 +50,7 @@ struct PatchBatch::Impl {
 
   // --- the stepping thread's side
   mutable detail::SteppingSide stepping_side;
-  bool is_in_turn = false;  ///< whether a Turn has already taken the changes for the present call
+  bool is_in_turn = false;  ///< whether a Turn has already applied the waiting changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
   std::unique_ptr<detail::MoveQueue> queue;
@@ -60,7 +60,7 @@ struct PatchBatch::Impl {
                              ///< (PatchRecord::clock)
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load. It is kept until anything changes, because a solver asks for many
+  /// Copy of a patch under a trial load. It is kept until the batch changes, because a solver tries many
   /// motions under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
@@ -70,7 +70,7 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Scope of a call of the stepping side. It takes the waiting changes at its start; calls within it take
+  /// Marks a call of the stepping side. The waiting changes are applied at its start; calls within it apply
   /// none.
   class Turn {
    public:
@@ -104,8 +104,8 @@ struct PatchBatch::Impl {
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
-  /// Checks all patches for impossible values: after each of the first steps and then at times, because a
-  /// check costs more than a step.
+  /// Checks all patches for impossible values: after each of the first steps and later from time to time,
+  /// because a check costs more than a step.
   bool is_sound() noexcept;
 
   /// Calls `visit(slot, patch)` for each patch, in the order of slots.

@@ -1,6 +1,6 @@
-// Hands changes from the thread that adds patches to the stepping thread, and the memory that they replaced
-// back to it for freeing. Unbounded, one producer, one consumer, no lock; the consumer neither allocates nor
-// frees.
+// Passes changes from the thread that adds patches to the stepping thread, and replaced memory back to it for
+// freeing. The list is unbounded, has one producer and one consumer and no lock; the consumer neither
+// allocates nor frees.
 #pragma once
 
 #include <atomic>
@@ -40,15 +40,15 @@ struct Command {
   std::atomic<Command*> next{nullptr};
   PatchRecord* removed = nullptr;     ///< record of the patch that a command of kind `remove` removed, for
                                       ///< the producer to free
-  Scratch scratch;                    ///< scratch memory that replaces the batch's, if that is too small for
+  Scratch scratch;                    ///< scratch memory that replaces the batch's if that is too small for
                                       ///< the new patch
   std::unique_ptr<PatchChunk> chunk;  ///< chunk of slots with the number `slot`, for a command of kind `grow`
 
   Patch patch;  ///< patch of a command of kind `add`, or the replaced patch after `replace`. The command owns
                 ///< its record
   std::unique_ptr<Change> change;    ///< change that a command of kind `change` applies
-  std::unique_ptr<MoveQueue> queue;  ///< queue as long as all slots, for a command of kind `grow`; returns
-                                     ///< with the shorter one
+  std::unique_ptr<MoveQueue> queue;  ///< queue with as many places as there are slots, for a command of kind
+                                     ///< `grow`; the shorter queue returns in its place
 
   Command() = default;
   Command(const Command&) = delete;
@@ -72,8 +72,8 @@ class CommandList {
   CommandList(const CommandList&) = delete;
   CommandList& operator=(const CommandList&) = delete;
 
-  /// Producer: appends a command, and frees those that the consumer has finished. Without `publishes` the
-  /// consumer sees the command from the next publish() on.
+  /// Producer: appends a command, and frees commands that the consumer has finished. Without `publishes` the
+  /// consumer sees the command only after the next publish().
   void push(std::unique_ptr<Command> command, bool publishes = true) {
     Command* const added = command.release();
     added->number = newest_->number + 1;

@@ -73,6 +73,7 @@ struct LoadShedder::Impl {
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
   double rate = 0.0;       ///< s per visited bristle or its equivalent; 0 = not yet known
   double last_rate = 0.0;  ///< s per bristle in the last step that was long enough to time
+
   // Costs of the last survey, in bristles: fixed cost of the patches, visits of representatives, visits of
   // cohorts.
   double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;

@@ -69,6 +69,7 @@ class Retreat {
 
   static constexpr std::uint32_t first = 32, longest = 8192;  ///< first and longest length of a pause, in
                                                               ///< steps
+
   /// Longest wait that counts as harmless, s: with equal shares nobody waits longer than for the last piece.
   static constexpr double grace = 200e-6;
 

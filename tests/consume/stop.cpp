@@ -27,6 +27,7 @@ int main() {
     way += motion.displacement[0];
   }
   std::printf("stopped after %.3f mm\n", 1e3 * way);
-  // v^2 / (2 mu g) = 1.274 mm, within the bending of the bristles and one step's delay of the force.
+  // Expects v^2 / (2 mu g) = 1.274 mm, to within the bending of the bristles and one step's delay of the
+  // force.
   return way > 1.15e-3 && way < 1.40e-3 && body.velocity[0] < 1e-3 ? 0 : 1;
 }

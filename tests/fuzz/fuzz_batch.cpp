@@ -118,7 +118,7 @@ class Session {
       check(std::find(model_.gone.begin(), model_.gone.end(), ids[0]) == model_.gone.end(),
             "an id never comes again");
       model_.patches.push_back({ids[0], options});
-      kept_.clear();                   // kept states belong to patches that are gone
+      kept_.clear();                   // saved states belong to patches that do not exist any longer
     } catch (const bristle::Error&) {  // the law was refused
     }
   }

@@ -19,7 +19,7 @@ void record(Bytes bytes) {
       check(change.t >= before, "changes come in the order of time");
       before = change.t;
     }
-    // A script's settings that are written as a file and read again give an equal file.
+    // Checks that a script's settings, written to a file and read again, give an equal file.
     const std::string again = "[settings]\n" + room::settings_as_toml(script.settings);
     const room::Script twin = room::parse_script(again, "/nowhere/record.toml", room::RoomMeasures{});
     check("[settings]\n" + room::settings_as_toml(twin.settings) == again,

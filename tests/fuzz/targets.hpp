@@ -16,6 +16,7 @@ void sweep(Bytes bytes);    ///< reads a range of values of a parameter study
 void state(Bytes bytes);    ///< restores a saved state, whose checksum it corrects in every second run
 void batch(Bytes bytes);    ///< makes a sequence of calls of PatchBatch, compared with a model of it
 void kernels(Bytes bytes);  ///< one patch under any material and motion, on every instruction set
+
 // Work as kernels(), for the models beyond the paper, and check that work and energies balance:
 void cohorts(Bytes bytes);      ///< kernels of the infinite brush, with rubbing
 void rubbing(Bytes bytes);      ///< kernels of representatives with residual and shared renewal

@@ -115,7 +115,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
                  const bristle::PatchOptions& options, Brush brush) {
   trace(material, options);
   if (!twins.add(material, options)) return;
-  bool changed = false;  // whether a change of material has lost energy that the next step reports
+  bool changed = false;  // whether a change of material has lost energy that only the next step reports
   const double scale = material.snap_length.mean();
   for (int k = 0; k < 24 && !input.empty(); ++k) {
     switch (input.choice(16)) {
@@ -141,8 +141,8 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const bool trial = input.choice(8) == 7;
     const double before = twins.stored();
     const bristle::Response r = twins.step(dt, motion, trial);
-    // Leaves out loads that are a small part of one bristle, which stands for so many newtons that it cannot
-    // represent them.
+    // Leaves out loads that are a small part of one bristle: a bristle stands for many newtons, so the patch
+    // cannot represent such loads.
     const bool balances = !changed && !twins.clock_stands() && options.max_normal_load == 1.0 &&
                           motion.normal_load > 1e-6 && options.outputs == bristle::Outputs::all &&
                           options.fluctuation == 0;
@@ -154,7 +154,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       work -= r.mean[axis] * motion.displacement[axis];
       way += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // over longer paths the sums' rounding exceeds the stored energy
+    if (way > 1e3 * scale) continue;  // beyond this path rounding of the sums exceeds the stored energy
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
@@ -177,7 +177,7 @@ inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool>
   try {
     material = any_brush(input, brush);
     options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
-  } catch (const bristle::Error&) {  // the input asks for a law that cannot be
+  } catch (const bristle::Error&) {  // the input asks for a law that the library refuses
     return;
   }
   walk(twins, input, material, options, brush);

@@ -17,7 +17,8 @@ struct AccuracyOptions {
   std::string scene;
   bool quick = false;
   double seconds = 0.0;         ///< s, approximate time of the study; 0: 40 with `quick`, else 220
-  std::optional<double> error;  ///< wanted rms error over force; none: the first met of 1, 2, 5, 10 %
+  std::optional<double> error;  ///< wanted rms error relative to the force; none: the first of 1, 2, 5, 10 %
+                                ///< that a setting meets
   std::string write;            ///< scene file to write with the recommended setting; empty: none
   std::string json, csv;        ///< output files; empty: none, "-": stdout
   std::string isa;              ///< instruction set; empty: the library's choice
@@ -29,15 +30,18 @@ constexpr std::uint32_t compared_copies = 64;
 /// Setting with its measured errors and times.
 struct SettingResult {
   Setting setting;
-  /// Whether the setting also ran against the same bristles in double precision at the finest step, with
-  /// every snap.
+  /// Whether this setting was also compared with a run of the same bristles in double precision at the finest
+  /// step, with every snap.
   bool paired = false;
   double predicted_s = 0.0;                         ///< s, predicted time of one run with this setting
   std::vector<RunTime> times;                       ///< times of scene runs with all copies, one per round
-  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference
-  std::vector<std::vector<PatchError>> same_steps;  ///< error against a reference with the scene's own step
-  std::vector<std::vector<PatchError>> pairs;       ///< error against the same bristles with the finest step
-  std::vector<std::optional<double>> closed_form;   ///< [patch], error of the first run against a closed form
+  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], rms force error against the reference
+  std::vector<std::vector<PatchError>> same_steps;  ///< force error against a reference that has the scene's
+                                                    ///< own step
+  std::vector<std::vector<PatchError>> pairs;       ///< force error against a run of the same bristles with
+                                                    ///< the finest step
+  std::vector<std::optional<double>> closed_form;   ///< [patch], force error of the first run against a
+                                                    ///< closed form
   bool on_front = false;
 
   /// Returns a patch's error over all runs: root mean square of its rms errors, mean of the energy errors,
@@ -61,7 +65,7 @@ struct SlopeResult {
 /// Feature of the scene (such as the second axis), with the times and errors of runs with it and without it.
 struct FeatureResult {
   std::string feature;
-  std::string state;  ///< one of "used", "left out already", "needed"
+  std::string state;  ///< verdict on the feature: "used", "left out already" or "needed"
   bool measured = false;
   /// Share of the run time that leaving the feature out saves: median and quartiles.
   double saves = 0.0, saves_low = 0.0, saves_high = 0.0;
@@ -73,9 +77,10 @@ struct Recommendation {
   bool found = false;
   Setting setting;
   double wanted = 0.0;
-  PatchError promised;  ///< error, in the search, by which the setting was chosen
+  PatchError promised;  ///< error, measured in the search, for which the setting was chosen
   double promised_step_s = 0.0;
-  PatchError confirmed;  ///< error with seeds that the search did not use; may exceed `wanted`
+  PatchError confirmed;  ///< error of the chosen setting with seeds that the search did not use; may exceed
+                         ///< `wanted`
   double confirmed_step_s = 0.0;
   double p99_s = 0.0, max_s = 0.0;  ///< s, wall time of single steps, with the scene's threads and seeds
   std::uint64_t misses = 0, misses_ours = 0, steps = 0;
@@ -95,15 +100,16 @@ struct CheapestOf {
 struct AccuracyResult {
   std::string isa;
   double reference_dt_s = 0.0;
-  std::uint32_t scene_parts = 1;  ///< number of reference steps in a step of the scene
+  std::uint32_t scene_parts = 1;  ///< number of reference steps that make one step of the scene
   std::uint32_t reference_bristles = 0;
   int reference_runs = 0;
   bool reference_double = true;
   std::vector<double> floor;  ///< [patch], statistical error of the reference
+
   /// [patch], error of the reference against a closed form.
   std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;
-  bool own_mean = false;               ///< whether the scene uses the force averaged over a step
+  bool own_mean = false;               ///< whether the error is that of the force averaged over a step
   std::vector<double> way;             ///< m, per patch: longest path of its copies
   std::vector<double> step_over_snap;  ///< [patch], mean snap lengths per step of the scene, while moving
   std::uint64_t copies_compared = 0, copies = 0;
@@ -138,15 +144,15 @@ struct AccuracyStudy {
   Reference fine, same_steps;
   ForceRecord paired[2];  ///< same bristles at the finest step, for the seeds of rounds 0 and 1
   std::optional<ClosedForm> closed_form;
-  StepCost cost;                           ///< cost of a step of `cut`, in single precision
-  double full_over_cut = 1.0;              ///< number of patches in the scene over that in `cut`
+  StepCost cost;                           ///< cost of a step of the scene `cut`, in single precision
+  double full_over_cut = 1.0;              ///< number of patches in the whole scene over that in `cut`
   std::function<void(const char*)> spend;  ///< shows the user what is being measured
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
   /// Returns the predicted time (s) of one run of `cut`, the scene with few copies, with this setting.
   double predict(const Setting& setting) const;
-  std::uint32_t scene_bristles() const;  ///< number of bristles of the scene's largest patch
+  std::uint32_t scene_bristles() const;  ///< number of bristles of the largest patch of the scene
 };
 
 /// Seconds that each part of a study may take.

@@ -15,8 +15,8 @@ namespace cli {
 struct PatchError {
   double rms = 0.0;     ///< root mean square of the force difference
   double max = 0.0;     ///< highest force difference
-  double energy = 0.0;  ///< relative difference of the work done on the patch, absolute
-  double path = 0.0;    ///< m, highest difference of a body's position
+  double energy = 0.0;  ///< absolute value of the relative difference of the work done on the patch
+  double path = 0.0;    ///< m, largest difference of a body's position from the reference
 };
 
 /// Reference that errors are measured against: the mean of fine runs with several seeds, and the standard
@@ -58,7 +58,7 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // `step` counts steps of the reference
+    std::size_t copy, step;  // number of reference steps so far
     double force[2];
   };
   std::size_t patches_;
@@ -69,7 +69,7 @@ class ClosedForm {
 struct Slope {
   int points = 0;
   double slope = 0.0;
-  double error = 0.0;  ///< standard error of the slope; 0 for two points
+  double error = 0.0;  ///< standard error of the line's slope; 0 for two points
 };
 Slope fit_slope(const std::vector<double>& x, const std::vector<double>& y);
 

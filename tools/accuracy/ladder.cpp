@@ -17,9 +17,10 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the first round in the time of all rounds
+constexpr double first_round_share = 0.4;  // share of the study's time that the first round of runs may take
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // s; with more, disturbances are negligible
+constexpr double enough_timed_s = 0.2;  // s of run time of a setting beyond which disturbances by the machine
+                                        // are negligible
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
 // Estimated time of a step in double precision over one in single precision, of which only the latter was
 // timed. Errs on the high side.
@@ -156,7 +157,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
-  // The second term is the time to make the patches, which evaluates a quantile for each bristle.
+  // Adds as second term the time for making the patches, which computes one snap length for each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -184,7 +185,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // 0: one thread per core; their number does not change the result
+  const int threads = 0;  // 0: one thread per core; the number of threads does not change the result
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;
@@ -315,8 +316,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   }
   if (study.is_cut) {
-    // Takes times from all copies over a part of the scene, and errors from a few copies over the whole
-    // scene.
+    // Takes times from a part of the scene with all copies of each patch, and errors from the whole scene
+    // with a few copies.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
     const auto steps = static_cast<double>(step_count(full));
@@ -329,7 +330,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // Halves the time for settings if copies were left out, because timing all of them takes the other half.
+  // Halves the time for settings if copies of patches were left out, because timing the scene with all copies
+  // takes the other half.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
   // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than

@@ -23,19 +23,19 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // a feature is needed if leaving it out raises the error more
+constexpr double fair_rise = 1.1;  // increase of the error beyond which a feature counts as needed
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;    ///< whether the scene has the feature
-  std::string needed;   ///< reason why the feature must stay; empty if it may go
+  bool used = false;    ///< whether the scene has this feature now
+  std::string needed;   ///< reason why the feature cannot be left out; empty if it can
   Scene with, without;  ///< scenes with and without the feature, all copies: for times
-  bool mean_with = false, mean_without = false;  ///< whether errors concern the mean force over a step
+  bool mean_with = false, mean_without = false;  ///< whether the error is that of the mean force over a step
   int threads_with = 1, threads_without = 1;
-  bool wall = false;  ///< whether wall time is compared: threads save no CPU time
+  bool wall = false;  ///< whether wall times are compared, because the feature (threads) saves no CPU time
   std::string note;
 };
 
@@ -267,7 +267,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // Takes one error for any number of threads, which does not change the result.
+    // Takes the error with one number of threads for all, because threads do not change the result.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

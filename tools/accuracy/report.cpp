@@ -17,7 +17,8 @@ namespace {
 // Relative change of friction that people begin to notice: lower and upper estimate.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-constexpr double default_resolution = 8.0;  // pieces per mean snap length, for resolution 0
+constexpr double default_resolution = 8.0;  // pieces of path per mean snap length that resolution 0 stands
+                                            // for
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
 
@@ -28,7 +29,7 @@ const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 // Names of a setting's options, for the report. The unchanged scene shows the options of its first patch.
 struct Shown {
   const char *population, *rule, *precision, *sampling;
-  double resolution;  // pieces per mean snap length, of an infinite patch
+  double resolution;  // pieces of path per mean snap length, for an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;

@@ -14,14 +14,15 @@ namespace cli {
 
 /// Setting of a run, applied to all patches alike, that trades error for time.
 struct Setting {
-  bool as_scene = false;       ///< keeps the scene's options; the members below are ignored
+  bool as_scene = false;       ///< whether the scene's own options are kept and the members below ignored
   std::uint32_t bristles = 0;  ///< number of representatives in each patch
+
   /// Resolution of the infinite brush, which replaces representatives if this is above 0.
   double resolution = 0.0;
-  std::uint32_t parts = 1;  ///< number of reference steps in a step of this setting
+  std::uint32_t parts = 1;  ///< number of reference steps that make one step of this setting
   bristle::Precision precision = bristle::Precision::single;
   bristle::detail::ComparisonModes compared;
-  bool mean = false;  ///< whether the force is the mean over a step, or that at its end
+  bool mean = false;  ///< whether the recorded force is the mean over a step; if not, the force at its end
 
   bool is_infinite() const noexcept { return resolution > 0.0; }
 };

@@ -23,8 +23,11 @@ namespace {
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
 // Relative gain in error below which a slower setting is not better: such gains are noise of the seeds.
 constexpr double front_gain = 0.02;
-constexpr double above_floor = 3.0;    // points count if this many times the reference's own error
-constexpr double literal_limit = 0.7;  // mean snap lengths per step; above, no power law holds
+constexpr double above_floor = 3.0;    // factor times the reference's own error, above which a point counts
+                                       // in the fitted line
+constexpr double literal_limit = 0.7;  // largest step, in mean snap lengths, up to which the error follows a
+                                       // power law
+
 // First seeds of the search and of its reported figures, far from those of the ladder (which counts from 0).
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
@@ -136,7 +139,8 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
 // Looks for fewer bristles, between the number found and the next lower one tried. Guesses numbers n from an
 // error that falls as n^-1/2, starting at the better known end, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  constexpr double aim = 0.93;  // aim below the wanted error, so that other seeds meet it too
+  constexpr double aim = 0.93;  // factor below 1 on the wanted error at which the search aims, so that other
+                                // seeds meet it too
   Setting best = found.setting;
   if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;

@@ -72,8 +72,8 @@ class TomlEditor {
   };
   struct Line {
     std::string text;
-    std::multimap<std::size_t, Edit> edits;  // replacements, by their position in the line
-    std::string added;                       // lines to insert below this one
+    std::multimap<std::size_t, Edit> edits;  // replacements of text, by their position in the line
+    std::string added;                       // new lines to insert below this line
   };
 
   void replace(const toml::source_position& begin, const toml::source_position& end, std::string value) {

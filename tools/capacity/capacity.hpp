@@ -20,6 +20,7 @@ struct CapacityOptions {
   std::vector<int> threads;  ///< numbers of threads to measure; empty: 1, and all cores
   std::string isa;           ///< instruction set; empty: the library's choice
   std::string json;          ///< report to write; empty: none, "-": stdout
+
   /// CSV file of step time against number of bristles, which tools/plots/capacity.gp draws; empty: none.
   std::string csv;
 };
@@ -28,10 +29,10 @@ struct CapacityOptions {
 /// lengths.
 enum class Regime {
   rest,        ///< no motion
-  tremor,      ///< to and fro by 0.05; nothing snaps once the motion has settled
-  presliding,  ///< steps of 0.003; each bristle snaps once in 333 steps
-  one_snap,    ///< steps of 1.0; a bristle snaps once on average, at most twice
-  sliding,     ///< steps of 1.6; every bristle snaps, one to three times
+  tremor,      ///< motion to and fro by 0.05 mean snap lengths; once it has settled no bristle snaps
+  presliding,  ///< steps of 0.003 mean snap lengths; each bristle snaps once in 333 steps
+  one_snap,    ///< steps of 1.0 mean snap length; a bristle snaps once on average, at most twice
+  sliding,     ///< steps of 1.6 mean snap lengths; every bristle snaps, one to three times
   far          ///< steps of 100, such as 1 m/s at 1 kHz with 10 um of mean snap length
 };
 struct RegimeFacts {
@@ -50,17 +51,19 @@ struct CapacityCase {
   bristle::Outputs outputs = bristle::Outputs::end;
   int axes = 2;
   bristle::Precision precision = bristle::Precision::single;
-  std::uint32_t patch_bristles = 0;  ///< 0: one patch has all bristles
+  std::uint32_t patch_bristles = 0;  ///< number of bristles of each patch; 0: one patch has all bristles
   int threads = 1;
-  std::optional<double> step = {};              ///< mean snap lengths per step; none: step of the regime
+  std::optional<double> step = {};              ///< displacement per step in mean snap lengths; none: that of
+                                                ///< the regime
   std::optional<bristle::SnapLength> law = {};  ///< law of snap lengths; none: uniform
+
   /// Whether the material is Coefficients{}: lognormal snap lengths, residual bend and shared renewal.
   bool default_material = false;
   bool eager = false;
   int servo_core = -1;
   bristle::Population population = bristle::Population::representatives;
-  double resolution = 0.0;  ///< pieces per mean snap length, of infinite patches; 0: default
-  bool zigzag = false;      ///< whether every other step goes sideways, so that the direction changes in each
+  double resolution = 0.0;  ///< pieces of path per mean snap length of infinite patches; 0: default
+  bool zigzag = false;      ///< whether every other step goes sideways, so that the motion turns in each step
 
   bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
   std::string kernel_name() const;  ///< returns a text such as "2 axes, keep, end + mean, single"
@@ -77,12 +80,15 @@ struct StepTimes {
 
 struct CapacityRow {
   CapacityCase what;
-  std::vector<StepTimes> curve;  ///< ascending numbers of bristles tried, with their step times
-  StepTimes in_cache;            ///< times with 14,400 bristles, which the cache holds
+  std::vector<StepTimes> curve;  ///< numbers of bristles tried, ascending, each with its step times
+  StepTimes in_cache;            ///< step times with 14,400 bristles, whose memory fits the cache
+
   /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
   /// run.
   StepTimes fits;
-  bool capped = false;  ///< whether the search reached its largest number, so that more may fit
+  bool capped = false;  ///< whether the search reached the largest number that it tries, so that more
+                        ///< bristles may fit
+
   /// Whether only short runs met the deadline and no confirming one; `fits` then holds the last number tried.
   bool unconfirmed = false;
 };
@@ -100,9 +106,10 @@ struct ComparisonRow {
 /// Speed target of the library, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
-  double measured = 0.0, low = 0.0, high = 0.0;  ///< median and quartiles; p99 has no quartiles
+  double measured = 0.0, low = 0.0, high = 0.0;  ///< measured value: median and quartiles; a 99th percentile
+                                                 ///< has no quartiles
   double limit = 0.0;
-  bool at_least = false;  ///< whether the value must be at least `limit`, not at most
+  bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
   std::string unit;
   bool met() const noexcept { return at_least ? measured >= limit : measured <= limit; }
   /// Returns the share of the limit by which the measured value misses it; 0 if the target is met.
@@ -115,7 +122,7 @@ const char* bound_of(std::string_view target) noexcept;
 
 /// Step times of patches of infinitely many bristles, in one motion.
 struct InfiniteRow {
-  std::string motion;  ///< one of "rest", "tremor", "straight", "zigzag"
+  std::string motion;  ///< name of the motion: "rest", "tremor", "straight" or "zigzag"
   double step = 0.0;   ///< mean snap lengths per step
   std::string kernel;
   std::uint32_t resolution = 0;  ///< pieces of path per mean snap length
@@ -126,13 +133,14 @@ struct InfiniteRow {
 
 struct CapacityResult {
   std::string isa;
-  std::uint64_t state_hash = 0;  ///< hash of a fixed scene's state; equal only with equal results
+  std::uint64_t state_hash = 0;  ///< state hash of a fixed scene; equal hashes mean equal results
   bool plain_loops_run = false;
   std::vector<ComparisonRow> comparisons;
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<InfiniteRow> infinite;
-  std::vector<CapacityRow> contacts;  ///< numbers of infinite patches that meet the deadline, in `bristles`
+  std::vector<CapacityRow> contacts;  ///< in place of bristles, the numbers of infinite patches whose step
+                                      ///< meets the deadline
 };
 
 /// One of the loops whose times are compared. Loops run alternately, so that disturbances by the machine

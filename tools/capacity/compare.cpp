@@ -33,7 +33,7 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
                                    std::uint64_t bristles, std::uint64_t rounds) {
   std::vector<std::uint64_t> steps;
   for (Contestant& c : contestants) {
-    seconds_of(c, 3);  // warms caches and branch predictors
+    seconds_of(c, 3);  // runs some steps first, which warms caches and branch predictors
     const double once = seconds_of(c, 4) / 4.0;
     steps.push_back(static_cast<std::uint64_t>(std::clamp(200e-6 / std::max(once, 1e-9), 1.0, 1e5)));
   }
@@ -74,7 +74,7 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   // this one straight, since its rule loses the overshoot of a snap.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    // Takes an irrational factor, which makes bends independent of snap lengths.
+    // Multiplies by an irrational factor, so that bends are independent of snap lengths.
     const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;

@@ -8,7 +8,8 @@
 namespace cli {
 namespace {
 
-constexpr double default_resolution = 8.0;  // the library's default, in pieces per mean snap length
+constexpr double default_resolution = 8.0;  // the library's default resolution, in pieces of path per mean
+                                            // snap length
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
   const ComparisonRow time =

@@ -11,7 +11,8 @@ constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
 // Largest number that the search tries (some 200 MB); the report then says that more may fit.
 constexpr std::uint64_t most_bristles = 1ull << 24;
-constexpr double resolution = 1.02;  // ratio between fitting and failing numbers at which the search ends
+constexpr double resolution = 1.02;  // ratio of the smallest failing to the largest fitting number at which
+                                     // the search ends
 
 class Search {
  public:
@@ -107,8 +108,8 @@ class Search {
   const CapacityOptions& options_;
   const MeasureSteps& measure_;
   CapacityRow row_;
-  std::uint64_t fits_ = 0;      // largest number of bristles that met the deadline
-  std::uint64_t too_many_ = 0;  // smallest number of bristles that missed the deadline
+  std::uint64_t fits_ = 0;      // largest number of bristles that met the deadline so far
+  std::uint64_t too_many_ = 0;  // smallest number of bristles that missed the deadline so far
 };
 
 }  // namespace

@@ -89,7 +89,7 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    // Words of a list before its last one, which is completed.
+    // Words of a comma-separated list before its last word, which is being completed.
     const std::string before = word.substr(0, word.rfind(',') + 1);
     for (const std::string& choice : option.choices) offer(before + choice, option.description);
     if (option.value.starts_with("KEY=") && command->get_name() == "sweep")

@@ -1,5 +1,5 @@
-// Runs only what tools/demo needs: scenes and a short capacity measurement. It compiles in half the time of
-// the whole command line.
+// Runs only the commands that tools/demo needs: scenes and a short capacity measurement. It compiles in half
+// the time of the whole command line.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

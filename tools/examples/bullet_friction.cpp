@@ -24,8 +24,9 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
-// Errors up to which the linear solve of a group stands: of accelerations at normal impulses and joints, and
-// of those at slips, m/s^2; change of a patch's force by the slip of this step, over its limit.
+// Largest errors with which the linear solve of a group of bodies is accepted without iterations: of
+// accelerations at normal impulses and joints, and at slips, m/s^2; and of a patch's force, as its change by
+// this step's slip over its limit.
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
@@ -54,14 +55,17 @@ struct BristleSolver::System {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;        // N s
-    double wanted, own, softness;  // target speed, m/s; the row's own and the larger softness used, 1/kg
-    bool active;                   // whether its impulse is within its limits, so solved for
+    double wanted, own, softness;  // m/s, target speed of the row; 1/kg, the row's own softness and the
+                                   // larger one used
+    bool active;                   // whether the row's impulse is within its limits, so that it is an unknown
+                                   // of the solve
   };
   struct Friction {
     Contact* contact;
     Line lines[2];
-    Vector2d before, elastic;  // slip before the solve, m/s; elastic force, N
-    double share, slope;       // factor from force to impulse, s; change of force per slip, N s/m
+    Vector2d before, elastic;  // m/s, slip before the solve; N, elastic force of the patch
+    double share, slope;       // s, factor from force to impulse; N s/m, change of the patch's force per slip
+                               // velocity
     bool clipped;
   };
 
@@ -96,7 +100,7 @@ struct BristleSolver::System {
   bool drop();
   double error() const;
 
-  std::vector<int> column;  // first matrix column of each solver body
+  std::vector<int> column;  // first column of each body in the matrix
   bristle_example::Skyline matrix, masses;
   Eigen::VectorXd right, change;
   std::vector<Row> rows;
@@ -119,7 +123,7 @@ void BristleSolver::System::set_shape() {
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
-  constexpr double locked = 1e-12;  // 1/kg, inverse mass of an axis that may not move
+  constexpr double locked = 1e-12;  // 1/kg, inverse mass of an axis along which the body may not move
   for (int b = 0; b < bodies.size(); ++b) {
     const int at = column[static_cast<std::size_t>(b)];
     if (at < 0) continue;
@@ -379,7 +383,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   answer.at_load = contact.normal_load;
   if (!(contact.normal_load > 0.0)) {
     answer.at_load = highest_load_;
-    const Vector2d slip = slip_of(contact);  // m/s; the damping coefficient depends on it
+    const Vector2d slip = slip_of(contact);  // m/s, slip velocity, on which the damping coefficient depends
     contact.response =
         batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, highest_load_, true, {slip[0], slip[1]}});
   }
@@ -480,7 +484,8 @@ void BristleSolver::list_unknowns(double dt_s) {
 
   // Adds a slight softness to normal rows, which shares the load among four corners where three would carry
   // the body.
-  constexpr double softness = 3e-3;  // relative to the inverse mass that a row feels
+  constexpr double softness = 3e-3;  // softness of a normal row, relative to the inverse mass that the row
+                                     // feels
   system.rows.clear();
   for (btConstraintArray* pool : {&m_tmpSolverContactConstraintPool, &m_tmpSolverNonContactConstraintPool}) {
     for (int i = 0; i < pool->size(); ++i) {
@@ -552,7 +557,8 @@ bool BristleSolver::solve_at_once(double dt_s) {
   }
   for (const System::Friction& f : system.frictions)
     push(*f.contact, f.share * (f.elastic - f.slope * system.slip(f)));
-  // Patches are asked in later iterations, where their linear models may not hold.
+  // In later iterations the forces are computed by the patches themselves, because their linear models may
+  // not hold.
   const auto bends = [&](const Contact* c) {
     return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() > most_bent * c->answer.limit;
   };

@@ -53,7 +53,8 @@ struct FrictionOptions {
   /// equalise their loads slowly: with 1 pass a block rocks on its bristles at steps of 1/60 s, with 4 it
   /// comes to rest.
   int sweeps = 4;
-  std::uint32_t contacts = 256;  ///< most contact points at once; further ones have no friction
+  std::uint32_t contacts = 256;  ///< largest number of contact points at a time; further points have no
+                                 ///< friction
 };
 
 class BristleSolver : public btSequentialImpulseConstraintSolver {
@@ -73,7 +74,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     /// Contact frame; its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
     Eigen::Vector3d point = {0, 0, 0};  ///< m, position of the contact point in the world
-    double force[2] = {0, 0};           ///< N along frame.along() and aside(), acting on body A
+    double force[2] = {0, 0};           ///< N, friction along frame.along() and frame.aside(), acting on body
+                                        ///< A
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
     bristle::Response response;         ///< response of its patch, not yet multiplied by `scale`
@@ -86,6 +88,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     // (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
+
       // Slope and damping, N s/m; limit, N.
       double slope = 0.0, damping = 0.0, limit = 0.0;
       double at_load = 0.0;  // N
@@ -99,7 +102,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     int row = -1;  // index of its normal row in Bullet's list
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
-    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();  // m/s, slip at the start
+    // m/s, slip at the start of the step
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
     Answer answer;
   };
@@ -147,13 +151,13 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::KeyedPatches patches_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
-  std::vector<std::size_t> index_;       // index in known_ of the contact at each KeyedContact::place
+  std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
   // Contact points with their index in known_, sorted by address.
   std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;
-  std::size_t first_of_group_ = 0;  // first contact, in solved_, of the islands being solved
+  std::size_t first_of_group_ = 0;  // index in solved_ of the first contact of the islands being solved
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;
   std::vector<bristle::Motion> motions_;

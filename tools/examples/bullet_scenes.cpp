@@ -119,7 +119,8 @@ btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3
       btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.place.get(), shape.get(), inertia));
   made.shape = std::move(shape);
   btRigidBody& body = *made.body;
-  // Takes the root, as Bullet multiplies the coefficients of both bodies.
+  // Takes the square root of the wanted friction coefficient, because Bullet multiplies the coefficients of
+  // both bodies.
   body.setFriction(scalar(std::sqrt(coefficient)));
   body.setActivationState(DISABLE_DEACTIVATION);
   if (friction_ == Friction::anchored)
@@ -165,7 +166,7 @@ btRigidBody& World::add_plate(const btVector3& place, double mass_kg, double coe
 
 void World::step(double dt_s) {
   dt_s_ = dt_s;
-  world_->stepSimulation(scalar(dt_s), 0);  // one step of exactly dt_s
+  world_->stepSimulation(scalar(dt_s), 0);  // makes one step of exactly dt_s
   ++steps_;
 }
 
@@ -189,7 +190,7 @@ Scene tapped_block(double dt_s) {
   };
   scene.drive = [](World& world) {
     const bool tap = world.time() < 2.0 && std::fmod(world.time() + 1e-9, 0.2) < 0.01;
-    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // N, sideways and into the slope
+    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // N, sideways, into the slope
   };
   return scene;
 }
@@ -228,7 +229,7 @@ Scene pushed_box() {
     const double t = world.time() + 1e-9;
     if (t < push_begin || t >= push_end) return;
     world.body(1).applyCentralForce(vector(push_force, 0.0, 0.0));
-    // Torque of the push along x, which acts at y = push_arm.
+    // Torque that the push along x causes about the vertical, since it acts at y = push_arm.
     world.body(1).applyTorque(vector(0.0, 0.0, -push_arm * push_force));
   };
   return scene;

@@ -36,7 +36,8 @@ class World {
   btDiscreteDynamicsWorld& world() { return *world_; }
   btRigidBody& body(std::size_t i) { return *bodies_[i].body; }
   std::size_t bodies() const { return bodies_.size(); }
-  const BristleSolver* bristles() const { return bristles_; }  ///< null with Bullet's own friction
+  /// Returns the solver with bristles; null with Bullet's own friction.
+  const BristleSolver* bristles() const { return bristles_; }
 
  private:
   struct Body {
@@ -55,7 +56,7 @@ class World {
   std::vector<Body> bodies_;
   std::unique_ptr<btSequentialImpulseConstraintSolver> solver_;
   const BristleSolver* bristles_ = nullptr;
-  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed first, since it uses the objects above
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed before the objects above, which it uses
   double dt_s_ = 0.0;
   long steps_ = 0;
 };
@@ -86,7 +87,8 @@ Scene pushed_box();
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
                         pushed_coefficient = 0.4;  // kg, m, m, m
-// Force (N), its lever arm about the centre (m), its beginning and end (s).
+
+// Push of the box: force (N), lever arm about the centre (m), beginning and end (s).
 inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
 /// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.
 Scene many_boxes();

@@ -42,6 +42,7 @@ struct BrushProxyOptions {
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
   double dt_s = 1e-3;                                            ///< s, period of the servo thread
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
+
   /// m, motion of the tool per count of the encoders: the count times the workspace scale. The damper's
   /// velocity depends on it, see HapticOptions.
   double resolution = 0.0;
@@ -111,7 +112,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
 
   struct CountStep {
     double force_n;  ///< N, step of friction when the encoder moves by one count
-    double share;    ///< that step over the highest friction; felt as grain above 0.2
+    double share;    ///< force step of one count over the highest friction; felt as grain above 0.2
+
     /// N s/m, damping that the device itself needs at the hand to make the loop passive.
     double damping_n_s_per_m;
   };
@@ -128,7 +130,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
  protected:
-  /// Moves the proxy as without friction, which the patch supplies.
+  /// Moves the proxy as if the surface had no friction, because the patch supplies the friction.
   void testFrictionAndMoveProxy(const chai3d::cVector3d& a_goal, const chai3d::cVector3d&, chai3d::cVector3d&,
                                 chai3d::cGenericObject*) override {
     m_nextBestProxyGlobalPos = a_goal;
@@ -183,7 +185,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
         on_object_ = pose_of(*object_).inverse() * surface_;
       }
     }
-    // Makes the rotation orthonormal again, as rounding errors of the products add up.
+    // Makes the rotation matrix orthonormal again, because rounding errors of the products add up.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
   }
 
@@ -198,7 +200,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Response response_;
   bristle::HapticPoint point_;
   chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, which tells it from a successor
+  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, by which a new object at the same
+                                               // address is recognised
   Pose surface_ = Pose::Identity(),
        on_object_ = Pose::Identity();  // pose of the contact in the world, and on object_
 };

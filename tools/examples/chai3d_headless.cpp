@@ -91,7 +91,7 @@ struct Pinch {
   double wall = 0.0;   // N, force of one of the two points on the block
   double drop = 0.0;   // m, fall of the block until it is held
   double creep = 0.0;  // m/s, mean speed over the last second of holding
-  double lift = 0.0;   // m, rise of the block while the two points that pinch it rise by lift_m
+  double lift = 0.0;   // m, rise of the block while the two points that hold it rise by lift_m
 };
 constexpr double lift_m = 0.05;
 
@@ -130,7 +130,7 @@ Pinch pinch(const MakeProxy& make_proxy) {
       on_points += force(2);
       out.wall = std::fabs(force(0));
     }
-    if (i >= 300) {  // the block stands on a table until it is pinched
+    if (i >= 300) {  // the block stands on a table until the points have pinched it
       velocity += dt * (-9.81 - on_points / mass);
       height += dt * velocity;
     }
@@ -165,8 +165,8 @@ int main() {
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);
   print("CHAI3D's cone", theirs);
-  // Requires, at a depth of 2 mm (the proxy is a ball of 1 mm), a wall force of about 1 N, and under a pull
-  // of 4 um the friction that a stiffness of 1 / 52 um per newton of load gives.
+  // Requires, at a depth of 2 mm (the proxy is a ball of 1 mm radius), a wall force of about 1 N and, after a
+  // pull of 4 um, the friction of a stiffness of 1 / 52 um per newton of load.
   const bool right = ours.wall > 0.9 && ours.held_first > 0.0 && ours.held_last == ours.held_first &&
                      std::fabs(ours.lean - kinetic) < 0.02 * kinetic && ours.lifted == 0.0;
   // Adds damping that does not fade with speed, without which the block swings on its bristles.

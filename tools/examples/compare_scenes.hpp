@@ -19,7 +19,7 @@ namespace bristle_example {
 struct ComparingProgram {
   const char *name, *about, *csv_help;
   std::vector<std::string> table_columns;
-  const char* csv_columns;  ///< columns after `scene` and `friction`
+  const char* csv_columns;  ///< headers of the columns after `scene` and `friction`
 };
 
 /// Runs the program. `run(scene)` returns a Run per kind of friction; `cells(run, first)` and

@@ -59,7 +59,7 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 /// Returns the contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
 /// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
 Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // m; a plane has none and counts as the larger one
+  const auto radius = [&](int geom) {  // m, size of the geom; a plane has none and counts as the larger one
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
@@ -384,7 +384,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
     for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
-      motions_[cell].has_velocity = 1;  // zero velocity, so that dampers give no force
+      motions_[cell].has_velocity = 1;  // m/s, zero velocity for the dampers, so that they give no force
   }
   constexpr double no_time = 1e-300;  // s
   batch_.step(no_time, motions_, responses_);
@@ -431,7 +431,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
       gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
       pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
     }
-    if (contact.dofs == 6)  // one free body: the fixed size halves the time
+    if (contact.dofs == 6)  // a single free body is solved with a fixed size, which halves the time
       add_contact<6>(contact, gain, pull);
     else
       add_contact<Eigen::Dynamic>(contact, gain, pull);
@@ -523,7 +523,8 @@ void BristleFriction::find_forces(double dt_s) {
       const Response& now = cells_[contact.first_cell].response;
       const Vector2d d = moved.head<2>();
       Vector2d force = Vector2d(now.elastic[0], now.elastic[1]) - (now.stiffness + now.damping / dt_s) * d;
-      constexpr double linear = 1e-6;  // share of the force limit; below, the linear force is exact enough
+      constexpr double linear = 1e-6;  // change of the force, as a share of its limit, below which the linear
+                                       // force is exact enough
       if (!(now.stiffness * d.norm() < linear * now.force_limit)) {
         const Response trial = batch_.find_force(dt_s, point_motion(contact, d));
         force = Vector2d(trial.end[0], trial.end[1]);

@@ -60,10 +60,11 @@ struct FrictionOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
+
   /// m, largest motion of a contact point in one step, seen from the smaller geom; a point that moves farther
   /// counts as a new contact.
   double reach = 0.01;
-  std::uint32_t contacts = 256;  ///< most contacts at once; further ones have no friction
+  std::uint32_t contacts = 256;  ///< largest number of contacts at a time; further contacts have no friction
 };
 
 class BristleFriction {
@@ -89,21 +90,26 @@ class BristleFriction {
   /// Contact point, as the last step left it.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;       ///< id in the batch, or of a disc in the extended patches
+    bristle::PatchId patch;       ///< id of the patch in the batch, or of a disc in the extended patches
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
-                               Eigen::Vector3d::Zero()};  ///< rad, turn of each body that `frame` lacks
+                               Eigen::Vector3d::Zero()};  ///< rad, turn of each body that is not yet in
+                                                          ///< `frame`
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, position of the contact point in the world
+
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;        ///< whether it was absent in the step before
-    bool is_disc = false;      ///< whether it resists spin (condim 4)
-    double radius = 0.0;       ///< m, radius, if it is a disc
+    bool is_new = true;        ///< whether this contact did not exist in the step before
+    bool is_disc = false;      ///< whether the contact resists spin (condim 4)
+    double radius = 0.0;       ///< m, radius of the contact, if it is a disc
     double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
+
     /// Friction coefficient of the contact over that of the material.
     double scale = 1.0;
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted slip: m/s along normal and axes, rad/s
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted slip: m/s along the normal and the two
+                                                         ///< axes, rad/s about the normal
     int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
+
     /// Index of its normal force among MuJoCo's constraint forces.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
@@ -111,21 +117,23 @@ class BristleFriction {
 
    private:
     friend class BristleFriction;
-    std::size_t first_dof = 0, dofs = 0;              // first index and number of its entries in dofs_, rows_
-    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip at the start of the step, as `velocity`
+    std::size_t first_dof = 0, dofs = 0;              // index of its first entry in dofs_ and rows_, and
+                                                      // number of its entries
+    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip velocity at the start of the step, in the axes
+                                                      // of `velocity`
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
   const bristle::KeyedPatches* discs() const {
     return discs_ ? &*discs_ : nullptr;
-  }  ///< null if no contact may spin
+  }  ///< Jacobian row of the spin; null if no contact may spin
 
  private:
   /// Cell of a contact's patch: a point contact has one, a disc several.
   struct Cell {
-    bristle::Response response;    ///< response of its bristles, before the step's slip
+    bristle::Response response;    ///< response of the cell's bristles before the slip of this step
     Eigen::Vector2d at = {0, 0};   ///< m, offset of the cell from the contact point
-    Eigen::Vector2d way = {0, 0};  ///< direction of its friction, if it slips in the prediction
+    Eigen::Vector2d way = {0, 0};  ///< direction of the cell's friction, if the prediction has it slipping
     bool slips = false;
   };
   /// Jacobian of a contact: its velocity along the normal and both axes and its spin, per unit velocity of
@@ -160,8 +168,10 @@ class BristleFriction {
   std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
-  std::size_t next_before_ = 0;  // index in before_ of the contact that is likely to come next
-  // Keys and indices of before_, sorted by key; filled when contacts come in another order.
+  std::size_t next_before_ = 0;  // index in before_ at which the next contact is probably found
+
+  // Keys of the contacts in before_ with their indices, sorted by key. Filled only when contacts come in
+  // another order than in the step before.
   std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
@@ -173,13 +183,14 @@ class BristleFriction {
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
-  std::vector<int> trees_, column_;      // trees in contact; matrix column of each degree of freedom, or -1
+  std::vector<int> trees_, column_;      // for each kinematic tree, whether it has contacts; for each degree
+                                         // of freedom, its matrix column or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;
-  Eigen::VectorXd change_;  // change of velocity, per matrix column
+  Eigen::VectorXd change_;  // change of velocity for each matrix column
   Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
-  bool moved_ = true;  // whether bodies moved since contacts were matched
+  bool moved_ = true;  // whether bodies have moved since contacts were matched with patches
 };
 
 }  // namespace mujoco_example

@@ -50,7 +50,7 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   const bristle::JointOutput out{torque_, {}, by_angle_, by_speed_};
   angle_ = angle;
   speed_ = speed;
-  if (!begun_) batch_.step(in, out);  // makes the bristles straight at the first angle
+  if (!begun_) batch_.step(in, out);  // makes the bristles straight at the joint's first angle
   begun_ = true;
   for (int round = 0; round < 8; ++round) {
     angle_ = angle + dt * speed_;

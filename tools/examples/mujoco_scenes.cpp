@@ -213,7 +213,7 @@ Scene pushed_box() {
     const bool push = data.time >= 0.1 && data.time < 0.3;
     const double force = push ? 4.0 : 0.0;
     data.xfrc_applied[6 * body] = force;
-    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // N m, torque of a force along x at y = 0.1 m
+    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // N m, torque of a force along x that acts at y = 0.1 m
   };
   return scene;
 }
@@ -317,7 +317,7 @@ Scene fingertips(bool shaken) {
   constexpr double rate = 2.0 * pi * 3.0;
   const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
   scene.drive = [reach](const mjModel&, mjData& data) {
-    const double since = std::max(data.time - 0.25, 0.0);  // s since the fingers have closed
+    const double since = std::max(data.time - 0.25, 0.0);  // s since the fingers have closed on the box
     data.ctrl[0] = 12.0;
     data.ctrl[1] = data.ctrl[2] = 6.0;
     data.ctrl[3] = reach * std::sin(rate * since);

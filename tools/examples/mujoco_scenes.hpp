@@ -23,6 +23,7 @@ struct Scene {
   double seconds = 4.0;                                ///< s, simulated time
   std::array<double, 3> direction = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
   double point[3] = {0.0, 0.0, 0.0};                   ///< m, observed point of the body, in the body's axes
+
   /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
 };
@@ -60,13 +61,14 @@ inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, 
 std::vector<Scene> all_scenes();
 
 struct Sample {
-  double t, travel, turn;  ///< s; m in the scene's direction (or across); rad about z
+  double t, travel, turn;  ///< time, s; position along the scene's direction and across it, m; angle about z,
+                           ///< rad
   double place[3];         ///< m
 };
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< observed at least ten times per simulated second
+  std::vector<Sample> samples;  ///< states of the observed body, at least ten per simulated second
   double creep = 0.0;           ///< m/s, mean speed in the last quarter of the run
   double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points per step

@@ -99,7 +99,7 @@ int main() {
   device::schedule_asynchronous(&servo_callback, &servo);  // hdScheduleAsynchronous
   device::start_scheduler();                               // hdStartScheduler
   while (device::is_scheduled())  // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // where a program would draw graphics
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // a real program would draw graphics here
   device::stop_scheduler();                                      // hdStopScheduler
 
   std::printf("  t/s    x/mm     z/mm    Fx/N    Fz/N\n");

@@ -12,7 +12,7 @@ constexpr double mass = 0.05;             // kg
 constexpr double own_damping = 1.5;       // N s/m, damping of the mechanism
 constexpr double hand_stiffness = 400.0;  // N/m
 constexpr double hand_damping = 4.0;      // N s/m
-constexpr int pieces = 20;                // number of integration steps per tick
+constexpr int pieces = 20;                // number of integration steps in a tick of the servo loop
 
 struct Simulation {
   double position[3] = {0.0, 0.0, 0.02}, velocity[3] = {}, force[3] = {}, reading[3] = {};
@@ -50,7 +50,8 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // Continues from the present time after a delay, as a burst of ticks to catch up would be unreal.
+      // Goes on from the present time after a delay, because catching up by a burst of ticks would not be
+      // realistic.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);
     }

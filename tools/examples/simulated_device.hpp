@@ -14,7 +14,7 @@ using Callback = CallbackCode (*)(void* user);           // HDSchedulerCallback
 
 enum Parameter {
   current_position,   // HD_CURRENT_POSITION: three numbers, mm
-  current_force,      // HD_CURRENT_FORCE: three numbers, N; to be set
+  current_force,      // HD_CURRENT_FORCE: force to send to the device, three numbers, N
   nominal_max_force,  // HD_NOMINAL_MAX_FORCE: N
 };
 
@@ -25,11 +25,12 @@ void set_doublev(Parameter what, const double* values);  // hdSetDoublev
 
 void schedule_asynchronous(Callback callback, void* user);  // hdScheduleAsynchronous, default priority
 void start_scheduler();                                     // hdStartScheduler: the servo thread begins
-bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): the callback is still wanted
-void stop_scheduler();  // hdStopScheduler: waits until it has ended
+bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): whether the callback still runs
+void stop_scheduler();  // hdStopScheduler: waits until the callback has ended
 
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target
+
 // Returns the position without encoder error, m. Call it in the callback, or once the scheduler has stopped.
 double true_position(int axis);
 // Returns the run times of the callback. Call it once the scheduler has stopped.

@@ -52,14 +52,14 @@ struct Box {
 
 /// Corner of a box that touches the plane.
 struct Contact {
-  std::uint64_t key = 0;  // number of box and corner, constant over steps
+  std::uint64_t key = 0;  // number made of box and corner, the same in every step
   std::size_t box = 0;
   Vector3d arm{0, 0, 0};        // m, corner from the box's centre
   double gap = 0.0;             // m, height over the plane; negative inside it
   double normal_impulse = 0.0;  // N s; as `impulse` it starts at its last value
   Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;
-  Matrix2d mobility = Matrix2d::Zero();  // velocity per unit impulse in the plane, 1/kg
+  Matrix2d mobility = Matrix2d::Zero();  // velocity change per unit impulse in the plane, 1/kg
 
   // bristles: the patch of the corner, and a linear model of its force for PGS. Under the load `at_load` (N)
   // a slip s (m/s) gives the force steady - slope s, whose elastic part is at most `limit` while `clipped` is
@@ -161,7 +161,7 @@ class World {
         contacts.push_back(c);
       }
     }
-    patches_.end_step();  // bristles: patches of corners that no longer touch go back to the pool
+    patches_.end_step();  // bristles: returns the patches of corners that do not touch to the pool
   }
 
   void push(const Contact& c, double normal, const Vector2d& friction) {
@@ -175,7 +175,8 @@ class World {
   /// Finds the normal impulse that lets the corner just close its gap in this step, and pushes a corner that
   /// is too deep out over several steps.
   void solve_normal(Contact& c, double h) {
-    constexpr double allowed = 1e-4, share = 0.1;  // m of depth; share of the excess removed per step
+    constexpr double allowed = 1e-4, share = 0.1;  // m, depth of overlap that is accepted; share of the
+                                                   // excess that each step removes
     const double wanted = c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
     const Box& box = boxes[c.box];
     const double missing = (wanted - up.dot(box.velocity_at(c.arm))) / box.mobility(c.arm, up, up);
@@ -202,7 +203,7 @@ class World {
     const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
     c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
     c.damping = now.damping;
-    c.slope = h * now.stiffness + now.damping;  // so that the force is that at the end of the step
+    c.slope = h * now.stiffness + now.damping;  // makes the force that at the end of the step
     c.limit = now.force_limit;
     c.clipped = true;
   }
@@ -226,7 +227,8 @@ class World {
 
   /// bristles: finds the friction impulse that is consistent with the slip it leaves.
   void rub(Contact& c, double h) {
-    const double time = c.normal_impulse / c.at_load;  // s: time step h, scaled by the change of load
+    const double time = c.normal_impulse / c.at_load;  // s, time step h times the change of load since the
+                                                       // model was made
     const Vector2d free = slip(c) - c.mobility * c.impulse;
     const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
       return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));

@@ -48,7 +48,7 @@ inline std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
   model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
   std::sort(bristles.begin(), bristles.end(),
             [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
-  // Deflection (m) by which tractions are divided: that at the highest traction of the contact.
+  // Deflection (m) at the highest traction of the contact, by which tractions are divided.
   const double largest = 1.5 * model.limit / model.stiffness * model.half;
   std::vector<rivals::Traction> rows;
   for (const bristle::BedBristle& b : bristles)

@@ -6,7 +6,8 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // allowed residual, relative to the largest force in the equation
+constexpr double tolerance = 1e-11;  // allowed residual of the equation of motion, relative to the largest
+                                     // force in it
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -21,7 +22,7 @@ struct Root {
 // equation, and the better side is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
-  double low = -INFINITY, high = INFINITY;  // the residual is > 0 at low, < 0 at high
+  double low = -INFINITY, high = INFINITY;  // bracket of the root: the residual is > 0 at low, < 0 at high
   double at_low = 0.0, at_high = 0.0;
   Root best{d, residual(d), 1};
   double last_d = d, last = best.residual, secant = slope;

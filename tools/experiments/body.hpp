@@ -10,7 +10,8 @@ namespace cli {
 /// the mean pull on a block that stays.
 struct Pull {
   double force_n = 0.0;
-  double stiffness = 0.0;  ///< N/m; for a spring whose other end moves by itself, half the spring's stiffness
+  double stiffness = 0.0;  ///< N/m, stiffness of the pull; for a spring whose other end moves by itself, half
+                           ///< the spring's stiffness
 };
 
 /// Block that solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d (midpoint rule).

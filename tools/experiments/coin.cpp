@@ -9,11 +9,13 @@ namespace cli {
 namespace {
 
 constexpr double gravity = 9.81;  // m/s^2, of the earth
+
 // Ratio v / (omega R) at the end of the motion: the root of F(eps) / (mu N) = 2 eps T(eps) / (mu N R), where
 // F and T are force and torque of a uniform disc at the ratio eps.
 constexpr double last_ratio = 0.653002;
-constexpr double seen_at = 0.02;         // share of the initial speed at which the late ratio is read
-constexpr double stopped_below = 0.002;  // share of the initial speed below which the coin counts as stopped
+constexpr double seen_at = 0.02;         // share of the initial speed at which the ratio v / (omega R) is
+                                         // read
+constexpr double stopped_below = 0.002;  // share of the initial speed below which the coin counts as at rest
 
 /// Result of a throw that begins at a ratio v / (omega R) of sliding to spinning speed: that ratio late in
 /// the motion, and the times (s) at which sliding and spinning end.

@@ -11,11 +11,11 @@ namespace cli {
 
 struct ExperimentOptions {
   std::string name;                 ///< name of an experiment, or "all" or "list"
-  std::vector<std::string> set;     ///< settings "key=value"; with "all": "experiment.key=value"
+  std::vector<std::string> set;     ///< settings, each "key=value"; with "all": "experiment.key=value"
   std::string config;               ///< TOML file of settings; empty: none
   std::vector<std::string> models;  ///< names of the models to run; empty: all
   std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
-  std::string markdown;             ///< file for the results as a Markdown page, with "all"
+  std::string markdown;             ///< file for all results as a Markdown page, with "all"
   bool no_cost = false;             ///< whether the results leave out the times of a step, with "all"
 };
 

@@ -14,7 +14,9 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // m, does not fall in with the snaps
+  const double step = 0.37 * s.number("presliding");  // m, length of a step; no multiple or fraction of the
+                                                      // snap length, so that steps and snaps do not fall in
+                                                      // with each other
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -29,12 +31,12 @@ double steady_friction(const std::string& model, const Settings& s, double load,
 // quantiles of an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7
 // without its integral).
 double asperities_touching(const Settings& s, double area_factor) {
-  const double sigma = 1e-6;  // m, mean height of an asperity; it cancels out
+  const double sigma = 1e-6;  // m, mean height of an asperity; the result does not depend on it
   const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
   const double in_contact = s.number("bristles_per_newton") * s.number("load");
   const auto count =
       static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
-  const auto height = [&](std::size_t i) {  // m, height of asperity i, counted from the highest
+  const auto height = [&](std::size_t i) {  // m, height of asperity number i, counted from the highest
     return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
   };
   // Adds asperities from the highest down: the load at which the next one would touch grows with their

@@ -18,7 +18,8 @@ namespace cli {
 namespace {
 
 struct Response {
-  std::vector<double> t, force;  // time after a step of speed, s; change of force per m/s of the step, N s/m
+  std::vector<double> t, force;  // time after a step of speed, s; change of the friction force per m/s of the
+                                 // step, N s/m
   double at_once() const { return force.front(); }
   double limit() const { return force.back(); }
 };
@@ -74,13 +75,15 @@ struct Range {
 
 // Returns the critical stiffness by theory: 0 if sliding is steady on every spring, the stiffest if on none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
-  if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed, so every sliding is steady
+  // Friction that does not fall with speed makes sliding steady on every spring.
+  if (r.limit() > -least_slope) return 0.0;
   const auto damping = [&](double w) { return impedance(r, w).real(); };
   const auto held_by = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
   const int points = 400;
   double critical = 0.0, before = first;
-  bool negative = true;  // whether the real part of Z was negative at the last frequency
+  bool negative = true;  // whether the real part of Z (force per unit of speed) was negative at the last
+                         // frequency
   for (int i = 1; i <= points; ++i) {
     const double w = first * std::pow(last / first, static_cast<double>(i) / points);
     if (negative != (damping(w) < 0.0)) {

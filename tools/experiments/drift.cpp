@@ -100,7 +100,7 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   const double periods = std::max(4.0, std::round(s.number("slope_duration") * frequency));
   Subject subject(model, s);
   SlidingBlock block(load * std::hypot(1.0, s.number("slope")) / 9.80665);
-  const double tilting = s.number("ramp_time");  // s, in which the slope is tilted before it is shaken
+  const double tilting = s.number("ramp_time");  // s, time in which the slope is tilted before it is shaken
   WindowMeans period(tilting + 0.5 * dt, 1.0 / frequency);
   const auto steps = static_cast<long>(std::lround((tilting + periods / frequency) / dt));
   const long every = std::max(1L, steps / 2000);

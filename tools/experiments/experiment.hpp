@@ -57,6 +57,7 @@ struct Experiment {
   std::vector<Parameter> parameters;
   std::vector<Phenomenon> phenomena;
   std::vector<std::string> columns;  ///< names of SeriesRow::values, units in brackets
+
   /// Runs one model and adds its curves and findings. It may report progress of its own.
   void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
   /// Checks settings against each other. Throws UserError.

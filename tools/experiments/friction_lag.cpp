@@ -24,7 +24,7 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
   const long steps = 4 * quarter;
   const double dt = period / static_cast<double>(steps);
-  const auto at = [&](long k) {  // m, position at step k: the integral of the swinging speed
+  const auto at = [&](long k) {  // m, position at the end of step k: the integral of the swinging speed
     const double turns = static_cast<double>(k) / static_cast<double>(steps);
     return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
   };

@@ -36,7 +36,7 @@ Subject joint_of(const std::string& model, const Settings& s) {
 }
 
 struct Strokes {
-  double up = 0.0, down = 0.0;  ///< steady friction while lifting and lowering, N m
+  double up = 0.0, down = 0.0;  ///< N m, steady friction torque while lifting and while lowering
   double reversed = -1.0;       ///< presliding lengths turned after the reversal until friction is zero
 };
 
@@ -53,7 +53,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
   for (const int way : {1, -1}) {
     double& steady = way > 0 ? found.up : found.down;
     for (long k = 1; k <= steps; ++k) {
-      joint.set_torques(weight + friction, -weight);  // the motor balances weight and friction
+      joint.set_torques(weight + friction, -weight);  // the motor's torque that balances weight and friction
       const double before = friction;
       const rivals::Force force = joint.step({way * step, 0.0}, dt, s.number("load"));
       friction = -force.end.x;

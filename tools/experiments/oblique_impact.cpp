@@ -15,6 +15,7 @@ struct Sphere {
   /// Coefficients of friction and restitution; speed of approach, m/s.
   double friction = 0.0, restitution = 1.0, approach = 0.0;
   double radius = 0.0, mass = 0.0;  ///< m, radius, and kg, mass of the sphere
+
   /// Pa, effective moduli E* and G* of the contact.
   double normal_modulus = 0.0, shear_modulus = 0.0;
 };
@@ -48,7 +49,8 @@ Speeds strike(const Sphere& sphere, Speeds speeds) {
   const double law = 4.0 / 3.0 * sphere.normal_modulus * std::sqrt(sphere.radius);
   const double deepest = std::pow(1.25 * sphere.mass * sphere.approach * sphere.approach / law, 0.4);
   const double dt = 2.95 * deepest / sphere.approach / steps;
-  const double per_load = 3.5 / sphere.mass * dt;  // change of slip per unit of friction force in a step
+  const double per_load = 3.5 / sphere.mass * dt;  // m/s, change of slip velocity per unit of friction force
+                                                   // in a step
   bristle::BedBatch beds;
   bristle::BedMotion motion;
   bristle::BedOptions options;

@@ -85,7 +85,7 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
 /// implicitly.
 struct Block {
   Ground ground;
-  double mass, dt, most;  ///< kg; s; N, an upper bound of the friction
+  double mass, dt, most;  ///< kg, mass of the block; s, time step; N, an upper bound of the friction
   double x = 0.0, v = 0.0;
 
   void step(double pull) {

@@ -68,7 +68,7 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
 }
 
 struct Ball {
-  double v = 0.0, rim = 0.0;  ///< m/s, speed of the centre, and surface speed of the spin
+  double v = 0.0, rim = 0.0;  ///< m/s, speed of the ball's centre, and speed of its surface by spin
 };
 
 /// Rolls for a time, with implicit friction. `look` sees the ball after every step.

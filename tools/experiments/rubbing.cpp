@@ -181,7 +181,7 @@ double ratchet(const ExperimentInput& input, const std::string& model, double lo
     for (long k = 0; k < steps; ++k) {
       const double part = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
       double share = 0.5 * (low + high) + 0.5 * (high - low) * sine_of_turns(part);
-      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // in the first cycle the force rises from 0
+      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // in the first cycle the force rises slowly from 0
       if (std::fmod(part * period, tap_every) < tap_time) share += tap;
       block.advance(subject, {share * kinetic}, dt, load);
       mean += block.position() / dbar / static_cast<double>(steps);

@@ -119,7 +119,7 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
                     ExperimentResult& result) {
   const double way = s.number("presliding");
   double work = 0.0;
-  for (const double side : {1.0, -1.0, 1.0}) {  // the loop's work is counted after the first pull
+  for (const double side : {1.0, -1.0, 1.0}) {  // the work of the loop is counted only after the first pull
     if (side < 0.0) work = 0.0;
     double x = finger.x, force = finger.force;
     finger.pull_to(side * share * most, [&] {
@@ -154,7 +154,8 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
 
   const double wide = lost_in_loop(make(), model, most, 0.5, s, result),
                narrow = lost_in_loop(make(), model, most, 0.25, s, result);
-  const bool loses = std::min(wide, narrow) > 1e-5;  // smaller losses are rounding of single precision
+  const bool loses = std::min(wide, narrow) > 1e-5;  // losses below this are rounding errors of single
+                                                     // precision
   const double power = loses ? std::log2(wide / narrow) : 0.0;
   result.findings.push_back(
       {"loops_lose", model, power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1});

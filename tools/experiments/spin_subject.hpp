@@ -32,7 +32,8 @@ class SpinSubject {
 
  private:
   struct Brush {
-    std::unique_ptr<bristle::PatchBatch> batch;  // address does not change when this object moves
+    std::unique_ptr<bristle::PatchBatch> batch;  // held by pointer, so that its address stays when this
+                                                 // object moves
     bristle::ExtendedPatches patches;
     bristle::PatchId id;
 

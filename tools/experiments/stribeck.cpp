@@ -73,7 +73,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
     high = std::max(high, dry.force[i]);
     ++away_from_rest;
   }
-  if (away_from_rest < 2) return;  // with fewer than two speeds there is nothing to compare
+  if (away_from_rest < 2) return;  // with fewer than two speeds there are none to compare
   const double spread = (high - low) / kinetic;
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }

@@ -62,8 +62,9 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   // Range of the immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
-  double smallest_fall = INFINITY;            // least fall of friction after its peak over all speeds
-  double shortest = INFINITY, longest = 0.0;  // range of the path over which friction falls after its peak
+  double smallest_fall = INFINITY;            // smallest fall of friction after its peak, over all speeds
+  double shortest = INFINITY, longest = 0.0;  // smallest and largest path over which friction falls after its
+                                              // peak
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Steps found = steps_at(model, s, speeds[i]);

@@ -43,9 +43,10 @@ struct ColumnKind {
 };
 
 struct CsvHeader {
-  std::vector<bool> present;               ///< by kind of column: whether the file has it
-  std::vector<double> per_si;              ///< by kind of column: number of its units in one SI unit
+  std::vector<bool> present;               ///< whether the file has a column of this kind, by kind of column
+  std::vector<double> per_si;              ///< number of the column's units in one SI unit, by kind of column
   std::vector<std::string> other_columns;  ///< names of the file's columns of unknown kind
+
   /// Header line for the splitter: our names of the columns without units, "-" for others.
   std::string canonical;
 };

@@ -17,7 +17,7 @@ namespace cli {
 struct ColumnWish {
   /// Header of the column in the file, or its number from 1. Empty: found by our name or an alias.
   std::string name;
-  const Unit* unit = nullptr;  ///< null: the unit in the file's header, else SI
+  const Unit* unit = nullptr;  ///< unit of the column; null: the unit in the file's header, otherwise SI
 };
 
 /// Pairs from the command line: our name of a column, and the header or unit that the user gave for it.
@@ -32,10 +32,11 @@ struct PlainCsv {
   std::string text;                  ///< converted file from its header on, with equal line numbers
   std::size_t header_line = 1;       ///< number of the header's line in the file; 0: no header
   std::string header;                ///< the header line, as the file has it
-  std::vector<std::string> headers;  ///< by kind: header cell in the file; empty: no such column
-  std::vector<std::string> units;    ///< by kind: name of its unit; empty: none stated
-  std::vector<std::string> notes;    ///< other deviations from our format, for the user
-  bool ours = true;                  ///< whether the file may be a motion file as it is
+  std::vector<std::string> headers;  ///< header cell of the column in the file, by kind; empty: no such
+                                     ///< column
+  std::vector<std::string> units;    ///< name of the column's unit, by kind; empty: none stated
+  std::vector<std::string> notes;    ///< sentences for the user on other deviations from our format
+  bool ours = true;                  ///< whether the file can be read as a motion file without conversion
 };
 
 /// Converts `text`, whose first line is line `first_line` of its file. `enough` decides, from the kinds of

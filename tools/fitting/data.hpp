@@ -44,6 +44,7 @@ struct WrittenColumn {
 
 struct FitColumns {
   std::string name;  ///< name of the file
+
   /// Columns in SI units. v is empty if the file has no such column; if it has v but not x, x is integrated.
   std::vector<double> t, x, v, load, force;
   /// Position and force on the second axis of a record in the plane; else empty.
@@ -60,6 +61,7 @@ struct FitColumns {
   double quantum = 0.0;            ///< m, count of the encoder that positions are already free of
   std::vector<std::string> understood;  ///< sentences on how the file was read
   std::vector<WrittenColumn> written;   ///< columns of time, path, load and force in the file's own units
+
   /// Returns whether row i continues the motion of the row before.
   bool follows(std::size_t i) const { return i > 0 && !std::binary_search(parts.begin(), parts.end(), i); }
 };
@@ -72,9 +74,11 @@ struct FitData {
   /// N, measured force by the body: positive along the motion. In the plane all x components, then all y.
   std::vector<double> force;
   std::vector<double> load;  ///< N, normal load that the fit uses
+
   /// m/s, velocity for terms that depend on speed; components ordered as in `force`.
   std::vector<double> velocity;
   std::vector<PathPoint> path;  ///< samples, and the turning points between them
+
   /// Whether the load varies so little that the fit takes it as constant.
   bool steady_load = false;
   double quantum = 0.0;                 ///< m, count of an encoder; 0: none seen
@@ -84,10 +88,12 @@ struct FitData {
   int reversals = 0;
   double longest_rest = 0.0;      ///< s, longest rest between motions
   double slow = 0.0, fast = 0.0;  ///< m/s, tenth and ninetieth percentile of the moving samples' speeds
+
   /// Ratio of fast to slow speed; on one axis, in the direction where the ratio is larger.
   double ratio_of_speeds = 1.0;
   double mean_load = 0.0, force_scale = 0.0;  ///< N; force_scale is the rms of the force
   double sample_time = 0.0;                   ///< s, median interval between samples
+
   /// N, tenth and ninetieth percentile of the moving samples' loads.
   double least_load = 0.0, most_load = 0.0;
   std::size_t samples() const { return load.size(); }

@@ -34,15 +34,19 @@ struct FitOptions {
   std::optional<double> renewal;     ///< bristles renewed per snap; fixed if given; rule keep has 0
   std::optional<double> compliance;  ///< m/N, compliance of the stage that holds the contact; fixed if given
   std::optional<double> delay;       ///< s, delay of the force sensor; fixed if given
+
   /// Whether to fit the friction of a joint (joint.hpp), with the options below.
   bool joint = false;
   std::optional<double> torque_constant;  ///< N m/A, motor torque per current
+
   /// N m, gravity torque of a pendulum on the joint; it hangs straight down at angle 0.
   std::optional<double> pendulum;
   bool rivals = false;  ///< whether to fit other models too, on part of the record, and judge all on the rest
+
   /// s after the first sample, end of the part that is fitted; none: a third of the record.
   std::optional<double> fit_until;
   std::string json, csv, write, plot;  ///< output files; empty: none
+
   /// Whether to add any term that lowers the residuals, and keep terms with wide intervals.
   bool for_prediction = false;
   bool no_drift = false;  ///< whether to fix the sensor's drift at 0
@@ -62,6 +66,7 @@ enum FitParameter : unsigned {
   fit_spread,    ///< spread: standard deviation of the snap length over its mean
   fit_residual,  ///< share of the presliding length that a snap leaves
   fit_renewal,   ///< bristles renewed per snap, if enough of them are bent
+
   /// Logarithmic ageing: growth of the snap length per e-fold of age, over the length at FitFrame::age.
   /// Saturating ageing: Ageing::strength.
   fit_ageing,
@@ -126,6 +131,7 @@ struct FitResult {
   double residual_rms = 0.0;  ///< N, rms of the measured less the fitted force
   double held_out_rms = 0.0;  ///< N, rms error of parts of the record, each predicted from the rest
   double explained = 0.0;     ///< share of the force's sum of squares that the fit explains
+
   /// Number of correlated samples that count as one independent sample in the intervals.
   double correlated_samples = 1.0;
   /// Smallest over largest singular value of the Jacobian, with columns scaled to length 1.

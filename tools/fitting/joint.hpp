@@ -47,9 +47,11 @@ struct JointFit {
   std::string model;
   std::vector<JointEstimate> numbers;
   bristle::JointMaterial material;  ///< material, if the model is the brush
+
   /// N m, rms error of the torque on the fitted part and on the rest.
   double fitted_rms = 0.0, judged_rms = 0.0;
   bool rigid = false;  ///< whether the angles do not show how the brush bends
+
   /// Number of runs of the model along the log, those for derivatives included.
   int runs = 0;
 };

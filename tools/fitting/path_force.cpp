@@ -16,6 +16,7 @@ using bristle::SnapRule;
 /// Presliding length (m) for which the brush is computed. The path is scaled to it, so that one material
 /// serves all lengths.
 constexpr double unit_length = 1e-5;  // m
+
 /// Presliding lengths after which every law has forgotten its start (core/patches/COHORTS.md: 1,260 lengths
 /// at a spread of 2).
 constexpr double long_slide = 3000.0;   // presliding lengths, of the slide before a record

@@ -32,6 +32,7 @@ enum class StartState : unsigned char {
 /// Memory that bristles which keep their snap lengths have of their phases.
 enum class Memory : unsigned char {
   forgotten,  ///< phases become evenly spread in a long slide, so that no state recurs
+
   /// Bristles keep phases for ever; those that were straight together are so again at the same place.
   whole
 };
@@ -62,6 +63,7 @@ struct BrushShape {
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;
   double ageing_time = 1.0;  ///< s, time from which bristles age
+
   /// Mean snap length of bristles of the frame's age over that of new ones.
   double growth = 1.0;
   std::vector<double> quantiles = {};  ///< quantiles of the snap lengths over their mean, for SnapLaw::table

@@ -51,6 +51,7 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 struct PopulationError {
   Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
   bool seen = false;           ///< whether the residuals show the bristles' fluctuation
+
   /// Number of bristles at the mean load, if seen; a lower estimate, as it takes misfit for fluctuation.
   double bristles = 0.0;
   double noise = 0.0;  ///< N^2, variance of the residuals that is left to the sensor's noise

@@ -13,6 +13,7 @@ namespace cli {
 namespace {
 
 constexpr double told_apart = 12.0;  // gain in twice the log likelihood from which two terms are distinct
+
 /// Starting values: a delay over the sampling interval, or the stage's share of the total compliance.
 constexpr std::array<double, 2> shares(bool delayed) {
   return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};

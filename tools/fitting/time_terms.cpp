@@ -16,6 +16,7 @@ using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
 constexpr double rest_samples = 10.0;  // fewest samples at one place that count as a rest
+
 // Gain in twice the log likelihood from which two forms are distinct; 4 would do if bristles did not differ
 // by chance.
 constexpr double told_apart = 12.0;

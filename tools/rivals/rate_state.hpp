@@ -28,6 +28,7 @@ struct RateState {
   double state_length = 2e-5;     ///< m, Dc: distance over which the state wears off
   double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
   Pair z;                         ///< m, deflection of the spring
+
   /// State psi = ln(v0 theta / Dc); a new contact starts as after sliding at v0.
   double psi = 0.0;
 

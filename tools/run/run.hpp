@@ -102,6 +102,7 @@ struct RunResult {
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
   std::optional<OverloadResult> overload;  ///< set if the run had a time budget or repeated the record of one
+
   /// Reason why the state could not be saved, such as a full disk; empty if it was saved or not asked for.
   std::string save_failure;
 };

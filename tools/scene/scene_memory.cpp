@@ -22,6 +22,7 @@ namespace cli {
 namespace {
 
 constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy beside its patch's bristles
+
 // Bytes that every machine has; a smaller scene is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 

@@ -18,6 +18,7 @@ struct SceneCopy {
   std::size_t patch = 0;  ///< index into Scene::patches
   std::string name;
   double delay = 0.0;  ///< s
+
   /// Cosine and sine of the angle by which this copy's motion is rotated.
   double cosine = 1.0, sine = 0.0;
   double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis in the scene

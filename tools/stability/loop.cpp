@@ -16,6 +16,7 @@ constexpr double zeta = 1000.0;          // bristles in contact at the largest l
 constexpr double rest_amplitude = 1e-7;  // mean snap lengths; below, the loop is at rest
 constexpr double bound_amplitude = 1e5;  // mean snap lengths; above, motion grows without bound
 constexpr double lasting_energy = 0.8;   // of the last quarter's energy over the one before
+
 // Peak-to-peak motion, in mean snap lengths, above which snapping lasts: the snap length of the shortest
 // bristle.
 constexpr double lasting_amplitude = 0.5;

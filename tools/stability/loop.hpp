@@ -14,6 +14,7 @@ namespace cli {
 /// at the end of a step, "mean force" its average over the step.
 enum class Scheme {
   explicit_euler,  ///< position from the old velocity, velocity from the old force
+
   /// Velocity from the old force, position from the new velocity; end force.
   semi_implicit,
   semi_implicit_mean,  ///< as semi_implicit, by the mean force

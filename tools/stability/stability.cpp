@@ -21,6 +21,7 @@ namespace {
 
 constexpr double mass_kg = 0.1, dt_s = 1e-3, mean_snap_length_m = 1e-5;
 constexpr double push = 0.3;  // initial amplitude in sticking, in mean snap lengths
+
 // Distance in which the initial speed of sliding stops, in mean snap lengths.
 constexpr double slide = 20.0;
 constexpr double encoder_quantum = 0.1;  // step of the encoder, in mean snap lengths

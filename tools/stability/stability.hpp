@@ -16,6 +16,7 @@ struct StabilityOptions {
   int threads = 0;   ///< number of threads; 0: one per core
   std::string json;  ///< report to write; empty: none, "-": stdout
   std::string csv;   ///< file for the stability map, which tools/plots/stability.gp draws; empty: none
+
   /// Representatives or the infinite brush, in the maps and on the slope.
   bristle::Population population = bristle::Population::representatives;
 };

@@ -24,10 +24,12 @@ struct StudyOptions {
   SweepSampling sampling = SweepSampling::grid;
   std::uint64_t points = 0;  ///< number of a sample's points; a grid has its own
   std::uint64_t repeat = 1;  ///< number of rows at each point, with different seeds
+
   /// Seed of the sample, and of the rows' scenes. Without it and without repeats, rows keep the scene's own
   /// seeds.
   std::optional<std::uint32_t> seed;
   std::vector<std::string> set;  ///< settings in every row, each as KEY=VALUE
+
   /// Settings of each row's reference run, with whose forces the row is compared.
   std::vector<std::string> reference;
   std::vector<std::string> report;  ///< names of the results to report (sweep/results.hpp)

@@ -26,6 +26,7 @@ struct Hair {
 class BristleGlass {
  public:
   static constexpr float reach = 2.3f;  ///< radius of the floor that is shown, in hair lengths
+
   /// Lean in hair lengths at a deflection of one mean snap length.
   static constexpr float lean_per_length = 0.8f;
 
@@ -35,6 +36,7 @@ class BristleGlass {
   const std::vector<Hair>& hairs() const { return hairs_; }
   bool shows_cohorts() const { return cohorts_; }
   bool by_age = false;  ///< whether hairs are coloured by age instead of by bending
+
   /// Returns an age's place on the colour scale: 0 for 10 ms, 1 for 100 s.
   static float age_colour(float age_s);
   /// Returns the number of hairs seen to snap in the last update.

@@ -28,6 +28,7 @@ struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
   Surface surface = Surface::floor;  ///< surface of the room that is touched; not for block_tool
   int corner = 0;                    ///< index of the block's corner, for block_surface
+
   /// m, place of the touch: on block or tool if a surface is touched; on the block if the tool touches it
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  ///< unit vector out of the other body, into the block (or the tool)

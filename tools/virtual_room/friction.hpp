@@ -36,6 +36,7 @@ struct PatchContact {
   double force[2] = {0, 0};  ///< N, friction on the block. step() sets this and the members below
   bristle::Status status = bristle::Status::ok;
   double limit = 0.0;  ///< N, highest elastic friction under this load
+
   /// N m, torque of the pad on the block about the normal, and the highest torque.
   double torque = 0.0, torque_limit = 0.0;
 };

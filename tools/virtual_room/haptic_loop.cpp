@@ -41,6 +41,7 @@ constexpr double fade_time = 0.05;      // s, time over which the hand's force f
 constexpr double message_time = 6.0;    // s, time for which a message is shown
 constexpr double farthest_hand = 10.0;  // m, largest hand coordinate accepted on each axis
 constexpr double strongest_hand = 1e3;  // N, largest hand force accepted on each axis
+
 // Deadline (s) that no tick misses: the loop only measures the periods between ticks, and does not look for
 // the cause of a late one.
 constexpr double no_deadline = 3600.0;  // s
@@ -720,6 +721,7 @@ struct HapticLoop::Impl {
   bool pulling = false;     // whether the motion that is replayed is the slow pull
   std::string recorded;     // name of the last recording
   Act waiting = Act::none;  // act that waits until a recording has been closed
+
   // Whether a recording is to be closed; whether a recording failed and the user has not been told yet.
   bool closing = false, failed = false;
   std::string failure;  // error text of the failed recording

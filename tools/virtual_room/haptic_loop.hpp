@@ -20,6 +20,7 @@ struct LoopOptions {
   std::vector<Change> changes;  ///< changes of the settings at given times
   RoomMeasures measures;
   std::string record_to = "recording";  ///< name without ending of the files that Act::record writes
+
   /// File in which all forces are recorded from the start; empty = none.
   std::string forces_csv;
 };

@@ -11,6 +11,7 @@ namespace room {
 /// Drawing functions, called by a headless run; both empty where nothing is drawn.
 struct DrawFrame {
   std::function<void(const PlotPoint& point)> see;  ///< called for each tick, in order
+
   /// Called for each picture; `frame` counts them from 0.
   std::function<void(const Snapshot& room, long frame)> draw_frame;
 };

@@ -22,6 +22,7 @@ struct Triangles {
 /// Makes a box with rounded edges; `half` is the half length on each axis.
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
 Triangles make_sphere(int around);  ///< makes a sphere of radius 1
+
 /// Makes a rod along z, with radius 1 at z = 0 and end_radius at z = 1.
 Triangles make_rod(int around, float end_radius);
 Triangles make_rectangle();  ///< makes a square, x and y from -1 to 1, normal z

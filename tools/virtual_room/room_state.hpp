@@ -32,6 +32,7 @@ struct Settings {
   double growth_per_decade = 0.0;
   double ageing_time = 0.1;  ///< s, rest time from which static friction grows
   bool keep = false;         ///< whether bristles keep their lengths (SnapRule::keep) or redraw them
+
   /// Whether the brush is infinite (Population::infinite); `bristles` is then ignored.
   bool infinite = false;
   std::uint32_t bristles = 4096;  ///< number of representatives in a patch under the block
@@ -41,6 +42,7 @@ struct Settings {
   double tapping = 0.0;           ///< N, amplitude of the taps along the slope
   double hand_stiffness = 400.0;  ///< N/m, virtual spring between device and tool
   double hand_damping = 2.0;      ///< N s/m, damper beside the virtual spring
+
   /// m, radius of the tool's contact, a disc under uniform pressure; 0: the tool touches at a point
   double pad_radius = 0.0;
   double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: that of the other surfaces
@@ -91,6 +93,7 @@ struct ContactView {
   double load = 0.0;                                  ///< N, normal load
   double friction[3] = {0, 0, 0};                     ///< N, friction on the block
   double limit = 0.0;                                 ///< N, highest elastic force under the present load
+
   /// Torque on the block about the normal, and its highest value, N m. Only a contact with an extent has
   /// them.
   double torque = 0.0, torque_limit = 0.0;
@@ -101,6 +104,7 @@ struct BristleView {
   std::uint64_t key = 0;    ///< key of the contact that the patch belongs to; 0 = none
   std::uint32_t total = 0;  ///< number of bristles in the patch
   std::size_t count = 0;    ///< number of bristles in this sample
+
   /// m, deflections along the patch's axes, and snap length
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};
 };
@@ -113,6 +117,7 @@ struct ComparedBlock {
   /// Position, m; orientation, quaternion w, x, y, z.
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};
   double moved = 0.0;  ///< m, creep of this block, as Snapshot::moved
+
   /// Strength of the contact and its second figure, as in Snapshot.
   double strength = 0.0, strength_beside = 0.0;
 };
@@ -130,9 +135,11 @@ struct Snapshot {
   double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
   bool paused = false, recording = false;
   bool held = false;  ///< whether the hand pulls the tool; else the hand is where the tool is
+
   /// Position, m; orientation, quaternion w, x, y, z.
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< velocity, m/s; spin, rad/s
+
   /// m, creep down the slope between taps, counted from 6 s on, when the block has settled
   double moved = 0.0;
   /// Strength of the first block's contact (N), and its second figure: newton() and beside() of compared.hpp.
@@ -150,6 +157,7 @@ struct Snapshot {
   BristleView bristles;
   std::uint64_t bristles_total = 0;
   double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< coefficients that follow from the settings
+
   /// m, presliding length that follows from the settings
   double presliding_length = 0.0;
   /// 1/m, sticking stiffness over load that follows from the settings

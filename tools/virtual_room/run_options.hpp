@@ -15,6 +15,7 @@ struct PictureOptions {
   int width = 1280, height = 800;
   double scale = 0.0;  ///< scale of fonts and panels, 1 = 96 dots an inch; 0 = the display's
   bool panels = true;  ///< without a window: draws settings and plots beside the room
+
   /// Camera: azimuth and elevation (degrees); distance and x, y, z of the target (m); empty = default.
   std::vector<double> eye;
 };

@@ -14,6 +14,7 @@ struct PullPlaces {
   /// Time to reach the block, s; gap before that, m; height over the floor, m.
   static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;
   double touching;  ///< m, place of the tool where it meets the block
+
   /// m, path of the hand from `touching` to the peak of the spring's force, bending of bristles included.
   double to_peak;
   double z;

@@ -18,9 +18,11 @@ using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 constexpr double gravity = 9.80665;  // m/s^2
 constexpr double tool_mass = 0.05;   // kg, mass of the tool
 constexpr double air_damping = 0.5;  // N s/m, damper between tool and air
+
 // N/m, normal stiffness of one contact; a block at rest sinks in by a few micrometres.
 constexpr double normal_stiffness = 1e5;
 constexpr double fastest_target = 2.0;  // m/s, highest speed of the hand spring's end when the hand jumps
+
 // m/s, speed of the hand spring's end while it takes the tool from afar.
 constexpr double catching_up = 0.15;
 // s, time between taps, which go down and up the slope in turn, and the length of a tap

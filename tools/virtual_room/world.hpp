@@ -45,6 +45,7 @@ class World {
   const Vector3& tool() const noexcept { return tool_; }
   Vector3 friction() const noexcept;  ///< N, friction of all patches on the block except the tool's
   Vector3 applied() const noexcept;   ///< N, force of the tool on the block
+
   /// Number of bristles on the floor that snapped in the last tick.
   std::uint64_t snaps() const noexcept { return friction_.snaps(); }
   double holds() const noexcept;  ///< N, highest elastic friction of the floor under the present load
@@ -71,6 +72,7 @@ class World {
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
     Vector3 force = Vector3::Zero();  // N, friction of the patch on the block
     double load = 0.0, limit = 0.0;   // N, normal load and highest elastic friction
+
     // N m, torque of a pad on the block about the normal, and its highest value.
     double torque = 0.0, torque_limit = 0.0;
     double way[2] = {0, 0};  // m, displacement along the tangent axes since the touch began

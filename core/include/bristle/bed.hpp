@@ -161,6 +161,7 @@ struct BedMaterial {
                                   ///< kinetic_friction
   double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle holds this limit
                                   ///< until it has stuck for a whole step
+
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
   double normal_modulus = 0.0;  ///< Pa, combined modulus E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
@@ -209,6 +210,7 @@ struct BedMaterial {
 struct BedOptions {
   double max_normal_load = 1.0;  ///< N, > 0: full load. Under a higher load the friction limits grow and the
                                  ///< size stays
+
   /// Whether a step computes the mean force, the dissipated energy and the tangent as well; else these stay
   /// 0.
   bool all_outputs = true;
@@ -225,6 +227,7 @@ struct BedMotion {
                                         ///< where they touch. A wheel of radius r that rolls over the ground
                                         ///< by x and turns by w has x - w r
   double spin = 0.0;                    ///< rad, turn of the moving body against the surface about the normal
+
   /// m, distance by which the bristles' surface has been carried through the contact, positive where the
   /// contact moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is
   /// locked.
@@ -295,6 +298,7 @@ class BRISTLE_API BedBatch {
 
   BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness and limits of a bed; zeros for an unknown
                                           ///< id
+
   /// Writes as many bristles as fit; returns how many.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
   std::uint64_t state_hash(BedId id) const noexcept;  ///< state hash of one bed, 0 for an unknown id

@@ -21,6 +21,7 @@ struct Identity {
   using type = T;
 };
 }  // namespace detail
+
 /// T as an argument from which Dof is not deduced, so that arrays and Eigen expressions convert to it.
 template <class T>
 using Given = typename detail::Identity<T>::type;

@@ -40,6 +40,7 @@ namespace bristle {
 template <int Dof>
 struct ExtendedContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
+
   /// J, in (slip of the outline's centre, spin) = J u - ground_velocity; m/s, m/s, rad/s
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
   Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity =

@@ -51,6 +51,7 @@ struct ExtendedResponse {
   double damper[3] = {0.0, 0.0, 0.0};
   double mean[3] = {0.0, 0.0, 0.0};  ///< averages over the step, of which mean . displacement is the work,
                                      ///< exactly
+
   /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
   /// of the cells that carry force is left out; it would add force times the bristles' deflection to the last
   /// element.
@@ -105,6 +106,7 @@ class BRISTLE_API ExtendedPatches {
                                                             ///< patch
   void set_material(PatchId id, const Material& material);  ///< changes the material of all cells, as
                                                             ///< PatchBatch::set_material
+
   /// Scales the given size of the outline from the next step on; 0 to 1e6. Deflections stay: only the area
   /// that each cell stands for grows. Returns false, and changes nothing, for another number or an unknown
   /// id.

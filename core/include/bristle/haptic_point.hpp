@@ -180,6 +180,7 @@ class HapticPoint {
 
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, friction force
   double wall_force() const noexcept { return wall_; }                    ///< N, last wall force, capped
+
   /// Whether the last force was cut to the limit.
   bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }

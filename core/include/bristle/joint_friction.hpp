@@ -78,6 +78,7 @@ struct JointOutput {
   Span<double> by_motor = {};    ///< N m per N m, derivative by the motor torque
   Span<double> by_outside = {};  ///< N m per N m, derivative by the outside torque
   Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
+
   /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
   /// through all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};

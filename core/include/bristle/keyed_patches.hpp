@@ -112,6 +112,7 @@ class BRISTLE_API KeyedPatches {
   std::uint32_t size() const noexcept;      ///< number of contacts that have a patch at present
   std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
   std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
+
   /// Returns the seed that a contact's patch has.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
@@ -124,6 +125,7 @@ class BRISTLE_API KeyedPatches {
 /// A contact as an engine lists it.
 struct ContactPoint {
   std::uint64_t pair = 0;  ///< name of the two bodies or geoms, the same in every step
+
   /// m, place of the contact in a frame in which the point hardly moves: at the centre of the smaller body,
   /// with that body's axes or, where it is round and may roll, the world's. In the world frame the points of
   /// a fast pair would move out of reach.

@@ -74,6 +74,7 @@ constexpr double beyond_ageing = 0.0;
 /// peak, and growth_per_decade lets a bristle hold more the longer it has not slid.
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
+
   /// Highest friction over normal load at first loading. Equal to `kinetic` it asks for no peak and takes the
   /// least spread that has none, some 0.4 for redrawn lognormal lengths. 0: follows from `spread`.
   double peak = 0.46;
@@ -88,6 +89,7 @@ struct Coefficients {
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
   double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
   double kinetic_speed = beyond_ageing;  ///< m/s, speed at which `kinetic` and `peak` hold
+
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
   /// beyond_ageing, the slope of slow sliding, to first order: ln 10 times beta, of the part beyond the
   /// residual.
@@ -99,6 +101,7 @@ struct Coefficients {
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
   double strengthening_speed = 1e-6;  ///< m/s, Material::strengthening_speed
+
   /// Standard deviation over mean of the snap length; for a normal law, of the uncut one. Several spreads may
   /// have one peak. 0: the least spread that has `peak`. If both are given they must agree.
   double spread = 0.0;

@@ -67,6 +67,7 @@ struct Lay {
   double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
   double limit_ratio = 1.0;  ///< limit of the force across over the limit along, 0.01 to 100; the limit along
                              ///< is the material's
+
   /// Stiffness of a bristle across over along, 1e-4 to 1e4; 0 = limit_ratio squared. Another ratio needs
   /// representatives and a material without residual.
   double stiffness_ratio = 0.0;
@@ -93,6 +94,7 @@ struct Lay {
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0, load at which zeta_max bristles are in contact; a larger load
                                  ///< scales the forces of all
+
   /// n, representatives at max load; automatic: one per physical bristle, at most 4096. Population::automatic
   /// reads any other number as a request for representatives. SnapRule::slide: strata of the law, all in
   /// contact under every load; automatic: 32.
@@ -105,6 +107,7 @@ struct PatchOptions {
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
+
   /// Population::infinite: pieces of path per mean snap length, 1 to 128; automatic: 8. Time grows with it.
   /// In sliding the error falls with its square until cohorts merge. Under a load that changes at random the
   /// error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
@@ -179,6 +182,7 @@ struct Response {
                            ///< of the stiffest direction of a lay
   double damping = 0.0;    ///< N s/m, zeta sigma1(v) + sigma2, and where friction strengthens with speed
                            ///< a N asinh(v / (2 v*)) / v: the secant, never negative
+
   /// N, highest elastic force at first loading under this load. With ageing it assumes that all bristles have
   /// held as long as the oldest can have; with a lay it is that of its strongest direction.
   double force_limit = 0.0;

@@ -108,6 +108,7 @@ class BRISTLE_API PatchBatch {
                                                                                    ///< patch for the next
                                                                                    ///< step
   StepReport step(double dt_s) noexcept;  ///< uses the motions set by move()
+
   /// Returns the response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none,
   /// as after a reset or restore_state.
   Response force(PatchId id) const noexcept;

@@ -1,5 +1,5 @@
-// A glide: a steady slide along a path that turns slowly. Its force is calculated from means over the
-// cohorts, without visiting them (core/patches/COHORTS.md, "Glides").
+// A glide: a steady slide along a path that turns slowly, whose force is calculated from means over the
+// cohorts without visiting them (core/patches/COHORTS.md, "Glides").
 #pragma once
 
 #include "core/patches/travel.hpp"
@@ -9,13 +9,14 @@ namespace bristle::detail {
 struct Cohorts;
 struct CohortState;
 
-/// The recent path of a patch: direction and curvature. Lengths are scaled.
+/// The recent path of a patch: its direction and curvature. Lengths are scaled.
 struct Course {
   double direction[2] = {0.0, 0.0};  ///< direction of the last step
   double length = 0.0;               ///< length of the last step; 0 = no step is known
-  double node[2] = {0.0, 0.0};       ///< direction of the step in whose middle the turn was last measured
-  double way = 0.0;                  ///< length of path from the middle of that step to the patch
-  double curve = 0.0;                ///< curvature: turn of the path per length, smoothed, 1/length
+  double node[2] = {0.0, 0.0};       ///< direction of the step in whose middle the turning of the path was
+                                     ///< last measured
+  double way = 0.0;                  ///< length of path from the middle of that step to the present position
+  double curve = 0.0;                ///< smoothed curvature of the path: its turn per scaled length
   std::uint32_t known = 0;           ///< whether `curve` has been measured
 };
 
@@ -26,11 +27,11 @@ struct Glide : Course {
   double from[2] = {0.0, 0.0};  ///< tangent of the path at the start of the glide, a unit vector
   double from_curve = 0.0;
   // Means over the stored cohorts: deflection along `from`, deflection across `from`, and square of the
-  // deflection along it less l_r^2. `squares`: change of the mean |z|^2 with the curvature, first and second
-  // order.
+  // deflection along it less l_r^2. `squares`: how the mean |z|^2 changes with the curvature, to first and
+  // second order.
   double along = 0.0, across = 0.0, square = 0.0;
-  double chord_share = 0.0;  ///< Cohorts::chord_share over the magnitude of the mean deflection, by which the
-                             ///< tangent is turned from the last step
+  double chord_share = 0.0;  ///< Cohorts::chord_share over the magnitude of the mean deflection; it turns the
+                             ///< last step's direction into the tangent
   double squares[2] = {0.0, 0.0};
 };
 
@@ -38,23 +39,23 @@ struct Glide : Course {
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
-/// Returns by how much a mean deflection (along and across the path) falls short of steady sliding, scaled; 0
-/// within the error that a glide may keep. Under a law with groups or atoms the force swings as one cohort
-/// after the other snaps, and a glide would freeze it at a momentary value.
+/// Returns by how much the mean deflection (along and across the path) falls short of steady sliding, scaled;
+/// 0 within the error that a glide may keep. Under a law with groups of lengths or atoms the force swings as
+/// one cohort after the other snaps, and a glide would freeze it at a momentary value.
 double find_lack(const Cohorts& r, double along, double across, double curve) noexcept;
 
-/// Takes a step by a glide if the patch may glide along it; else returns false and changes nothing.
+/// Makes a step as a glide if the patch may glide along it; otherwise returns false and changes nothing.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
-/// Continues a glide, or finds that nothing snaps (ContactModel::renew_bound).
+/// Continues a glide, or finds that no bristle snaps (ContactModel::renew_bound).
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Computes the means over the stored cohorts of a glide.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
-/// Updates Patch::sum, the sum of deflections, for a patch that glides.
+/// Updates Patch::sum, the sum of deflections, of a patch that glides.
 void note_glide(Patch& p) noexcept;
 /// Finds the deflection of cohort i, scaled, whether the patch glides or not.
 void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
-/// Returns by how much the mean of |z|^2 exceeds its value at the start of the glide, because the curvature
-/// has changed since.
+/// Returns by how much the mean of |z|^2 exceeds its value at the start of the glide, because of a changed
+/// curvature.
 double glide_squares(const Cohorts& r) noexcept;
 /// Turns and bends a copy of the state and cohorts of a gliding patch, which are stored as they were at its
 /// start, to those at present.

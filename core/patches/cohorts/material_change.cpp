@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Raises R of cohort i to `bent` and returns the mass of the bristles that hold this deflection. With
-/// `fresh` the cohort first gets fresh lengths of the law.
+/// Raises the reach R of cohort i to `bent` and returns the mass of the bristles whose snap lengths allow
+/// this deflection. With `fresh` the cohort first gets fresh snap lengths from the law.
 double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
   const double mass = mass_of(r.rows, i);
   if (fresh)
@@ -23,9 +23,9 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
   return mass;
 }
 
-/// Lets bristles bent beyond their length slip at once, each along its own deflection, until it is straight
-/// or bent by the residual of the law. They form one cohort. With `fresh` every cohort first gets fresh
-/// lengths of the new law.
+/// Lets bristles bent beyond their snap length slip at once, each against its own deflection, until it is
+/// straight or bent by the residual of the law. They form one cohort. With `fresh` every cohort first gets
+/// fresh snap lengths of the new law.
 void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);
@@ -65,7 +65,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
   r.snap_rest = snaps - std::floor(snaps);
 }
 
-/// Copies ages to the new material. If the old one did not age, its bristles begin at age 0.
+/// Copies ages to the new material. If the old material did not age, bristles begin at age 0.
 void take_over_ages(Patch& to, const Cohorts& old) noexcept {
   const Cohorts& r = cohorts(to);
   if (r.ageing == nullptr) return;
@@ -95,7 +95,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   to.overload = from.overload;
   set_pieces(r, old.detail);
 
-  // Makes places relative to the present position of the patch, in scaled lengths of the new material.
+  // Makes cohorts' places relative to the present position of the patch, in scaled lengths of the new
+  // material.
   const std::uint32_t capacity = r.capacity;
   static_cast<CohortState&>(r) = old;
   r.capacity = capacity;
@@ -107,10 +108,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const bool same_law =
       material.snap_length == before.snap_length && material.residual_length == before.residual_length;
   if (!same_law) {
-    const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the
-                                                                                               // two units of
-                                                                                               // length, a
-                                                                                               // power of two
+    // ratio of the scaled length of the old material to that of the new one, a power of two
+    const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;
     for (std::uint32_t i = 0; i < r.count; ++i)
       for (int axis = 0; axis < 2; ++axis) {
         double& x = entry(r.rows, i, axis == 0 ? cohort_x : cohort_y);
@@ -125,7 +124,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     if (!same_ageing(material, before)) slip_all(to, false);
   }
   find_moment(r, r.rows);
-  // Applies the load again, because under the new material it may give another number of bristles.
+  // Applies the load again, because under the new material it may correspond to another number of bristles.
   to.pending_loss += apply_cohort_load(to, from.normal_load);
 }
 

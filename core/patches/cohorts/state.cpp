@@ -9,7 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields saved beside the shared part and the rows, for reading and writing.
+/// Lists the fields that are saved in addition to the shared part and the rows of cohorts; reading and
+/// writing both use this list.
 template <class Io, class Record, class NotedAt>
 void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.mass);
@@ -61,7 +62,7 @@ std::size_t saved_ageing_size(const Cohorts& r) noexcept {
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Reads the value of cohort i in a column.
+/// Reads the value in one column of cohort i.
 double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcept {
   rows.skip((i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes) * sizeof(double));
   double value = 0.0;
@@ -71,7 +72,8 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // Allows for the growth of snap lengths at the largest age: 1 + 60 beta for the logarithmic form.
+  // Allows for the growth of snap lengths at the largest age, a factor of 1 + 60 beta for the logarithmic
+  // form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   const SurvivalTable& survival = r.material->survival();
@@ -82,7 +84,8 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Refuses a stored S below that of the law at this R: a later look-up of S would then raise the mass.
+    // Refuses a stored S that is below the law's S at this reach R: a later look-up of S would then raise the
+    // mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -178,8 +181,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Writes Patch::sum, the sum of deflections: computed at the position `noted`, then shifted to the present
-/// one.
+/// Writes Patch::sum, the sum of deflections: it is computed at the position `noted`, then shifted to the
+/// present one.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -243,7 +246,7 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
   const CohortTimes times = times_of(p);
-  // Assigns cohorts in the order of their rows to the bristles asked for, in proportion to their mass.
+  // Assigns the requested bristles to cohorts in the order of their rows, in proportion to the cohorts' mass.
   std::uint32_t at = 0;
   double passed = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -306,7 +309,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
-  // A patch out of contact may have moved anywhere; its places are rebased at the next contact.
+  // Allows any place for a patch out of contact, because the next contact resets the base of its places.
   const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {

@@ -1,4 +1,4 @@
-// Takes a straight step so long that it forgets how it began. Its end is steady sliding, no piece of its path
+// Makes a straight step so long that it forgets how it began. It ends in steady sliding, no piece of its path
 // is computed, and renewal theory gives the sums along the path.
 #include <algorithm>
 #include <cmath>
@@ -11,31 +11,32 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds by how much pieces must grow per length of distance so that `room` cohorts suffice. Under a wide law
-/// pieces grow with the age of their newborns.
+/// Finds by how much pieces of path must grow per length of distance so that `room` cohorts suffice. Under a
+/// wide law pieces grow with the distance from their cohort.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    const double even = 1.0 / growth;  // number of pieces of the first length, before they grow with distance
+    const double even = 1.0 / growth;  // number of pieces of the first length, before pieces grow with
+                                       // distance
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
   return growth;
 }
 
 struct Node {
-  double age;    ///< path of the patch since these bristles were straight, scaled
-  double share;  ///< share of the bristles, relative to the sum over all nodes
-  double reach;  ///< R of the bristles: `age` over g, the growth at that age
-  Survival at;   ///< S, M1 and M2 of the law at `reach`
+  double age;    ///< path of the patch since these bristles were last straight, scaled
+  double share;  ///< share of the bristles in this cohort, relative to the sum over all cohorts
+  double reach;  ///< reach R of the bristles: `age` over g, the growth of snap lengths at that age
+  Survival at;   ///< S, M1 and M2 of the law at the length `reach`
 };
 
-/// Law of steady sliding at the speed of a move.
+/// Distribution of the bristles in steady sliding at the speed of a move.
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
   double per_length;  ///< time per scaled length of path, s; 0 where the material does not age
-  double end;         ///< path since their birth after which all bristles have snapped
+  double end;         ///< path after which all bristles have snapped
 
   double reach_at(double path) const noexcept {
     return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
@@ -46,7 +47,7 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // Iterates upwards: g, the growth of snap lengths, is concave, so no iterate passes the solution.
+  // Iterates from below: g, the growth of snap lengths, is concave, so no iterate passes the solution.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -54,8 +55,9 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// Makes one cohort, at their mean age, of the bristles born between the paths `begin` and `end` ago. Exact
-/// even where the law has corners. Takes g, the growth by ageing, as linear between the two.
+/// Makes one cohort, at their mean age, of the bristles that were last straight between the paths `begin` and
+/// `end` ago. Exact even if the law has corners. Between the two, g (the growth by ageing) is taken as
+/// linear.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
   const double last_reach = std::min(law.reach_at(end), law.table.end);
@@ -104,10 +106,10 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the patch until the bristles of a cohort have snapped once.
+/// Path of the patch until all bristles of a cohort have snapped once, as sums over the bristles.
 struct Passage {
-  double path;         ///< mean of that path over the bristles
-  double half_square;  ///< half the mean of its square over the bristles
+  double path;         ///< mean of the path to the snap over the bristles
+  double half_square;  ///< half the mean square of the path to the snap over the bristles
 };
 Passage find_passage(const SurvivalTable& table, double residual, double reach, double along, double across2,
                      double strength) noexcept {
@@ -124,7 +126,8 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// Finds the passage of a cohort that ages on the way, by four fixed-point iterations of find_passage().
+/// Finds the path to the snap of a cohort that ages on the way, by four fixed-point iterations of
+/// find_passage().
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
   Passage passage{0.0, 0.0};
@@ -152,12 +155,12 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
     }
   }
   const double force = 0.5 * square / mean;
-  return {mean, force, force * force - cube / (3.0 * mean)};  // the last is the transient of the path
+  return {mean, force, force * force - cube / (3.0 * mean)};  // the last one is the transient of the path
                                                               // integral of the age
 }
 
-/// Adds integral of deflection, energy and snaps along the path. Each cohort snaps once, and then follows a
-/// renewal process.
+/// Adds integral of deflection, energy and snaps along the path. The bristles of each cohort snap once, and
+/// from then on follow a renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
   const auto [mean, force, transient] = renewals;
@@ -213,10 +216,11 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_high) = s.mass;
     ++i;
   };
-  // Writes the youngest cohort first, because it takes the rounding remainder.
+  // Writes the youngest cohort last, because it takes the rounding remainder of the masses.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a mass of a few units, too small to be divided among all cohorts, at the mean age of bristles.
+  // Puts a mass of a few units, too small to be divided among all cohorts, into one cohort at the mean age of
+  // bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
@@ -280,7 +284,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // Mixes the ranks of all bristles, as a slide of this length does.
+  // Mixes the ranks of all bristles, because after a slide of this length old and new bristles are mixed.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

@@ -1,4 +1,4 @@
-// Connects a step of the shared part to the kernels of the infinite brush.
+// Connects the step of a patch to the kernels of the infinite brush.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,28 +9,28 @@
 namespace bristle::detail {
 namespace {
 
-// Distance (scaled) of the patch from the base of its cohorts' places, beyond which the base follows the
-// patch.
+// Distance (scaled) of the patch from the base of its cohorts' places beyond which the base is moved.
 constexpr double farthest_base = 16.0;
 constexpr double straight = 0x1p-12;   // sine of the angle within which a slide counts as straight
 constexpr double longest_step = 1e16;  // s, longer than any clock runs for
 constexpr double same_speed = 0x1p-8;  // largest relative change of speed at which a slide of an ageing patch
                                        // goes on
 
-/// Returns the middle of a step along an axis. A ball about it contains both ends, so a patch that trembles
-/// stays within one bound.
+/// Returns the middle of a step along an axis. A ball about it contains both ends of the step, so a patch
+/// that trembles stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step continues the slide at its speed and without a rest. If it does not, ages differ from those
-/// of steady sliding.
+/// Whether a step continues the present slide at its speed and without a rest. If it does not, bristles' ages
+/// differ from those of steady sliding.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Returns the length of the straight slide that this step of an ageing patch continues; 0 = a slide begins.
+/// Returns the length of the straight slide that this step of an ageing patch continues; 0 = a new slide
+/// begins.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -39,19 +39,20 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
   return goes_on ? r.run : 0.0;
 }
 
-/// A step along which bristles may snap: the move of the cohorts, and the position at its end.
+/// A step in which bristles may snap: the move of the cohorts, and the position at its end.
 struct Slide {
   CohortMove move;  ///< move of the cohorts; its times are filled if the material ages
   std::int64_t to[2];
-  double run = 0.0;       ///< length of the slide that the step continues, scaled
+  double run = 0.0;       ///< length of the slide that the step continues, in scaled lengths
   Course course;          ///< recent path of the patch after the step, if the patch may glide
-  double followed = 0.0;  ///< path whose pieces are simulated, scaled
-  double forget = 0.0;    ///< followed path above which the end does not depend on the start, scaled
-  double carried = 0.0;   ///< path along which cohorts stay the same relative to the patch, scaled
+  double followed = 0.0;  ///< part of the path that is simulated in pieces, scaled
+  double forget = 0.0;    ///< length of `followed` above which the end does not depend on the start, scaled
+  double carried = 0.0;   ///< part of the path along which cohorts move with the patch unchanged, scaled
+
   // For patches that age only:
-  double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
-  double growth = 1.0;  ///< g (growth of snap lengths) of that cohort at the end, by which forgetting takes
-                        ///< longer
+  double oldest = 0.0;  ///< birth of the oldest cohort at the beginning of the slide
+  double growth = 1.0;  ///< g (growth of snap lengths) of the oldest cohort at the end of the slide, the
+                        ///< factor by which forgetting takes longer
 };
 
 /// Fills move.times, `oldest` and `growth` for a patch that ages.
@@ -66,7 +67,7 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
-/// Finds the length of the slide that this step continues, along a path that may turn. For patches that may
+/// Finds the length of the slide that this step continues, on a path that may turn. For patches that may
 /// glide (glide.hpp).
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
@@ -76,14 +77,14 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Whether this step deviates from the line of the last one. False for a patch that may not glide.
+/// Whether this step turns away from the line of the last one; false for a patch that may not glide.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
 }
 
 /// Returns the path after which a step along `direction` has forgotten its start, under shared renewal and
-/// without ageing. Bristles bent the other way must unbend first, which takes half again their mean
+/// without ageing. Bristles bent the other way must unbend first, which takes one and a half times their mean
 /// deflection; bristles bent aside snap sooner than straight ones.
 double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
                             const double (&direction)[2]) noexcept {
@@ -99,16 +100,16 @@ double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState&
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
                  const double* rows) noexcept {
   Slide slide;
-  // Finds the length of the slide (run). It stays 0 for a patch that fluctuates, whose whole path is thus
-  // computed piece by piece.
+  // Finds the length of the present slide (run). It stays 0 for a patch that fluctuates, whose whole path is
+  // thus computed piece by piece.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // Follows the whole path that bristles remember where the path turns, so that the last step alone
-  // determines a glide that begins here.
+  // Simulates, if the path turns here, the whole path that bristles remember, so that the last step alone
+  // determines a glide that begins now.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
   if (followed > 0.0 && r.forget > 0.0 && a.length >= r.forget) {
@@ -122,15 +123,15 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // position follows from the length, which is all that a far
-                                                  // step states
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // the position follows from the length alone, since a far
+                                                  // step has no displacement in fixed point
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
 }
 
-/// Moves the base of the cohorts' places near the patch. `to`: place of the patch relative to the base.
+/// Moves the base of the cohorts' places to the patch. `to`: place of the patch relative to the base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -143,13 +144,13 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
-/// Returns the sum of deflections as a rounded double; deflections_at() gives it exactly, in 128 bits.
+/// Returns the sum of deflections rounded to double; deflections_at() gives it exactly, in 128 bits.
 double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Returns the snaps of a bristle per scaled length of this slide.
+/// Returns the number of snaps per bristle and scaled length in this slide.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;
@@ -162,7 +163,7 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// Returns the offset of kernels that suit the law: with or without residual or renewal, and with or without
+/// Returns the offset of the kernels for this law: with or without residual or renewal, and with or without
 /// ageing.
 int kind_of(const Cohorts& r) noexcept {
   if (r.ageing != nullptr) return 4;
@@ -198,10 +199,10 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds integral of deflection, dissipated energy and snaps of the carried path, along which deflections stay
-/// as they are.
+/// Adds integral of deflection, dissipated energy and snaps along the part of the path on which deflections
+/// stay as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
-  const double far = std::min(slide.carried, 1e140);  // limit that keeps the products finite
+  const double far = std::min(slide.carried, 1e140);  // limits the length so that the products stay finite
   for (int axis = 0; axis < 2; ++axis) {
     const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
                                                   : s.mass * carried_deflection(r, slide.move, axis));
@@ -214,8 +215,7 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
 /// Stores speed and time of a committed step of an ageing patch.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Moves all births later by the time of the path along which cohorts stay the same, so that their ages stay
-  // too.
+  // Adds to all births the time of the path along which cohorts stay the same, so that their ages stay too.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -236,7 +236,7 @@ void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const 
   }
 }
 
-/// Returns the whole number of snaps to report, and stores the fraction in `rest`.
+/// Returns the whole number of snaps to report, and keeps the fraction in `rest` for the next step.
 std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   const double all = std::min(snapped + rest, 9e18);
   const double whole = std::floor(all);
@@ -244,7 +244,7 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-/// Advances the patch by a step. `state`, `rows`, `births`: its own cohorts or a copy of them.
+/// Advances the patch by a step. `state`, `rows`, `births`: the patch's own cohorts or a copy of them.
 void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
              StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
@@ -266,7 +266,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, which the bound could not promise
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, although the bound did not exclude
+                                                       // it
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -300,7 +301,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Advances a copy of the cohorts, for a trial. Copies only the rows in use and one more for a newborn.
+/// Advances a copy of the cohorts, for a trial step. Copies only the rows in use and one more for a new
+/// cohort.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
@@ -308,7 +310,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // Empties the rest of the rows, since a trial may make more newborns than the copied rows have room for.
+  // Empties the other rows, since a trial may make more new cohorts than the copied rows have room for.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
@@ -324,7 +326,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
-  if (r.count == 0)  // out of contact nothing can snap, so any motion is answered
+  if (r.count == 0)  // out of contact no bristle can snap, so any motion is answered at once
     hold(p, step.advance, sums);
   else if (try_glide(p, step.advance, sums))
     return;

@@ -20,8 +20,8 @@ WayAgeing ageing_along(const Material& m, double per_length) noexcept {
 }
 
 /// Returns the path, in mean paths from snap to snap, after which redrawn bristles slide steadily within
-/// 1e-3. Ageing spreads these paths more than the lengths: narrow laws then lose their phases sooner, wide
-/// ones get longer tails (core/patches/AGEING.md).
+/// 1e-3. Ageing spreads the paths from snap to snap more widely than the snap lengths: narrow laws get out of
+/// phase sooner, wide ones get longer tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
@@ -112,7 +112,7 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Asks for double precision also if an old bristle, whose snap length has grown, may not snap in the step.
+  // Takes double precision also if an old bristle, whose snap length has grown, may not snap in the step.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
@@ -123,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // Lets steps below jumps_from() skip the moments: they never jump, because ageing lengthens and spreads the
-  // paths from snap to snap.
+  // Lets steps below jumps_from() do without the moments of the law: they never jump, because ageing
+  // lengthens and spreads the paths from snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

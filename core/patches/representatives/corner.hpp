@@ -19,7 +19,7 @@ struct Corner {
   double direction[2];  ///< unit vector of the motion after the corner
   double before[2];     ///< unit vector of the motion before the corner
   double length;        ///< path along which the patch is carried, scaled, > 0
-  double residual;      ///< deflection of a bristle after a snap, scaled
+  double residual;      ///< deflection that a snap leaves, scaled
   double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
 };
 
@@ -27,7 +27,8 @@ struct Corner {
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection less |z| along the motion)
+  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection along the motion less |z|), by which
+                              ///< carried bristles differ from steady sliding
 };
 
 /// Turns the deflections of a row of bristles round the corner and adds them to `lanes`, including

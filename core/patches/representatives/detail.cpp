@@ -12,7 +12,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Shift that bristles bent to their snap length could not take.
+/// Sum of the shifts that bristles bent to their snap length could not make.
 struct Clipped {
   double lack[2] = {0.0, 0.0};  ///< sum of weight x shift that was not taken
   double weight = 0.0;
@@ -30,9 +30,9 @@ class Shifter {
         end(r.in_contact()),
         fraction(static_cast<T>(r.fraction)) {}
 
-  /// Shifts all bristles from `first` on in common, none beyond its snap length, until the weighted sum of
-  /// their deflections has grown by `lack`. Returns false if they cannot take all of it, and leaves the rest
-  /// in `lack`.
+  /// Shifts all bristles from `first` on by one vector, none beyond its snap length, until the weighted sum
+  /// of their deflections has grown by `lack`. Returns false if they cannot take all of it, and leaves the
+  /// rest in `lack`.
   bool run(double (&lack)[2]) {
     if (first >= end) return false;
     const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
@@ -134,7 +134,7 @@ void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) sums[axis] = deflection_sum(p, axis);
 }
 
-/// Shifts all bristles in common until the sums of deflections are `wanted`.
+/// Shifts all bristles by one vector until the sums of deflections are `wanted`.
 template <class T>
 void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   double sums[2];
@@ -158,8 +158,8 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Bends a copy to the same fraction of its path from the residual to its snap, for SnapRule::keep with a
-/// residual.
+/// Bends a copied bristle to the same fraction of its path from the residual to its snap, for SnapRule::keep
+/// with a residual.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
   const double left = static_cast<double>(static_cast<T>(r.material->residual));
@@ -187,7 +187,7 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     const auto moved = static_cast<T>(moved_since(p, block, axis));
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
-      // Bends a copy with another snap length to the same fraction of it.
+      // Bends a copied bristle, whose snap length differs, to the same fraction of its snap length.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }

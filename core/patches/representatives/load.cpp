@@ -29,7 +29,7 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
   for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
 
-  // Rewrites the block, which makes its displacement 0, before bristles enter or leave it.
+  // Rewrites the block before bristles enter or leave it, so that its displacement is 0.
   if (edge < old_blocks) rewrite_block<T>(p, edge);
   r.whole = now.whole;
   r.fraction = now.fraction;
@@ -43,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds straight bristles. The bristle that counted in part is bent less as its weight grows, so that no
-/// force changes.
+/// Adds straight bristles. The bristle that counted in part is unbent in proportion as its weight grows, so
+/// that the force stays.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -68,7 +68,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales every deflection with a load that rises further above the maximum.
+/// Scales every deflection down when a load above the maximum rises further, so that the force stays.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);

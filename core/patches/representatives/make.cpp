@@ -45,8 +45,8 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Returns the index of the kernel variant. Under shared renewal it is one with energy, since only these
-/// count snaps.
+/// Returns the index of the kernel variant. Under shared renewal the variant computes energies, because only
+/// such kernels count snaps.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws);
   if (options.compared.literal) return literal_variant_index(options.axes, redraws);
@@ -54,7 +54,7 @@ int find_variant(const PatchOptions& options, bool redraws, bool residual, bool 
                        renews || has(options.outputs, Outputs::energy), residual);
 }
 
-/// Takes the patch out of contact: every bristle is straight, and none counts.
+/// Takes the patch out of contact: every bristle becomes straight, and none counts.
 template <class T>
 void leave_contact(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);

@@ -1,5 +1,5 @@
-// First snap lengths and draw keys of a patch's representatives. Every prefix of the lengths is stratified
-// (or random).
+// First snap lengths and random states of a patch's representatives. The first k lengths of any patch are a
+// stratified (or random) sample of the law.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 /// Returns u_i in (0, 1) as independent numbers, a hash of seed and i.
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
-/// Returns the least part of a deflection at a snap beyond the residual, scaled, in the number type T. A
-/// shorter one would be lost in the rounding of residual + length, and must not be divided by.
+/// Returns the smallest part of a deflection at a snap beyond the residual, scaled, in the number type T. A
+/// smaller part would be lost in the rounding of residual + length, and divisions by it would fail.
 template <class T>
 double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   const double least = 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * material.residual;

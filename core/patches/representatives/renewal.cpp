@@ -13,18 +13,20 @@ namespace bristle::detail {
 namespace {
 
 constexpr double straight = 0x1p-12;  // largest sine of the angle at which a slide counts as straight
-// Sine of the angle up to which a slide may turn, within a mean snap length or a step, and still count as one
-// slide.
+
+// Sine of the angle up to which a slide may turn, within a mean snap length or a step, and still count as the
+// same slide.
 constexpr double gentle = 0.4;
-constexpr double most_young = 0.25;   // largest share of young bristles (new in contact) that are followed
-                                      // apart; if more are young, all are followed together
+constexpr double most_young = 0.25;   // largest share of young bristles (those new in contact) that are
+                                      // followed separately; if more are young, all bristles are followed
+                                      // together
 constexpr double least_apart = 0.05;  // least path, as a share of a piece, for which young bristles are
                                       // followed apart
 /// Number of bristles of a patch at which the error of the longest pieces is as large as the noise; patches
 /// with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Expected number of snaps along the path of a steady slide on which every bristle is stepped: at least so
-/// many in each step, so that at most one step in 3000 has none there. The rest of the step is carried.
+/// Expected number of snaps along the path on which every bristle is stepped in each step of a steady slide,
+/// so that at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
 constexpr double snaps_followed = 8;
 
 /// Finds the number of draws per bristle for a piece along which a bristle would snap `snaps` times without
@@ -41,8 +43,8 @@ double find_draws(double renewal, double snaps, double again) noexcept {
   return y;
 }
 
-/// Returns the share of restarted bristles that snap again within a piece (RenewalLaw::again); `length` in
-/// mean snap lengths.
+/// Returns the share of restarted bristles that snap again within a piece (RenewalLaw::again); `length`: of
+/// the piece, in mean snap lengths.
 double share_again(const RenewalLaw& law, double length) noexcept {
   const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
   const int k = std::min(static_cast<int>(at), law.again_knots - 1);
@@ -74,7 +76,7 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
 /// 2^51, and a draw adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Makes `draws` draws at once, before the next piece is stepped.
+/// Makes `draws` random draws of bristles for renewal, before the next piece is stepped.
 template <class T>
 void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (!(draws > 0.0)) return;
@@ -99,7 +101,7 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  // Uses one range for each thread and no more, because every range passes over all draws.
+  // Uses one range of bristles for each thread and no more, because every range passes over all draws.
   const RenewalTotals totals =
       share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
                                [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
@@ -118,9 +120,9 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (totals.tail_changed) note_tail<T>(p);
 }
 
-/// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those still owed.
-/// Makes none if no snap is foreseen. Returns the number of bristles that the piece would bend beyond their
-/// length.
+/// Makes the renewals of the next piece: those that its counted snaps will cause, and those still owed for
+/// earlier snaps. Makes none if the piece has no snap. Returns the number of bristles that the piece would
+/// bend beyond their snap length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -137,8 +139,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Returns the length that a slide of ageing bristles counts as, which is shorter after a change of speed or
-/// a rest. Deflections then differ from steady sliding by the relative change of friction.
+/// Returns the length that a slide of ageing bristles counts as. A change of speed or a rest shortens it,
+/// because deflections then differ from steady sliding by the relative change of friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -241,7 +243,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// Updates the state and adds up the sums after the kernels have stepped a piece.
+/// Updates the state and sums the outputs after the kernels have stepped a piece.
 template <class T>
 void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -262,7 +264,7 @@ std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
 }
 
-/// Runs the kernels of a piece, on all threads that the step may use.
+/// Runs the kernels of a piece on all threads that the step may use.
 template <class T>
 Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   return share_out<Totals>(step.crew, &Crew::pieces, representatives<T>(p).active_blocks(), blocks_per_range,
@@ -271,7 +273,7 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// Makes a patch of the blocks of `p` from number `begin` on. `record` receives its record.
+/// Makes a patch that consists of the blocks of `p` from number `begin` on, with its record in `record`.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -362,8 +364,8 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Follows the bristles along the whole step unless the rest is longer than `goes_on`: carrying the patch
-  // round a corner costs as much as following it for that path.
+  // Follows the bristles along the whole step unless the part on which they could be carried is longer than
+  // `goes_on`: carrying the patch round a corner costs as much as following it for that path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -382,7 +384,8 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
 }
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // ln 1000, by which a disturbance decays over `forget`
+  constexpr double per_forget = 6.907755278982137;  // ln 1000, the factor by which a disturbance decays over
+                                                    // the path `forget`
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
@@ -479,8 +482,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
-    // Carries the patch only if something has snapped; until then it does not slide, so its bristles are bent
-    // further.
+    // Carries the patch only if some bristle has snapped; before the first snap the patch does not slide, and
+    // its bristles are bent further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
@@ -521,7 +524,7 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Returns twice the mean sum of deflections over a step in which nothing changed, to the bits of hold().
+/// Returns twice the mean sum of deflections over a step without any snap, with the same bits as hold().
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
@@ -533,8 +536,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps along a path on which bristles are only carried and keep their |z|: whole, and
-/// unbiased over many steps.
+/// Returns the number of snaps along a path on which bristles are only carried: a whole number whose mean
+/// over many steps is exact.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -554,11 +557,11 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Moves the time of the blocks' last rewrite on, so that carried bristles do not age.
+    // Moves on the time of the blocks' last rewrite, so that carried bristles do not age.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Adds the mean of steady sliding for the path along which bristles are only carried and keep their |z|.
+  // Adds the mean deflection of steady sliding for the path on which bristles are only carried.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;

@@ -14,7 +14,7 @@ namespace bristle::detail {
 /// Number of representatives in contact at a load.
 struct ContactCount {
   double active = 0.0;    ///< zeta / w, number of representatives in contact, at most `detail`
-  double overload = 1.0;  ///< zeta / (detail w) if above 1: factor by which deflections are scaled under
+  double overload = 1.0;  ///< zeta / (detail w) if above 1: the factor by which the force is scaled under
                           ///< overload
   double fraction = 0.0;  ///< share by which the last bristle in contact counts
   std::uint32_t whole = 0;
@@ -32,8 +32,9 @@ struct RepresentativeCount {
 
 /// State of shared renewal. Saved and hashed if the material has shared renewal.
 struct RenewalState {
-  double due = 0.0;         ///< draws owed: kappa for each snap so far, less the draws made
+  double due = 0.0;         ///< draws still owed: kappa for each snap so far, less the draws made
   std::uint64_t draws = 0;  ///< number of draws so far, which is the number of the next draw
+
   // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
   // not change these numbers.
   /// length of the slide, at most `forget`; shorter where a rising load added many bristles; 0 = none
@@ -53,7 +54,7 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // Numbers at the end of the slide; the first two for bristles that age.
+  // State at the end of the last slide; the first two numbers are for bristles that age.
   double run_ageing = 0.0;           ///< AgedSliding::per_length of the slide
   double run_until = 0.0;            ///< the patch's time at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend, a unit vector
@@ -76,15 +77,15 @@ struct AgedSliding {
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
   double until = 0.0, duration = 0.0;  ///< time at the end of the step, and its duration, s
-  double forget = 0.0;                 ///< path after which a straight slide is steady at this speed
+  double forget = 0.0;                 ///< path after which a straight slide at this speed is steady
   double per_length = 0.0;             ///< AgedSliding::per_length of the step, with ageing
   double carried = 0.0;                ///< part of `length` along which the patch is carried, scaled
   double run = 0.0;                    ///< length of the slide that the step continues, scaled
   double young_run = 0.0;              ///< length of the slide that its young bristles continue
-  double apart = 0.0;  ///< path for which young bristles are followed apart, times their share of the weight;
-                       ///< a part of `carried`
-  double lag = 0.0;    ///< energy that bristles carried round a corner lack to steady sliding, in the unit of
-                       ///< `squares`
+  double apart = 0.0;  ///< path on which young bristles are followed separately, times their share of the
+                       ///< weight; a part of `carried`
+  double lag = 0.0;    ///< energy by which bristles carried round a corner dissipate less than in steady
+                       ///< sliding, in the unit of `squares`
   double twice_integral[2] = {0.0, 0.0};  ///< twice the path integral of the sum of deflections, in units of
                                           ///< StepSums x scaled length
   double squares = 0.0;                   ///< energy dissipated, as a sum of scaled squared deflections
@@ -100,8 +101,8 @@ struct SharedRenewal : RenewalState {
   double piece = 0.0;         ///< longest piece of path that is taken at once, scaled
   double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
-  double goes_on = 0.0;       ///< least path that is followed bristle by bristle in a step of a steady slide,
-                              ///< scaled
+  double goes_on = 0.0;       ///< shortest path on which bristles are followed one by one in a step of a
+                              ///< steady slide, scaled
   double steady_bend = 0.0;   ///< mean deflection in steady sliding, scaled
   double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
   PieceSums walked;
@@ -125,12 +126,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
-  // Deflections at which bristles snap, residual + snap length, scaled:
+
+  // Deflections at which bristles snap, residual + snap length, in scaled lengths.
   T* first = nullptr;               ///< deflections at which bristles snap the first time
   T* delta = nullptr;               ///< deflections at which bristles snap the next time; equals `first` with
                                     ///< SnapRule::keep
   std::uint32_t* draw = nullptr;    ///< states of the bristles' random draws; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< a single entry; null without shared renewal
+
   // Columns of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
@@ -148,14 +151,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // Lists no saved column for shared renewal, whose state is saved and hashed by functions of its own.
+    // Lists no saved column for shared renewal, because its state is saved and hashed by other functions.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Completes the pointers after the columns were placed: with SnapRule::keep the present snap lengths are
-  /// the first ones.
+  /// Sets pointers that depend on others after the columns were placed: with SnapRule::keep the present snap
+  /// lengths are the first ones.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -232,7 +235,8 @@ void note_tail(Patch& p) noexcept;
 
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
-constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the ageing time
+constexpr double oldest_bristle = 1e30;  ///< largest possible age of a bristle, in units of the ageing time
+
 /// Returns the largest growth g of a snap length by ageing.
 double largest_ageing_factor(const Material& material) noexcept;
 /// Returns the longest deflection that a bristle can have.
@@ -271,7 +275,7 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
 /// Fills the first snap lengths of the patch's seed, and the bounds of blocks that depend on them.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
-/// Resets the columns: straight bristles, first lengths, no draw made.
+/// Resets the columns: straight bristles with their first lengths and first random states.
 template <class T>
 void fill_columns(Representatives<T>& r) noexcept;
 /// Sets the first snap lengths of another seed; deflections and draw states stay.
@@ -291,8 +295,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates state and sums after the kernels, as finish() does, but without renewals, bounds, and the response
-/// of a step in pieces.
+/// Updates state and sums after the kernels, as finish() does, but without renewals, bounds and the response,
+/// for a step in pieces.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
 /// Fills the kernels' constants for a step or a piece of it.
@@ -302,7 +306,7 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
 /// visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
-/// Whether the stored sum over full blocks equals the sum of its blocks.
+/// Whether the stored sum of deflections over full blocks equals the sum over its blocks.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
@@ -314,7 +318,7 @@ template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
 /// Returns the length that a slide counts as after the share `share` of its deflections was disturbed.
-/// Without disturbance they are within 1e-3 of steady sliding after `forget`; a disturbance decays
+/// Undisturbed deflections are within 1e-3 of steady sliding after the path `forget`; a disturbance decays
 /// exponentially with the path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>

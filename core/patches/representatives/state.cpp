@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields saved beside the shared part and the columns, for writing and for reading.
+/// Lists the fields saved in addition to the shared part and the columns, for writing and for reading.
 template <class Io, class Count>
 void count_fields(Io& io, Count& c) noexcept {
   io(c.active);
@@ -50,8 +50,8 @@ std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
 }
 
-/// Number of bristles of block b, and number of those whose columns are saved; the others read as their
-/// column's filler.
+/// Number of bristles of block b, and number of those whose columns are saved; columns of the others have
+/// their filler value.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -88,8 +88,8 @@ constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Checks a saved block. A renewed bristle is written relative to its own place while its block stays, so
-/// there are two bounds: `longest` of deflections, and `farthest` of the distances at which they are written.
+/// Checks a saved block. A renewed bristle's deflection is stored relative to its place of renewal, so there
+/// are two bounds: `longest` for deflections, and `farthest` for stored values.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -116,8 +116,8 @@ const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
   return nullptr;
 }
 
-/// Rebuilds the sums over blocks of a patch that gets another count, position and columns. Blocks in contact
-/// are taken as saved, the others as straight.
+/// Recomputes the sums over blocks of a patch that gets another count, position and columns. Blocks in
+/// contact are taken as saved, the others as straight.
 template <class T>
 void find_block_sums(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -275,7 +275,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   // With an exponential law, the bristle that is reached at the end of a long slide may combine two draws,
   // the lengths before and after that place, so twice the longest length is possible.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
-  // Allows for a deflection a little beyond its length, by rounding.
+  // Allows a deflection slightly beyond the snap length, by rounding.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);

@@ -21,8 +21,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of random phases. It depends on the state, so that equal steps of one patch, and of equal
-/// patches in different states, draw different phases.
+/// Returns the key of random phases (places between two snaps). It depends on the state, so that equal steps
+/// of one patch, and of equal patches in different states, get different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -80,8 +80,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = m.residual;
   if (a.snaps_all) {
-    // Uses double only if the law of steady sliding does not serve, which needs no remainder of the path, or
-    // if the square of the step overflows a float.
+    // Uses double only if the path left after the last snap is needed (under the stationary law it is not),
+    // or if the square of the step overflows a float.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {

@@ -19,8 +19,9 @@ struct Sliders : PatchRecord {
   std::uint32_t bristles = 0;  ///< n, number of strata of the patch
   std::uint32_t detail = 0;    ///< number of strata in use; each combines one or several of the n
   std::uint32_t block_count = 0;
-  /// Number of bristles to which the present stiffness belongs: those in contact at the highest load since
-  /// all were last straight, less those that sliding has removed since the load fell. At least Patch::zeta.
+  /// Number of bristles that the present stiffness belongs to: those in contact at the highest load since all
+  /// bristles were last straight, less those that sliding has removed since the load fell. At least
+  /// Patch::zeta.
   double stiff_zeta = 0.0;
   const KernelSet<T>* kernels = nullptr;
 
@@ -28,6 +29,7 @@ struct Sliders : PatchRecord {
   T* zx = nullptr;
   T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
   double* since = nullptr;  ///< time of each bristle's last slide, as SlideView::since
+
   // Columns for the strata in use, then the first columns for all n:
   T* limit = nullptr;
   T* per_limit = nullptr;  ///< one over `limit`
@@ -93,8 +95,8 @@ double centre_of(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
 }
-/// Calls `change(i, z)` with the deflection of every bristle in use, which it may change. Then stores
-/// deflections relative to the patch's present position.
+/// Calls `change(i, z)` with the deflection of every bristle in use, which the function may change. Then
+/// stores the deflections relative to the patch's present position.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
 /// Updates sums, unit of force and contact of the shared part after columns, load or material changed outside

@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the time of the last slide for a bristle that holds from now on: so early that a step that begins
-/// now does not take it for one that slid in the step before.
+/// Returns a time of the last slide for a bristle that sticks from now on: so early that a step that begins
+/// now does not treat it as one that slid in the step before.
 double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
 
 template <class T>
@@ -39,8 +39,8 @@ double limit_now(const Patch& p, std::uint32_t i) noexcept {
   return limit * p.material().material.ageing_factor(now - r.since[i]);
 }
 
-/// Reduces deflections that exceed limits which have fallen: these bristles slide without motion of the
-/// patch.
+/// Reduces deflections that exceed limits which have fallen: the tips of these bristles slide although the
+/// patch does not move.
 template <class T>
 void take_back(Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -75,9 +75,9 @@ void move_centre(Patch& p, double gain) noexcept {
   rewrite_all<T>(p, [&](std::uint32_t i, double(&z)[2]) { z[0] -= share * static_cast<double>(r.limit[i]); });
 }
 
-/// Softens a patch that is stiffer than its load, as after a fall of the load: energy that sliding frees
-/// stretches its bristles at unchanged forces, until the stiffness is that of the load. Returns the energy
-/// that this took, J.
+/// Softens a patch that is stiffer than its load implies, as after a fall of the load: energy that sliding
+/// frees stretches the bristles at unchanged forces, until the stiffness is that of the load. Returns the
+/// energy that this took, J.
 template <class T>
 double soften(Patch& p, double dissipated) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -203,7 +203,7 @@ template <class T>
 void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy that would be dissipated
+  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy that would otherwise be dissipated
   const int wanted =
       (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
   const auto kernel =
@@ -344,7 +344,7 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
-  // Drops strata's sums of another law, in which equal deflections have other weights.
+  // Drops the stored sums of the strata of another law, in which equal deflections have other weights.
   if (has(to.outputs, Outputs::energy))
     to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);

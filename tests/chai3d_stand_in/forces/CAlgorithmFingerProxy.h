@@ -62,7 +62,7 @@ class cAlgorithmFingerProxy {
  protected:
   virtual void testFrictionAndMoveProxy(const cVector3d& goal, const cVector3d& proxy, cVector3d&,
                                         cGenericObject*) {
-    // Friction without limit (the proxy does not move); a subclass overrides it.
+    // Friction without a limit, so the proxy does not move; a subclass overrides it.
     m_nextBestProxyGlobalPos = proxy;
     (void)goal;
   }
