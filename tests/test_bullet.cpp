@@ -64,7 +64,9 @@ struct CoulombPlate {
 /// A world of Bullet whose contacts have bristles, with a floor of friction coefficient 0.5.
 struct OnFloor {
   explicit OnFloor(double floor = 0.5, double dt = 1.0 / 240.0, double reach = FrictionOptions{}.reach)
-      : world(Friction::bristle, btVector3(0, 0, -gravity), law(), options(reach)), dt_s(dt) {
+      : OnFloor(floor, dt, options(reach)) {}
+  OnFloor(double floor, double dt, const FrictionOptions& options)
+      : world(Friction::bristle, btVector3(0, 0, -gravity), law(), options), dt_s(dt) {
     world.add_box(btVector3(50, 50, 0.5), btVector3(0, 0, -0.5), 0.0, floor);
   }
   static bristle::Coefficients law() {
@@ -202,6 +204,40 @@ TEST_CASE(
       CHECK(run_ball(speed, speed) == Approx(speed).epsilon(1e-6));
     }
   }
+}
+
+TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness", "[bullet][beds]") {
+  constexpr double slip_stiffness = 40.0, radius = 0.1, mass = 0.3,
+                   torque = 0.02;  // N per unit slip; m; kg; N m
+  FrictionOptions options = OnFloor::options(1e-3);
+  options.rolling.emplace();
+  options.rolling->material = bristle::BedMaterial(0.8).with_slip_stiffness(slip_stiffness, slip_stiffness);
+  options.rolling->shape = bristle::BedShape::disc(0.005, bristle::BedPressure::parabolic).rolling(32, 8);
+  options.rolling->options.max_normal_load = mass * gravity;
+  OnFloor floor(0.5, 1.0 / 240.0, options);
+  btRigidBody& ball = floor.world.add_ball(radius, btVector3(0, 0, radius), mass, 0.5);
+  floor.run(0.2);
+  for (int i = 0; i < 480; ++i) {
+    ball.applyTorque(btVector3(0, torque, 0));
+    floor.run(floor.dt_s);
+    CHECK(floor.world.bristles()->contacts().size() == 1);
+  }
+  // Its lever is shorter than the radius, as the contact sinks in.
+  const double lever =
+      ball.getWorldTransform().getOrigin().z() - floor.world.bristles()->contacts().at(0)->point[2];
+  const double speed = ball.getLinearVelocity().x(), rolling = ball.getAngularVelocity().y() * lever;
+  const double acceleration = torque / radius / (1.4 * mass);
+  CHECK(speed == Approx(2.0 * acceleration).epsilon(0.01));
+  CHECK((rolling - speed) / rolling ==
+        Approx(mass * acceleration / (0.5 / 0.8 * slip_stiffness)).epsilon(0.04));
+  // Without the torque it rolls on.
+  floor.run(1.0);
+  CHECK(ball.getLinearVelocity().x() == Approx(speed).epsilon(0.002));
+  // Without spin it slides with the coefficient of the contact, not of the bed's material.
+  ball.setLinearVelocity(btVector3(3, 0, 0));
+  ball.setAngularVelocity(btVector3(0, 0, 0));
+  floor.run(0.05);
+  CHECK(3.0 - ball.getLinearVelocity().x() == Approx(0.05 * 0.5 * gravity).epsilon(0.05));
 }
 
 TEST_CASE("In Bullet friction between two moving bodies keeps their momentum", "[bullet]") {

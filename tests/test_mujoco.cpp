@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,15 @@ class World {
     return bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6);
   }
   explicit World(const std::string& xml, const bristle::Coefficients& law = World::law(),
-                 std::uint32_t contacts = 16, double reach = FrictionOptions{}.reach)
+                 std::uint32_t contacts = 16, double reach = FrictionOptions{}.reach,
+                 const std::optional<bristle_example::RollingBed>& rolling = std::nullopt)
       : model(load(xml)), data(make_data(*model)) {
     const ContactDims dims = remove_friction(*model);
     FrictionOptions options;
     options.patch = bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000);
     options.contacts = contacts;
     options.reach = reach;
+    options.rolling = rolling;
     friction = std::make_unique<BristleFriction>(*model, dims, law, options);
   }
   explicit World(const Scene& scene, std::uint32_t contacts = 16) : World(scene.xml, law(), contacts) {
@@ -184,6 +187,143 @@ TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mu
     // The wheel's torque over its radius accelerates the mass plus the wheel's moment of inertia over the
     // squared radius.
     CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
+  }
+}
+
+TEST_CASE("In MuJoCo a wheel on a bed creeps by force over slip stiffness, and stands with its brake on",
+          "[mujoco][beds]") {
+  constexpr double slip_stiffness = 40.0, mass = 1.3, radius = 0.1;  // N per unit slip; kg; m
+  const auto wheel = [](const char* ground, const char* hub, const std::string& gravity_vector) {
+    return std::string(R"(<mujoco><option timestep="0.002" gravity=")") + gravity_vector +
+           R"("/><default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default><worldbody>)" +
+           ground +
+           R"(<body name="body" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+<geom type="sphere" size="0.01" mass="1" contype="0" conaffinity="0"/><body><joint name="hub" type="hinge"
+axis="0 1 0" )" +
+           hub + R"(/><geom type="sphere" size="0.1" mass="0.3"/></body></body></worldbody>
+<actuator><motor joint="hub"/></actuator></mujoco>)";
+  };
+  bristle_example::RollingBed bed;
+  bed.material = bristle::BedMaterial(0.5).with_slip_stiffness(slip_stiffness, slip_stiffness);
+  bed.shape = bristle::BedShape::disc(0.0005, bristle::BedPressure::parabolic).rolling(32, 8);
+  bed.options.max_normal_load = mass * gravity;
+
+  // The plane is always geom1. A box makes the sphere geom1, so that every sign turns.
+  for (const char* ground :
+       {R"(<geom type="plane" size="50 50 1"/>)", R"(<geom type="box" size="50 50 1" pos="0 0 -1"/>)"}) {
+    INFO(ground);
+    World world(wheel(ground, "", "0 0 -9.81"), World::law(), 16, 0.01, bed);
+    world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.02; };
+    world.run(2.0);
+    const double speed = world.data->qvel[0];
+    // The motor's torque over the radius accelerates the mass plus the ball's 2/5 m.
+    const double acceleration = 0.02 / radius / (mass + 0.4 * 0.3), force = mass * acceleration;
+    CHECK(speed == Approx(2.0 * acceleration).epsilon(0.01));
+    // Its lever is shorter than the radius, as the contact sinks in.
+    const double lever = radius + world.data->qpos[1] - world.friction->contacts().at(0).point[2];
+    const double rolling = lever * world.data->qvel[2];
+    CHECK((rolling - speed) / rolling == Approx(force / slip_stiffness).epsilon(0.02));
+
+    // Stands on a slope of 20 % with a brake that hardly turns.
+    World parked(wheel(ground, R"(damping="1e9")", "1.924 0 -9.619"), World::law(), 16, 0.01, bed);
+    parked.run(3.0);
+    const double before = parked.data->qpos[0];
+    parked.run(10.0);
+    CHECK(std::fabs(parked.data->qpos[0] - before) < 1e-9);
+    CHECK(std::fabs(parked.force()[0]) == Approx(mass * 1.924).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("In MuJoCo the force on a wheel that rolls askew acts behind its middle", "[mujoco][beds]") {
+  constexpr double radius = 0.005, stiffness = 40.0, angle = 0.02;  // m, of the contact; N per unit slip; rad
+  bristle_example::RollingBed bed;
+  bed.material = bristle::BedMaterial(0.5).with_slip_stiffness(stiffness, stiffness);
+  bed.shape = bristle::BedShape::disc(radius, bristle::BedPressure::uniform).rolling(64, 16);
+  bed.options.max_normal_load = gravity;
+  World world(R"(<mujoco><option timestep="0.001"/>
+<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
+<worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 0.1">
+  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0.02 1 0"/>
+  <geom type="sphere" size="0.1" mass="1"/></body></worldbody></mujoco>)",
+              World::law(), 16, 0.01, bed);
+  world.run(0.2);
+  world.drive = [](const mjModel&, mjData& data) {
+    data.qvel[0] = 0.5;
+    data.qvel[2] = 5.0;
+  };
+  world.run(0.2);
+  const auto& contact = world.friction->contacts().at(0);
+  const double aside = world.force()[1];
+  CHECK(aside == Approx(-stiffness * angle).epsilon(0.03));
+  // The deflection grows from the leading edge of each row. Rows of half length a (1 - y^2)^1/2 together act
+  // 3 pi / 32 of the diameter behind the middle.
+  CHECK(contact.force[2] == Approx(-3.0 * M_PI / 32.0 * radius * aside).epsilon(0.03));
+}
+
+TEST_CASE("In MuJoCo a ball on a bed rolls down a slope with 5/7 of g sin a", "[mujoco][beds]") {
+  std::string xml = on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5, 0.002);
+  xml.replace(xml.find("timestep"), 8, R"(gravity="0.9 0.3 -9.7" timestep)");
+  bristle_example::RollingBed bed;
+  bed.material = bristle::BedMaterial(0.8).with_presliding(20e-6);
+  bed.shape = bristle::BedShape::disc(0.002, bristle::BedPressure::hertz).rolling(16, 8);
+  bed.options.max_normal_load = 3.0;
+  World world(xml, World::law(), 2, 0.01, bed);
+  world.run(2.0);
+  CHECK(world.data->qvel[0] == Approx(2.0 * 5.0 / 7.0 * 0.9).epsilon(0.005));
+  CHECK(world.data->qvel[1] == Approx(2.0 * 5.0 / 7.0 * 0.3).epsilon(0.005));
+  // Thrown without spin it slides with the coefficient of the contact, not of the bed's material.
+  const double limit = 0.5 * 0.3 * 9.7;
+  const auto throw_ball = [&] {
+    world.data->qvel[0] = 3.0;
+    world.data->qvel[4] = 0.0;
+    world.run(0.01);
+    CHECK(world.force().norm() == Approx(limit).epsilon(0.02));
+    mju_zero(world.data->qvel, static_cast<int>(world.model->nv));
+  };
+  // Lifted or forgotten, and put down again, it has a bed that is not bent.
+  for (const bool lift : {true, false, true, false}) {
+    throw_ball();
+    world.data->qpos[2] = lift ? 1.0 : 0.1;
+    if (lift) world.run(0.004);
+    world.data->qpos[2] = 0.0999;
+    mju_zero(world.data->qvel, static_cast<int>(world.model->nv));
+    if (!lift) world.friction->forget_contacts();
+    world.run(0.002);
+    CHECK(world.force().norm() < 0.5 * limit);
+    world.run(0.1);
+  }
+  // Spun about the normal it resists with 3 pi / 16 of the limit times the radius of the contact, and the
+  // axes stay on the plane.
+  const Eigen::Vector3d along = world.friction->contacts().at(0).frame.along();
+  mju_zero4(world.data->qpos + 3);
+  world.data->qpos[3] = 1.0;
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 20.0; };
+  world.run(0.02);
+  CHECK(std::fabs(world.friction->contacts().at(0).force[2]) ==
+        Approx(3.0 * M_PI / 16.0 * limit * 0.002).epsilon(0.03));
+  CHECK((world.friction->contacts().at(0).frame.along() - along).norm() < 1e-6);
+}
+
+TEST_CASE("In MuJoCo a locked wheel on a stiff bed slides v^2 / (2 mu g) and rests", "[mujoco][beds]") {
+  for (const double speed : {1.0, 0.1, 0.02}) {
+    INFO(speed << " m/s");
+    constexpr double step = 0.004;
+    bristle_example::RollingBed bed;
+    bed.material = bristle::BedMaterial(0.5).with_presliding(5e-6);
+    bed.shape = bristle::BedShape::disc(0.002, bristle::BedPressure::hertz).rolling(16, 8);
+    bed.options.max_normal_load = 5.0;
+    World world(
+        R"(<mujoco><option timestep="0.004"/><default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
+<worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/>
+<joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.1" mass="0.5"/></body></worldbody></mujoco>)",
+        World::law(), 16, 0.01, bed);
+    world.run(0.2);
+    const double start = world.data->qpos[0];
+    world.data->qvel[0] = speed;
+    world.run(0.6);
+    const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
+    CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(10e-6));
+    CHECK(std::fabs(world.data->qvel[0]) < 1e-8);
   }
 }
 

@@ -30,6 +30,33 @@ btVector3 to(const Vector3d& v) {
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
+/// Returns the index of the round body of a manifold, of two the smaller one; -1 if none is round.
+int round_body(const btPersistentManifold& manifold) {
+  int round = -1;
+  btScalar least = 0;
+  for (int k = 0; k < 2; ++k) {
+    const btCollisionShape& shape =
+        *(k == 0 ? manifold.getBody0() : manifold.getBody1())->getCollisionShape();
+    const int type = shape.getShapeType();
+    if (type != SPHERE_SHAPE_PROXYTYPE && type != CAPSULE_SHAPE_PROXYTYPE && type != CYLINDER_SHAPE_PROXYTYPE)
+      continue;
+    btVector3 centre;
+    btScalar radius;
+    shape.getBoundingSphere(centre, radius);
+    if (round >= 0 && radius >= least) continue;
+    round = k;
+    least = radius;
+  }
+  return round;
+}
+/// Returns a bed's response as that of a patch without damper, whose stiffness is the mean of both axes.
+Response as_patch(const bristle::BedResponse& bed, double force_limit) {
+  Response to;
+  for (int a = 0; a < 2; ++a) to.end[a] = to.elastic[a] = bed.force[a];
+  to.stiffness = 0.5 * (bed.tangent[0][0] + bed.tangent[1][1]);
+  to.force_limit = force_limit;
+  return to;
+}
 /// Returns a key of the two bodies from Bullet's ids, which stay constant while both are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
   const auto number = [](const btCollisionObject* body) {
@@ -224,12 +251,19 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
       index_(options.contacts),
       system_(std::make_unique<System>()) {
+  if (options.rolling) {
+    const bristle_example::RollingBed& bed = *options.rolling;
+    beds_.emplace(bed_batch_, bed.material, bed.shape, bed.options,
+                  bristle::KeyedOptions{}.with_capacity(options.contacts));
+    bed_friction_ = bed.material.kinetic_friction;
+  }
   batch_.warm_up();
 }
 
 void BristleSolver::forget_contacts() {
   matcher_.clear();
   patches_.clear();
+  if (beds_) beds_->clear();
   known_.clear();
   solved_.clear();
   listed_.clear();
@@ -245,22 +279,29 @@ void BristleSolver::reset() {
 void BristleSolver::prepareSolve(int, int) {
   solved_.clear();
   listed_.clear();
+  bed_motions_.clear();
   match();
 }
 
 /// Gives contacts the patches of the same contacts in the step before. Keeps those of sleeping bodies.
 void BristleSolver::match() {
   found_.clear();
+  round_.clear();
   points_.clear();
   for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
     const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
     const std::uint64_t pair = pair_of(manifold);
     const bool on_a = moves(*manifold.getBody0());
+    const int round = beds_ ? round_body(manifold) : -1;
+    const auto* const body = round < 0 ? nullptr : round == 0 ? manifold.getBody0() : manifold.getBody1();
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
       if (!(point.m_combinedFriction > 0)) continue;
-      const Vector3d place = from(on_a ? point.m_localPointA : point.m_localPointB);
+      Vector3d place = from(on_a ? point.m_localPointA : point.m_localPointB);
+      // A round body rolls: its points stay about where they are from its centre in the axes of the world.
+      if (body) place = from(point.getPositionWorldOnB() - body->getWorldTransform().getOrigin());
       found_.push_back(&point);
+      round_.push_back(round);
       points_.push_back({pair, {place[0], place[1], place[2]}});
     }
   }
@@ -280,10 +321,14 @@ void BristleSolver::match() {
     index = known_.size() - 1;
     contact.key = keys_[i];
     contact.patch = keyed.id;
-    contact.scale = static_cast<double>(found_[i]->m_combinedFriction) / kinetic_;
+    contact.round = round_[i];
+    contact.bed = contact.round >= 0 ? beds_->find_or_add(keys_[i]) : bristle::BedId{};
+    contact.scale =
+        static_cast<double>(found_[i]->m_combinedFriction) / (contact.bed ? bed_friction_ : kinetic_);
     places_.emplace_back(found_[i], index);
   }
   patches_.end_step();
+  if (beds_) beds_->end_step();
   std::sort(places_.begin(), places_.end(), std::less<>{});
 }
 
@@ -327,9 +372,19 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
     return dt_s * from(m_tmpSolverBodyPool[body].m_angularVelocity);
   };
   contact.row = row;
-  contact.frame.carry(from(point.m_normalWorldOnB), turn(normal.m_solverBodyIdA),
-                      turn(normal.m_solverBodyIdB));
+  const Vector3d turns[2] = {turn(normal.m_solverBodyIdA), turn(normal.m_solverBodyIdB)};
+  if (contact.bed)  // the axes ride on the body that does not roll
+    contact.frame.carry_with_surface(from(point.m_normalWorldOnB), turns[1 - contact.round]);
+  else
+    contact.frame.carry(from(point.m_normalWorldOnB), turns[0], turns[1]);
   set_sides(contact, point);
+  if (contact.bed) {
+    const btVector3 centre = contact.bodies[contact.round] == nullptr
+                                 ? to(contact.point)
+                                 : contact.bodies[contact.round]->getWorldTransform().getOrigin();
+    contact.arm = contact.point - from(centre);
+    contact.turn = turns[contact.round];
+  }
   guess_answer(contact, dt_s);
   contact.impulse.setZero();
   push(contact, dt_s * std::min(1.0, normal_impulse(contact) / (dt_s * contact.answer.at_load)) *
@@ -381,6 +436,20 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   Contact::Answer& answer = contact.answer;
   answer.at_load = contact.normal_load;
+  answer.clipped = true;
+  if (contact.bed) {
+    // A small slip back shows the stiffness: a bed that rolls far in a step is softer than its tangent.
+    constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
+    const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
+    const Vector2d slip = slip_of(contact);
+    const double limit = bed_friction_ * load;
+    const double change = dt_s * find_force(contact, Vector2d::Zero(), load, dt_s).stiffness * slip.norm();
+    const double back = change > 0.0 ? std::min(1.0, small * limit / change) : 0.0;
+    set_secant(contact, -back * slip, load, dt_s);
+    answer.damping = 0.0;
+    answer.limit = contact.scale * limit;
+    return;
+  }
   if (!(contact.normal_load > 0.0)) {
     answer.at_load = highest_load_;
     const Vector2d slip = slip_of(contact);  // m/s, slip velocity, on which the damping coefficient depends
@@ -392,19 +461,26 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   answer.damping = contact.scale * now.damping;
   answer.slope = contact.scale * dt_s * now.stiffness + answer.damping;
   answer.limit = contact.scale * now.force_limit;
-  answer.clipped = true;
 }
 
-/// Sets the contact's linear force model from the patch's own force at the present slip; its slope is the
+/// Returns the response of the contact's patch or bed to a slip (m/s) during this step.
+Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip, double load, double dt_s) {
+  const Vector2d d = dt_s * slip;
+  if (!contact.bed) return batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
+  return as_patch(bed_batch_.find_force(bristle_example::bed_motion(contact.bed, contact.frame, contact.arm,
+                                                                    contact.turn, {d[0], d[1], 0.0}, load)),
+                  bed_friction_ * load);
+}
+
+/// Sets the contact's linear force model from the force of its patch or bed at a slip; the slope is the
 /// secant from zero slip.
-void BristleSolver::ask_patch(Contact& contact, double dt_s) {
-  const double load = normal_impulse(contact) / dt_s;
-  if (!(load > 0.0)) return;
-  const Vector2d slip = slip_of(contact), d = dt_s * slip;
-  const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
-  const Response rest = load == contact.normal_load
+void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, double load, double dt_s) {
+  const Vector2d d = dt_s * slip;
+  const Response trial = find_force(contact, slip, load, dt_s);
+  // A bed that rolls loses force even without slip.
+  const Response rest = load == contact.normal_load && !contact.bed
                             ? contact.response
-                            : batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, load});
+                            : find_force(contact, Vector2d::Zero(), load, dt_s);
   const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
   const double way = d.squaredNorm();
   const double stiffness =
@@ -413,7 +489,14 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   answer.slope = contact.scale * (dt_s * stiffness + trial.damping);
   answer.steady = contact.scale * Vector2d(trial.end[0], trial.end[1]) + answer.slope * slip;
   answer.at_load = load;
-  answer.clipped = false;
+}
+
+/// Replaces the guess of a contact that bears load.
+void BristleSolver::ask_patch(Contact& contact, double dt_s) {
+  const double load = normal_impulse(contact) / dt_s;
+  if (!(load > 0.0)) return;
+  set_secant(contact, slip_of(contact), load, dt_s);
+  contact.answer.clipped = false;
 }
 
 /// Finds the friction impulse that is consistent with the slip it leaves, other contacts fixed. Bristles
@@ -607,6 +690,10 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
     const Vector2d d = dt_s * slip_of(contact);
     for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
     motions_[i] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+    if (!contact.bed) continue;
+    motions_[i].id = {};
+    bed_motions_.push_back(bristle_example::bed_motion(contact.bed, contact.frame, contact.arm, contact.turn,
+                                                       {d[0], d[1], 0.0}, contact.normal_load));
   }
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
@@ -615,9 +702,13 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
 void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
   responses_.resize(solved_.size());
   batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);
+  bed_responses_.resize(bed_motions_.size());
+  bed_batch_.step(bed_motions_, bed_responses_);
+  auto bed = bed_responses_.begin();
   for (std::size_t i = 0; i < solved_.size(); ++i) {
-    solved_[i]->response = responses_[i];
-    listed_.push_back(solved_[i]);
+    Contact& contact = *solved_[i];
+    contact.response = contact.bed ? as_patch(*bed++, bed_friction_ * contact.normal_load) : responses_[i];
+    listed_.push_back(&contact);
   }
 }
 

@@ -22,12 +22,15 @@
 // all islands are solved the patches step by what the contacts slipped, under the normal impulses of the
 // step: they follow the bodies, and nothing drifts.
 //
+// Contacts of round bodies can have beds, through which elastic wheels roll (FrictionOptions::rolling).
+//
 // Not covered: btMultiBody, btSequentialImpulseConstraintSolverMt, anisotropic friction. Bullet's own rolling
 // and spinning friction still work beside it.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -36,6 +39,9 @@
 
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
+#include <bristle/keyed_beds.hpp>
+
+#include "rolling_bed.hpp"
 
 namespace bullet_example {
 
@@ -55,6 +61,10 @@ struct FrictionOptions {
   int sweeps = 4;
   std::uint32_t contacts = 256;  ///< largest number of contact points at a time; further points have no
                                  ///< friction
+  /// Bed of each contact of a sphere, capsule or cylinder, in place of a patch; none by default. It resists
+  /// slip; spin stays Bullet's. Its force is scaled by the contact's coefficient over the kinetic one of the
+  /// bed's material, so its stiffness is too.
+  std::optional<bristle_example::RollingBed> rolling;
 };
 
 class BristleSolver : public btSequentialImpulseConstraintSolver {
@@ -78,7 +88,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                                         ///< A
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
-    bristle::Response response;         ///< response of its patch, not yet multiplied by `scale`
+    bristle::BedId bed;                 ///< bed of a round body's contact; its patch then rests
+    bristle::Response response;         ///< response of its patch or bed, not yet multiplied by `scale`
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
    private:
@@ -99,7 +110,10 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
       btVector3 linear[2], angular[2];  // velocity change per unit impulse along each axis
       btVector3 axis[2], moment[2];     // slip along an axis = axis . velocity + moment . spin
     };
-    int row = -1;  // index of its normal row in Bullet's list
+    int row = -1;    // index of its normal row in Bullet's list
+    int round = -1;  // index in bodies, sides of the body that rolls on the bed, or -1
+    // From the round body's centre to the contact, m, and its rotation in this step, rad.
+    Eigen::Vector3d arm = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
     // m/s, slip at the start of the step
@@ -134,6 +148,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void begin(Contact& contact, int row, double dt_s);
   void set_sides(Contact& contact, const btManifoldPoint& point);
   void guess_answer(Contact& contact, double dt_s);
+  bristle::Response find_force(const Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
+  void set_secant(Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
   void ask_patch(Contact& contact, double dt_s);
   double rub(Contact& contact, double dt_s);
   void push(Contact& contact, const Eigen::Vector2d& impulse);
@@ -149,10 +165,14 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   int friction_sweeps_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
+  bristle::BedBatch bed_batch_;
+  std::optional<bristle::KeyedBeds> beds_;
+  double bed_friction_ = 1.0;  // kinetic coefficient of the beds' material
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
   std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
   std::vector<const btManifoldPoint*> found_;
+  std::vector<int> round_;  // index of the round body of each point in found_, or -1
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
   // Contact points with their index in known_, sorted by address.
@@ -162,6 +182,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<const Contact*> listed_;
   std::vector<bristle::Motion> motions_;
   std::vector<bristle::Response> responses_;
+  std::vector<bristle::BedMotion> bed_motions_;
+  std::vector<bristle::BedResponse> bed_responses_;
   std::vector<btScalar> coefficients_;
   std::unique_ptr<System> system_;
 };

@@ -56,27 +56,34 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 #endif
 }
 
-/// Returns the contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
-/// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
-Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // m, size of the geom; a plane has none and counts as the larger one
+/// Returns the smaller geom of a contact; a plane counts as the larger one.
+int smaller_geom(const mjModel& model, const mjContact& contact) {
+  const auto radius = [&](int geom) {  // m
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
-  const int geom = radius(contact.geom2) <= radius(contact.geom1) ? contact.geom2 : contact.geom1;
-  const Vector3d arm = Map<const Vector3d>(contact.pos) - Map<const Vector3d>(data.geom_xpos + 3 * geom);
-  switch (model.geom_type[geom]) {
-    case mjGEOM_SPHERE:
-    case mjGEOM_CAPSULE:
-    case mjGEOM_ELLIPSOID:
-    case mjGEOM_CYLINDER:
-      return arm;
-    default:
-      return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom).transpose() *
-             arm;
-  }
+  return radius(contact.geom2) <= radius(contact.geom1) ? contact.geom2 : contact.geom1;
+}
+bool is_round(const mjModel& model, int geom) {
+  const int type = model.geom_type[geom];
+  return type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || type == mjGEOM_ELLIPSOID ||
+         type == mjGEOM_CYLINDER;
 }
 
+/// Returns the contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
+/// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
+Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
+  const int geom = smaller_geom(model, contact);
+  const Vector3d arm = Map<const Vector3d>(contact.pos) - Map<const Vector3d>(data.geom_xpos + 3 * geom);
+  if (is_round(model, geom)) return arm;
+  return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom).transpose() * arm;
+}
+
+/// Returns the last degree of freedom that moves a body, or -1.
+int last_dof(const mjModel& model, int body) {
+  while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
+  return body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
+}
 std::size_t tree_of(const mjModel& model, int dof) {
   return static_cast<std::size_t>(model.body_rootid[model.dof_bodyid[dof]]);
 }
@@ -114,6 +121,12 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
                    bristle::Outline::disc(1.0, bristle::Pressure::uniform, options.rings),
                    bristle::KeyedOptions{}.with_capacity(options.contacts));
   }
+  if (options.rolling) {
+    const bristle_example::RollingBed& bed = *options.rolling;
+    beds_.emplace(bed_batch_, bed.material, bed.shape, bed.options,
+                  bristle::KeyedOptions{}.with_capacity(options.contacts));
+    bed_friction_ = bed.material.kinetic_friction;
+  }
   for (int dof = static_cast<int>(model.nv) - 1; dof >= 0; --dof) tree_start_[tree_of(model, dof)] = dof;
   batch_.warm_up();
 }
@@ -135,11 +148,12 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
   begin_new_contacts(model, data);
   number_dofs(model);
   for (Cell& cell : cells_) cell.slips = false;
+  guess_beds(model, data);
   // Repeats the solve until no further cell slips. A cell found to slip in one pass slips in all later ones.
   do {
     solve(model, data);
   } while (clip(model.opt.timestep));
-  find_forces(model.opt.timestep);
+  find_forces(model, data);
   return friction_;
 }
 
@@ -147,6 +161,7 @@ void BristleFriction::forget_contacts() {
   matcher_.clear();
   points_.clear();
   if (discs_) discs_->clear();
+  if (beds_) beds_->clear();
   contacts_.clear();
   cells_.clear();
   other_constraints_.setZero();
@@ -194,6 +209,7 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   }
   points_.end_step();
   if (discs_) discs_->end_step();
+  if (beds_) beds_->end_step();
   moved_ = false;
 }
 
@@ -218,7 +234,10 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   Contact& contact = known ? contacts_.emplace_back(*old) : contacts_.emplace_back();
   contact.key = key;
   contact.is_new = !known;
-  const bool disc = contact.is_disc = dim >= 4;
+  contact.round = smaller_geom(model, found);
+  const bool rolls = beds_ && dim >= 3 && is_round(model, contact.round);
+  contact.bed = rolls ? beds_->find_or_add(key) : bristle::BedId{};
+  const bool disc = contact.is_disc = dim >= 4 && !rolls;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
   contact.bodies[0] = model.geom_bodyid[found.geom1];
   contact.bodies[1] = model.geom_bodyid[found.geom2];
@@ -228,7 +247,7 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     contact.frame = bristle::ContactFrame(normal, along);
   }
   contact.point = Map<const Vector3d>(found.pos);
-  contact.scale = found.friction[0] / kinetic_;
+  contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
   contact.row = found.efc_address;
   contact.patch = {};
   contact.cells = 0;
@@ -238,7 +257,7 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     contact.cells = patches_.cell_count(contact.patch);
     contact.radius = mu > 0.0 ? 1.5 * torsional / mu : 0.0;
     patches_.set_scale(contact.patch, contact.radius);
-  } else if (dim == 3) {
+  } else if (dim == 3 && !rolls) {
     contact.patch = points_.find_or_add(key);
     contact.cells = contact.patch ? 1 : 0;
   }
@@ -259,7 +278,10 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
           contact.turn[1].squaredNorm() <
       negligible * negligible)
     return;
-  if (contact.is_disc)
+  if (contact.bed)  // the axes ride on the body that does not roll
+    contact.frame.carry_with_surface(
+        normal, contact.turn[contact.bodies[0] == model.geom_bodyid[contact.round] ? 1 : 0]);
+  else if (contact.is_disc)
     contact.frame.carry_with_surface(normal, contact.turn[0]);
   else
     contact.frame.carry(normal, contact.turn[1], contact.turn[0]);
@@ -274,9 +296,7 @@ void BristleFriction::set_rows(const mjModel& model, const mjData& data, const C
   int last[2];
   const std::size_t begin = dofs_.size();
   for (int side = 0; side < 2; ++side) {
-    int body = contact.bodies[side];
-    while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
-    last[side] = body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
+    last[side] = last_dof(model, contact.bodies[side]);
     for (int dof = last[side]; !old && dof >= 0; dof = model.dof_parentid[dof]) dofs_.push_back(dof);
   }
   if (old) {
@@ -369,7 +389,7 @@ void BristleFriction::number_dofs(const mjModel& model) {
 /// Gives every new contact the normal load that a step without friction finds. If its bodies already slide,
 /// its bristles start with the bends of steady sliding along the slip.
 void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
-  const auto is_new = [](const Contact& contact) { return contact.is_new && contact.patch; };
+  const auto is_new = [](const Contact& contact) { return contact.is_new && (contact.patch || contact.bed); };
   if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
   mj_fwdConstraint(&model, &data);
   motions_.assign(cells_.size(), Motion{});
@@ -377,6 +397,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   for (Contact& contact : contacts_) {
     if (!is_new(contact)) continue;
     contact.normal_load = data.efc_force[contact.row];
+    if (contact.bed) continue;  // reaches its limit within the presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
     // Slides far enough for the bends to become those of steady sliding.
@@ -399,12 +420,13 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
 /// Predicts the velocity of every contact at the end of the step: one linear solve for the change of
 /// velocity, in which the patches' stiffness and damping G act at the end of the step,
 ///
-///   (M + Jn' Jn / R + T Jt' G Jt) (u1 - u0) = T (f + Jn' aref / R + Jt' (E - G Jt u0))
+///   (M + T D + Jn' Jn / R + T Jt' G Jt) (u1 - u0) = T (f + Jn' aref / R + Jt' (E - G Jt u0))
 ///
-/// f: all free forces, and the last step's constraint forces other than contacts. R, aref: MuJoCo's soft
-/// normal force (aref - a) / R of the contacts that carried load. Without it a held body would seem free to
-/// turn under friction, although normal forces prevent that, and the force would ring. A disc's cells are
-/// summed before they meet the rows, so their number does not add to the cost of the solve.
+/// D: damping of the joints. f: all free forces, and the last step's constraint forces other than contacts.
+/// R, aref: MuJoCo's soft normal force (aref - a) / R of the contacts that carried load. Without it a held
+/// body would seem free to turn under friction, although normal forces prevent that, and the force would
+/// ring. A disc's cells are summed before they meet the rows, so their number does not add to the cost of the
+/// solve.
 void BristleFriction::solve(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   system_.set_zero();
@@ -416,6 +438,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
     double* const line = system_.line(column);
     visit_masses(model, data, dof,
                  [&](int other, double mass) { line[column_[static_cast<std::size_t>(other)]] = mass; });
+    line[column] += dt_s * model.dof_damping[dof];  // which MuJoCo's integrators take implicitly too
   }
   for (const Contact& contact : contacts_) {
     Eigen::Matrix4d gain = Eigen::Matrix4d::Zero();
@@ -424,7 +447,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
       gain(0, 0) = 1.0 / data.efc_R[contact.row];
       pull[0] = dt_s * data.efc_aref[contact.row] * gain(0, 0);
     }
-    if (contact.cells > 0) {
+    if (contact.cells > 0 || contact.bed) {
       Eigen::Matrix3d of_cells = Eigen::Matrix3d::Zero();
       Vector3d elastic = Vector3d::Zero();
       sum_cells(dt_s, contact, of_cells, elastic);
@@ -470,6 +493,11 @@ void BristleFriction::add_contact(const Contact& contact, const Eigen::Matrix4d&
 /// has its force limit as force and no stiffness.
 void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain,
                                 Vector3d& pull) const {
+  if (contact.bed) {
+    gain = contact.slope;
+    pull = contact.steady;
+    return;
+  }
   for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
     const Cell& cell = cells_[k];
     const Response& now = cell.response;
@@ -508,15 +536,57 @@ bool BristleFriction::clip(double dt_s) {
   return clipped;
 }
 
+/// Returns the motion of a contact's bed. `moved`: slip (m) and spin (rad) of geom2's body in this step.
+bristle::BedMotion BristleFriction::bed_motion(const mjModel& model, const mjData& data,
+                                               const Contact& contact, const Vector3d& moved) const {
+  Vector3d spin = Vector3d::Zero();  // rad/s
+  for (int dof = last_dof(model, model.geom_bodyid[contact.round]); dof >= 0; dof = model.dof_parentid[dof])
+    spin += data.qvel[dof] * Map<const Vector3d>(data.cdof + 6 * dof);
+  const Vector3d arm = contact.point - Map<const Vector3d>(data.geom_xpos + 3 * contact.round);
+  return bristle_example::bed_motion(contact.bed, contact.frame, arm, model.opt.timestep * spin, moved,
+                                     contact.normal_load);
+}
+
+/// Makes the linear model of each bed from its forces without slip and at a small slip back, after this
+/// step's rolling: a bed that rolls far in a step is softer than its tangent. Slip back bends a bed that has
+/// reached its limit, so that the prediction cannot reverse it.
+void BristleFriction::guess_beds(const mjModel& model, const mjData& data) {
+  constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
+  const double dt_s = model.opt.timestep;
+  for (Contact& contact : contacts_) {
+    if (!contact.bed) continue;
+    const auto find_force = [&](const Vector3d& slip) {
+      return bed_batch_.find_force(bed_motion(model, data, contact, dt_s * slip));
+    };
+    const auto force = [&](const bristle::BedResponse& bed) {
+      return Vector3d(contact.scale * Vector3d(bed.force[0], bed.force[1], bed.torque));
+    };
+    const bristle::BedResponse held = find_force(Vector3d::Zero());
+    contact.steady = force(held);
+    contact.slope =
+        contact.scale * dt_s * Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&held.tangent[0][0]);
+    Vector3d v = contact.start.tail<3>();
+    const double change = (contact.slope * v).head<2>().norm();
+    if (!(change > 0.0)) continue;
+    v *= -std::min(1.0, small * contact.scale * bed_friction_ * contact.normal_load / change);
+    contact.slope *=
+        std::clamp((contact.steady - force(find_force(v))).dot(v) / v.dot(contact.slope * v), 0.0, 1.0);
+  }
+}
+
 /// Computes the patches' forces for the predicted slip, and the generalised friction force on each degree of
 /// freedom.
-void BristleFriction::find_forces(double dt_s) {
+void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
+  const double dt_s = model.opt.timestep;
   friction_.setZero();
   for (Contact& contact : contacts_) {
     contact.force.setZero();
-    if (!contact.patch) continue;
+    if (!contact.patch && !contact.bed) continue;
     const Vector3d moved = dt_s * contact.velocity.tail<3>();
-    if (contact.is_disc) {
+    if (contact.bed) {
+      const bristle::BedResponse trial = bed_batch_.find_force(bed_motion(model, data, contact, moved));
+      contact.force = contact.scale * Vector3d(trial.force[0], trial.force[1], trial.torque);
+    } else if (contact.is_disc) {
       const bristle::ExtendedResponse trial = patches_.find_force(dt_s, disc_motion(contact, moved));
       contact.force = contact.scale * Vector3d(trial.end[0], trial.end[1], trial.end[2]);
     } else {
@@ -544,6 +614,7 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
   motions_.assign(cells_.size(), Motion{});
   responses_.resize(cells_.size());
+  bed_motions_.clear();
   for (Contact& contact : contacts_) {
     const double load = data.efc_force[contact.row];
     // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
@@ -556,8 +627,11 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
       other_constraints_[dof] -= load * rows(0, i);
     }
     if (contact.patch) set_motions(contact, moved);
+    if (contact.bed) bed_motions_.push_back(bed_motion(model, data, contact, moved));
   }
   batch_.step(dt_s, motions_, responses_);
+  bed_responses_.resize(bed_motions_.size());
+  bed_batch_.step(bed_motions_, bed_responses_);
   for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
   for (const Contact& contact : contacts_)
     if (contact.is_disc && contact.patch) turn_disc(contact);

@@ -17,6 +17,7 @@
 // spin, a disc with an even pressure. MuJoCo's torsional coefficient, a length, is the highest torque over
 // the normal force. A disc that spins resists with 2/3 mu N R: so R = 3/2 torsional / sliding coefficient.
 // Bristles do not resist rolling: condim 6 is refused, or served as 4 if the options say so.
+// Contacts of round geoms can have beds, through which elastic wheels roll (FrictionOptions::rolling).
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
 // contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force
@@ -36,7 +37,9 @@
 #include <Eigen/Core>
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
+#include <bristle/keyed_beds.hpp>
 
+#include "rolling_bed.hpp"
 #include "skyline.hpp"
 
 namespace mujoco_example {
@@ -65,6 +68,10 @@ struct FrictionOptions {
   /// counts as a new contact.
   double reach = 0.01;
   std::uint32_t contacts = 256;  ///< largest number of contacts at a time; further contacts have no friction
+  /// Bed of each contact whose smaller geom is a sphere, capsule, cylinder or ellipsoid, in place of a patch;
+  /// none by default. A bed resists slip and spin, whatever condim 3 or 4 says. Its force is scaled by the
+  /// contact's coefficient over the kinetic one of the bed's material, so its stiffness is too.
+  std::optional<bristle_example::RollingBed> rolling;
 };
 
 class BristleFriction {
@@ -114,9 +121,14 @@ class BristleFriction {
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
     bristle::ExtendedMotion moved;  ///< displacement and turn of a disc in this step
+    bristle::BedId bed;             ///< bed of a round geom's contact, which then has no patch
 
    private:
     friend class BristleFriction;
+    int round = -1;  // geom whose surface rolls through the bed
+    // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
+    Eigen::Vector3d steady = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
     std::size_t first_dof = 0, dofs = 0;              // index of its first entry in dofs_ and rows_, and
                                                       // number of its entries
     Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip velocity at the start of the step, in the axes
@@ -154,8 +166,11 @@ class BristleFriction {
   template <int size>
   void add_contact(const Contact& contact, const Eigen::Matrix4d& gain, const Eigen::Vector4d& pull);
   bool clip(double dt_s);
+  bristle::BedMotion bed_motion(const mjModel& model, const mjData& data, const Contact& contact,
+                                const Eigen::Vector3d& moved) const;
+  void guess_beds(const mjModel& model, const mjData& data);
   void sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
-  void find_forces(double dt_s);
+  void find_forces(const mjModel& model, const mjData& data);
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -166,6 +181,9 @@ class BristleFriction {
   bristle::KeyedPatches points_;
   bristle::ExtendedPatches patches_;  // owns the patches of discs
   std::optional<bristle::KeyedPatches> discs_;
+  bristle::BedBatch bed_batch_;
+  std::optional<bristle::KeyedBeds> beds_;
+  double bed_friction_ = 1.0;  // kinetic coefficient of the beds' material
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
   std::size_t next_before_ = 0;  // index in before_ at which the next contact is probably found
@@ -179,6 +197,8 @@ class BristleFriction {
   std::vector<std::uint64_t> keys_;
   std::vector<bristle::Motion> motions_;  // motions of all cells, as the batch gets them
   std::vector<bristle::Response> responses_;
+  std::vector<bristle::BedMotion> bed_motions_;
+  std::vector<bristle::BedResponse> bed_responses_;
   std::vector<bristle::PatchCell> places_;
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
