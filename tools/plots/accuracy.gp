@@ -62,7 +62,7 @@ set label 1 "people tell forces apart from 7 to 10 % on" at 0.93 * deadline, 8.3
 set arrow 1 from deadline, y1 to deadline, y2 nohead linecolor rgb "#555555" dashtype 2
 set label 2 sprintf("deadline %g us", deadline) at 0.93 * deadline, 0.65 * y2 right textcolor rgb "#555555"
 set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#999999" dashtype 3
-set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left textcolor rgb "#777777"
+set label 3 "error of the reference itself" at 0.9 * x2, 0.85 * floor_error right textcolor rgb "#777777"
 
 # Plots only series that were measured, since gnuplot warns of an empty one.
 command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'

@@ -20,7 +20,7 @@ size = 1.75 * 25.0 / columns
 
 set terminal pngcairo size 1800,1800 font "DejaVu Sans,17" linewidth 1.5
 set output png
-set multiplot layout 3,3 title "A mass on one patch in closed loop: simulation (colour) and the limit of linear theory (line)" font ",22"
+set multiplot layout 3,3 margins screen 0.06,0.98,0.09,0.93 spacing screen 0.08,0.08 title "A mass on one patch in closed loop: simulation (colour) and the limit of linear theory (line)" font ",22"
 set logscale xy
 set format xy "10^{%T}"
 set xrange [8e-4:1.3e2]
@@ -28,11 +28,10 @@ set yrange [8e-4:1.3e1]
 set border 3 linecolor "#555555"
 set tics nomirror
 set xlabel "k = K T^2/m  [1]"
-set bmargin 4
 do for [i=1:9] {
   set title name[i] font ",18"
   set ylabel (scheme[i] >= 8 ? "{/Symbol b} = b T/m  [1]" : "c = C T/m  [1]")
-  if (i == 9) { set key at graph 0.97, 0.97 right top opaque box linecolor "#BBBBBB" samplen 1 } else { unset key }
+  if (i == 9) { set key at screen 0.5,0.005 center bottom vertical maxrows 1 samplen 1 } else { unset key }
   plot cells(scheme[i], 0, 0) with points pointtype 5 pointsize size linecolor rgb settles title "settles", \
        cells(scheme[i], 1, 0) with points pointtype 5 pointsize size linecolor rgb grows title "grows", \
        cells(scheme[i], 2, 0) with points pointtype 5 pointsize size linecolor rgb rings title "rings", \
