@@ -1,8 +1,9 @@
 // An independent model of bristles that grow stronger while they hold, to check the library against: bristle
 // by bristle in the plane, every snap at its own time, in double precision. It uses nothing of bristle.
 //
-// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; then it becomes straight
-// and draws a fresh length. Lengths and times may be in any unit; results are means over the bristles.
+// A bristle holds up to |z| = residual + delta0 g(a), a the time since its last snap; then z becomes residual
+// e, e the direction of motion, and the bristle draws a fresh length or, with keep, has its own again.
+// Lengths and times may be in any unit; results are means over the bristles.
 #pragma once
 
 #include <cmath>
@@ -19,17 +20,33 @@ namespace bristle_test {
 class AgedBristles {
  public:
   /// Makes bristles. `growth`: the function g of the age, concave, 1 at 0.
-  AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed)
-      : quantile_(std::move(quantile)), growth_(std::move(growth)), generator_(seed), bristles_(count) {
+  AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed,
+               double residual = 0.0, bool keep = false)
+      : quantile_(std::move(quantile)),
+        growth_(std::move(growth)),
+        generator_(seed),
+        residual_(residual),
+        keep_(keep),
+        bristles_(count) {
     for (Bristle& b : bristles_) b.fresh = draw();
+  }
+  /// Sets the snap lengths of the first bristles.
+  void set_lengths(const std::vector<double>& lengths) {
+    for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].fresh = lengths[i];
   }
 
   /// Moves by (dx, dy) at constant velocity within the given time.
   void step(double dx, double dy, double seconds) {
     for (Bristle& b : bristles_) advance(b, dx / seconds, dy / seconds, seconds);
   }
+  void wait(double seconds) {
+    for (Bristle& b : bristles_) b.age += seconds;
+  }
   double x() const { return mean(&Bristle::x); }
   double y() const { return mean(&Bristle::y); }
+  double x(std::size_t i) const { return bristles_[i].x; }
+  double y(std::size_t i) const { return bristles_[i].y; }
+  double snaps_per_bristle() const { return snaps_ / static_cast<double>(bristles_.size()); }
 
  private:
   struct Bristle {
@@ -42,15 +59,15 @@ class AgedBristles {
     for (const Bristle& b : bristles_) sum += b.*value;
     return sum / static_cast<double>(bristles_.size());
   }
-  /// Returns deflection less snap length of a bristle after the time s. It is convex in s, so it crosses 0
+  /// Returns deflection less limit of a bristle after the time s. It is convex in s, so it crosses 0
   /// once.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
-    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // a deflection within the fresh
-                                                                          // length is also within the aged
-                                                                          // one, because g >= 1
+    // For g >= 1, what is not beyond the fresh limit is not beyond the aged one.
+    return bent <= residual_ + b.fresh ? -1.0 : bent - (residual_ + b.fresh * growth_(b.age + s));
   }
   void advance(Bristle& b, double vx, double vy, double left) {
+    const double per_speed = residual_ / std::hypot(vx, vy);
     while (excess(b, vx, vy, left) > 0.0) {
       double low = 0.0, high = left;
       for (int i = 0; i < 40; ++i) {
@@ -58,7 +75,8 @@ class AgedBristles {
         (excess(b, vx, vy, middle) > 0.0 ? high : low) = middle;
       }
       left -= high;
-      b = {0.0, 0.0, 0.0, draw()};
+      b = {per_speed * vx, per_speed * vy, 0.0, keep_ ? b.fresh : draw()};
+      snaps_ += 1.0;
     }
     b.x += left * vx;
     b.y += left * vy;
@@ -68,7 +86,10 @@ class AgedBristles {
   Quantile quantile_;
   std::function<double(double)> growth_;
   std::mt19937_64 generator_;
+  double residual_;
+  bool keep_;
   std::vector<Bristle> bristles_;
+  double snaps_ = 0.0;  ///< number of snaps of all bristles so far
 };
 
 }  // namespace bristle_test

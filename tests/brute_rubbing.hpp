@@ -1,10 +1,10 @@
-// An independent model of the brush with residual and shared renewal: bristle by bristle, in steps so small
-// that the order of events within one does not matter. It uses nothing of bristle.
+// An independent model of the brush with residual, shared renewal and ageing: bristle by bristle, in steps so
+// small that the order of events within one does not matter. It uses nothing of bristle.
 //
-// A bristle snaps at |z| = residual + delta to z = residual e, e the direction of motion. A snap draws
+// A bristle snaps at |z| = residual + delta g(age) to z = residual e, e the direction of motion. A snap draws
 // `renewal` bristles on average, from all; if a drawn one is bent along the motion by more than the residual,
-// it slips to the residual and samples a fresh length. Lengths may be in any unit; results are means over the
-// bristles.
+// it slips to the residual and samples a fresh length. Lengths and times may be in any unit; results are
+// means over the bristles.
 #pragma once
 
 #include <cmath>
@@ -21,8 +21,12 @@ namespace bristle_test {
 
 class RubbedBristles {
  public:
-  RubbedBristles(std::size_t count, Quantile quantile, double residual, double renewal, std::uint64_t seed)
+  /// Makes bristles. `growth`: the function g of the age, 1 at 0, never falling.
+  RubbedBristles(
+      std::size_t count, Quantile quantile, double residual, double renewal, std::uint64_t seed,
+      std::function<double(double)> growth = [](double) { return 1.0; })
       : quantile_(std::move(quantile)),
+        growth_(std::move(growth)),
         residual_(residual),
         renewal_(renewal),
         generator_(seed),
@@ -30,12 +34,14 @@ class RubbedBristles {
     for (Bristle& b : bristles_) b.delta = quantile_(flat());
   }
 
-  /// Moves by (dx, dy), cut into pieces of at most `piece`.
-  void step(double dx, double dy, double piece) {
+  /// Moves by (dx, dy) within the given time, cut into pieces of at most `piece`.
+  void step(double dx, double dy, double piece, double seconds = 0.0) {
     const double path = std::hypot(dx, dy);
-    if (path == 0.0) return;
     const int pieces = static_cast<int>(path / piece) + 1;
-    for (int k = 0; k < pieces; ++k) small_step(dx / path, dy / path, path / pieces);
+    for (int k = 0; k < pieces; ++k) {
+      now_ += seconds / pieces;
+      if (path > 0.0) small_step(dx / path, dy / path, path / pieces, seconds / path);
+    }
   }
 
   double x() const { return mean(&Bristle::x); }
@@ -45,7 +51,7 @@ class RubbedBristles {
 
  private:
   struct Bristle {
-    double x = 0.0, y = 0.0, delta = 0.0;
+    double x = 0.0, y = 0.0, delta = 0.0, birth = 0.0;
   };
 
   double flat() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
@@ -55,20 +61,23 @@ class RubbedBristles {
     return sum / static_cast<double>(bristles_.size());
   }
 
-  void small_step(double ex, double ey, double h) {
+  /// Lets a bristle begin at the residual with a fresh length and move on by `left`.
+  void renew(Bristle& b, double ex, double ey, double left, double per_length) {
+    b = {(residual_ + left) * ex, (residual_ + left) * ey, quantile_(flat()), now_ - left * per_length};
+  }
+  void small_step(double ex, double ey, double h, double per_length) {
     double snapped = 0.0;
     for (Bristle& b : bristles_) {
       b.x += h * ex;
       b.y += h * ey;
       while (std::hypot(b.x, b.y) > residual_ + b.delta) {
+        const double strength = residual_ + b.delta * growth_(now_ - b.birth);
+        if (std::hypot(b.x, b.y) <= strength) break;
         const double along = b.x * ex + b.y * ey;
         const double across = b.x * ey - b.y * ex;
-        const double strength = residual_ + b.delta;
         const double over =
             std::fmin(along - std::sqrt(std::fmax(strength * strength - across * across, 0.0)), h);
-        b.x = (residual_ + over) * ex;
-        b.y = (residual_ + over) * ey;
-        b.delta = quantile_(flat());
+        renew(b, ex, ey, over, per_length);
         snapped += 1.0;
       }
     }
@@ -79,17 +88,17 @@ class RubbedBristles {
       // Path left in the piece after the draw, which takes place at a random point of the piece.
       const double left = h * flat();
       if (b.x * ex + b.y * ey - left <= residual_) continue;
-      b.x = (residual_ + left) * ex;
-      b.y = (residual_ + left) * ey;
-      b.delta = quantile_(flat());
+      renew(b, ex, ey, left, per_length);
       renewed += 1.0;
     }
   }
 
   Quantile quantile_;
+  std::function<double(double)> growth_;
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
+  double now_ = 0.0;    ///< time since all bristles began
   double drawn_ = 0.0;  ///< number of bristles still to be drawn for renewal because of earlier snaps, less
                         ///< than one
 };

@@ -3,11 +3,12 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <random>
 #include <vector>
 
-#include "brute_force.hpp"
+#include "brute_ageing.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
@@ -74,94 +75,10 @@ class AgeingBrush {
   OnePatch patch_;
 };
 
-struct Deflection {
-  double x = 0.0, y = 0.0;
-};
-
-/// An independent model of bristles that age, one by one, in small steps, with snaps found by bisection.
-/// Lengths in mean snap lengths, times in tau. It uses nothing of bristle.
-class AgeingBrute {
- public:
-  AgeingBrute(std::size_t n, Quantile quantile, bool redraw, double residual, bool saturating,
-              double strength, std::uint64_t seed)
-      : quantile_(std::move(quantile)),
-        redraw_(redraw),
-        saturating_(saturating),
-        residual_(residual),
-        strength_(strength),
-        generator_(seed),
-        bristles_(n) {
-    for (One& b : bristles_) b.length = draw();
-  }
-
-  /// Sets the snap lengths of the first bristles.
-  void set_lengths(const std::vector<double>& lengths) {
-    for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].length = lengths[i];
-  }
-  Deflection at(std::size_t i) const { return {bristles_[i].x, bristles_[i].y}; }
-
-  /// Slides all bristles along the unit vector (ex, ey).
-  void slide(double ex, double ey, double length, double speed) {
-    constexpr double small = 0.05;
-    for (One& b : bristles_) {
-      double left = length;
-      while (left > 0.0) left -= advance(b, ex, ey, std::min(left, small), speed);
-    }
-  }
-  void wait(double time) {
-    for (One& b : bristles_) b.age += time;
-  }
-  Deflection mean() const {
-    Deflection sum;
-    for (const One& b : bristles_) {
-      sum.x += b.x / static_cast<double>(bristles_.size());
-      sum.y += b.y / static_cast<double>(bristles_.size());
-    }
-    return sum;
-  }
-  double snaps_per_bristle() const {
-    return static_cast<double>(snaps_) / static_cast<double>(bristles_.size());
-  }
-
- private:
-  struct One {
-    double x = 0.0, y = 0.0, age = 0.0, length = 0.0;
-  };
-
-  double draw() { return quantile_((static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53); }
-  bool holds(const One& b, double ex, double ey, double s, double speed) const {
-    const double age = b.age + s / speed;
-    const double g = 1.0 + strength_ * (saturating_ ? 1.0 - std::exp(-age) : std::log1p(age));
-    return std::hypot(b.x + ex * s, b.y + ey * s) <= residual_ + b.length * g;
-  }
-  /// Advances a bristle by s, or up to its snap if that comes first. Returns the path it moved.
-  double advance(One& b, double ex, double ey, double s, double speed) {
-    if (holds(b, ex, ey, s, speed)) {
-      b.x += ex * s;
-      b.y += ey * s;
-      b.age += s / speed;
-      return s;
-    }
-    double low = 0.0, high = s;
-    for (int i = 0; i < 40; ++i) {
-      const double middle = 0.5 * (low + high);
-      (holds(b, ex, ey, middle, speed) ? low : high) = middle;
-    }
-    b.x = residual_ * ex;
-    b.y = residual_ * ey;
-    b.age = 0.0;
-    if (redraw_) b.length = draw();
-    ++snaps_;
-    return high;
-  }
-
-  Quantile quantile_;
-  bool redraw_, saturating_;
-  double residual_, strength_;
-  std::mt19937_64 generator_;
-  std::vector<One> bristles_;
-  std::uint64_t snaps_ = 0;
-};
+/// Returns the growth g of a snap length with its age in tau.
+std::function<double(double)> growth(bool saturating, double strength) {
+  return [=](double age) { return 1.0 + strength * (saturating ? 1.0 - std::exp(-age) : std::log1p(age)); };
+}
 
 }  // namespace
 
@@ -291,8 +208,8 @@ TEST_CASE("both forms of ageing, with a residual and round a corner, are those o
                                       .with_residual_length(residual * dbar)
                                       .with_ageing(ageing);
         AgeingBrush brush(material, n, Precision::single, 2);
-        AgeingBrute brute(n, lognormal_quantile(1.0, 0.3), rule == SnapRule::redraw, residual, saturating,
-                          strength, 77);
+        AgedBristles brute(n, lognormal_quantile(1.0, 0.3), growth(saturating, strength), 77, residual,
+                           rule == SnapRule::keep);
         double snaps = 0.0;
         for (const Leg& leg : legs) {
           INFO(table_name(rule) << (saturating ? ", saturating, residual " : ", logarithmic, residual ")
@@ -300,19 +217,18 @@ TEST_CASE("both forms of ageing, with a residual and round a corner, are those o
           const double ex = std::cos(leg.angle), ey = std::sin(leg.angle);
           brush.wait(leg.wait);
           brute.wait(leg.wait);
-          brute.slide(ex, ey, leg.length, leg.speed);
-          Deflection end;
+          brute.step(leg.length * ex, leg.length * ey, leg.length / leg.speed);
+          double end[2] = {};
           const int steps = leg.length > 2.0 ? 1 : 3;
           for (int k = 0; k < steps; ++k) {
             const double length = leg.length / steps;
             const Response r = brush.patch().step(length * ex * dbar, length * ey * dbar, brush.load(),
                                                   length / leg.speed * tau);
-            end = {brush.deflection(r.elastic[0]), brush.deflection(r.elastic[1])};
+            for (int axis = 0; axis < 2; ++axis) end[axis] = brush.deflection(r.elastic[axis]);
             snaps += static_cast<double>(r.snaps) / n;
           }
-          const Deflection expected = brute.mean();
-          expect_near(end.x, expected.x, error, "along x");
-          expect_near(end.y, expected.y, error, "along y");
+          expect_near(end[0], brute.x(), error, "along x");
+          expect_near(end[1], brute.y(), error, "along y");
           expect_near(snaps, brute.snaps_per_bristle(), 4.0 * error, "snaps");
         }
       }
@@ -414,7 +330,7 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
             .with_residual_length(residual * dbar)
             .with_ageing(saturating ? Ageing::saturating(strength, tau) : Ageing::logarithmic(strength, tau));
     AgeingBrush brush(material, n, precision, axes);
-    AgeingBrute brute(n, single_quantile(1.0), false, residual, saturating, strength, 1);
+    AgedBristles brute(n, single_quantile(1.0), growth(saturating, strength), 1, residual, true);
     std::vector<double> lengths = read(brush.patch(), n).delta;
     for (double& length : lengths) length /= dbar;
     brute.set_lengths(lengths);
@@ -430,14 +346,13 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
       brush.wait(wait);
       brute.wait(wait);
       brush.patch().step(length * ex * dbar, length * ey * dbar, n, length / speed * tau);
-      brute.slide(ex, ey, length, speed);
+      brute.step(length * ex, length * ey, length / speed);
       const Bristles b = read(brush.patch(), n);
       INFO((saturating ? "saturating " : "logarithmic ")
            << strength << ", " << axes << " axes, step " << step << " of " << length << " at " << speed);
       double farthest = 0.0;
       for (std::size_t i = 0; i < n; ++i)
-        farthest =
-            std::max(farthest, std::hypot(b.zx[i] / dbar - brute.at(i).x, b.zy[i] / dbar - brute.at(i).y));
+        farthest = std::max(farthest, std::hypot(b.zx[i] / dbar - brute.x(i), b.zy[i] / dbar - brute.y(i)));
       expect_near(farthest, 0.0, precision == Precision::double_ ? 1e-8 : 1e-3, "farthest from one by one");
     }
   }

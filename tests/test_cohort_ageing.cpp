@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "brute_force.hpp"
+#include "brute_rubbing.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "reference_table.hpp"
@@ -208,84 +208,6 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
   return peak / kinetic;
 }
 
-// ---------------------------------------------------------------------------------------------- brute force
-
-/// An independent model of ageing bristles, one by one in steps so small that their order does not matter. It
-/// uses nothing of bristle. A bristle snaps at |z| = residual + delta g(age) to residual e, and renews
-/// `renewal` others on average.
-class AgedBristles {
- public:
-  AgedBristles(std::size_t count, Quantile quantile, const Ageing& ageing, double residual = 0.0,
-               double renewal = 0.0)
-      : quantile_(std::move(quantile)),
-        ageing_(ageing),
-        residual_(residual),
-        renewal_(renewal),
-        bristles_(count) {
-    double u = 0.5 / static_cast<double>(count);
-    for (Bristle& b : bristles_) {
-      b.delta = quantile_(u);
-      u += 1.0 / static_cast<double>(count);
-    }
-  }
-
-  void step(double dx, double dy, double seconds, double piece) {
-    const double path = std::hypot(dx, dy);
-    const int pieces = static_cast<int>(path / piece) + 1;
-    for (int k = 0; k < pieces; ++k) {
-      now_ += seconds / pieces;
-      if (path > 0.0) small_step(dx / path, dy / path, path / pieces, seconds / path);
-    }
-  }
-  double x() const { return mean(&Bristle::x); }
-  double y() const { return mean(&Bristle::y); }
-
- private:
-  struct Bristle {
-    double x = 0.0, y = 0.0, delta = 0.0, birth = 0.0;
-  };
-  double flat() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
-  double mean(double Bristle::*value) const {
-    double sum = 0.0;
-    for (const Bristle& b : bristles_) sum += b.*value;
-    return sum / static_cast<double>(bristles_.size());
-  }
-  void begin_anew(Bristle& b, double ex, double ey, double left, double per_length) {
-    b.x = (residual_ + left) * ex;
-    b.y = (residual_ + left) * ey;
-    b.birth = now_ - left * per_length;
-    b.delta = quantile_(flat());
-  }
-  void small_step(double ex, double ey, double h, double per_length) {
-    for (Bristle& b : bristles_) {
-      b.x += h * ex;
-      b.y += h * ey;
-      const double bent = std::hypot(b.x, b.y);
-      if (bent <= residual_ + b.delta) continue;  // ageing only lengthens, so this bristle cannot snap
-      const double strength = residual_ + b.delta * growth(ageing_, now_ - b.birth);
-      if (bent <= strength) continue;
-      const double along = b.x * ex + b.y * ey;
-      const double across = b.x * ey - b.y * ex;
-      const double over = along - std::sqrt(std::fmax(strength * strength - across * across, 0.0));
-      begin_anew(b, ex, ey, std::fmin(over, h), per_length);
-      drawn_ += renewal_;
-    }
-    for (; drawn_ >= 1.0; drawn_ -= 1.0) {
-      Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
-      const double left = h * flat();
-      if (b.x * ex + b.y * ey - left > residual_) begin_anew(b, ex, ey, left, per_length);
-    }
-  }
-
-  Quantile quantile_;
-  Ageing ageing_;
-  double residual_, renewal_;
-  std::mt19937_64 generator_{11};
-  std::vector<Bristle> bristles_;
-  double now_ = 0.0;    ///< s
-  double drawn_ = 0.0;  ///< renewals owed for earlier snaps, less than one
-};
-
 /// A piece of motion (slide, turn, hold or creep): displacement in mean snap lengths, duration in s.
 struct Leg {
   double dx, dy, seconds;
@@ -398,11 +320,12 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
       const double residual = 0.3 * renewal;
       AgedBrush brush(
           aged(lognormal, ageing).with_residual_length(residual * dbar).with_shared_renewal(renewal));
-      AgedBristles truth(bristles, lognormal_quantile(1.0, 0.3), ageing, residual, renewal);
+      RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), residual, renewal, 11,
+                           [&](double age) { return growth(ageing, age); });
       brush.hold(1e-3);  // a step that only lets the bristles come into contact
       for (const Leg& leg : journey) {
         for (int i = 0; i < 5; ++i) brush.step(0.2 * leg.dx, 0.2 * leg.dy, 0.2 * leg.seconds);
-        truth.step(leg.dx, leg.dy, leg.seconds, 0.02);
+        truth.step(leg.dx, leg.dy, 0.02, leg.seconds);
         INFO("form " << static_cast<int>(ageing.form) << ", renewal " << renewal << ", leg " << leg.dx << ", "
                      << leg.dy);
         expect_near(brush.x(), truth.x(), tolerance, "mean deflection along x");
