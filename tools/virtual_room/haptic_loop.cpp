@@ -720,7 +720,7 @@ struct HapticLoop::Impl {
   double replay_end = 0.0;
   bool pulling = false;     // whether the motion being replayed is the room's own slow pull
   std::string recorded;     // name of the last recording
-  Act waiting = Act::none;  // act that waits until a recording has been closed
+  Act waiting = Act::none;  // the person's request that waits until a recording has been closed
 
   // Whether a recording is to be closed; whether a recording failed and the user has not been told yet.
   bool closing = false, failed = false;
