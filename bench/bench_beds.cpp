@@ -75,8 +75,8 @@ double median(std::vector<double> values) {
 }
 
 struct Figures {
-  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, of its rival
-  double error = 0.0, rival_error = 0.0;  ///< error of force and torque, per cent
+  double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, and of its rival
+  double error = 0.0, rival_error = 0.0;  ///< error of force and torque, in per cent
 };
 
 /// Adds a benchmark of a bed beside its rival. `make` sets the functions that step each and returns their

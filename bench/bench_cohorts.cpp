@@ -28,9 +28,9 @@ constexpr double golden_turn = 2.399963229728653;  // rad
 struct CohortMotion {
   const char* name;
   const char* label;
-  double stroke;  ///< path of a step, mean snap lengths
+  double stroke;  ///< path of a step in mean snap lengths
   double turn;    ///< turn of the direction from step to step, rad
-  double noise;   ///< relative noise of the load from step to step
+  double noise;   ///< random change of the load from step to step, relative to its mean
 };
 constexpr CohortMotion motions[] = {
     {"slide", "0.1 dbar a step, straight", 0.1, 0.0, 0.0},

@@ -133,7 +133,7 @@ struct Ours {
   int rings, around;  ///< number of cells in each ring; 0: three times the number of rings
   Population population;
   std::uint32_t bristles;  ///< number of representatives in the whole disc
-  double resolution;       ///< resolution of the infinite brush
+  double resolution;       ///< resolution of the infinite brush in each cell
 };
 constexpr Ours ours[] = {{"infinite_3_rings", 3, 0, Population::infinite, 900, 2.0},
                          {"infinite_4_rings", 4, 0, Population::infinite, 900, 4.0},
@@ -157,7 +157,7 @@ constexpr Theirs theirs[] = {{"lugre_21_exact", 21, LuGreGrid::StepRule::exact},
 struct SpinRegime {
   const char* name;
   const char* label;
-  double way;  ///< path of the disc's fastest point in a step, mean snap lengths
+  double way;  ///< path of the disc's fastest point in a step, in mean snap lengths
   double eps;
   bool there_and_back;
 };

@@ -1,4 +1,4 @@
-// Measures one patch from a hundred to four million bristles, on one thread and on two.
+// Measures the step of one patch with a hundred to four million bristles, on one thread and on two.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 

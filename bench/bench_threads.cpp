@@ -59,7 +59,7 @@ void add_timed_benchmark(const std::string& name, Function function) {
 /// A fork and join of tasks that do nothing, or that wait until a second thread has joined (5 ms at most).
 struct Meeting {
   bool wait = false;
-  long number = 0;  ///< index of the present fork and join, counted from the first one of the program
+  long number = 0;  ///< number of the present fork and join, counted from the start of the program
   std::atomic<int> come{0};
 
   static void attend(void* self, int) {

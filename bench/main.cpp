@@ -99,7 +99,8 @@ class WithRatios : public benchmark::BenchmarkReporter {
       auto& group = groups_[name.substr(7, slash - 7)];
       const double time = run.GetAdjustedRealTime();
       const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
-      if (!fresh) entry->second = std::min(entry->second, time);  // keeps the least time of the repetitions
+      // Keeps the shortest time of the repetitions.
+      if (!fresh) entry->second = std::min(entry->second, time);
     }
   }
   void Finalize() override {

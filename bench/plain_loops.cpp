@@ -14,7 +14,7 @@ namespace bristle::plain {
 namespace {
 
 constexpr std::size_t cache_line = 64;
-// bristles; four columns of a chunk are 16 KB, half of a small first-level cache
+// number of bristles in a chunk; its four columns are 16 KB, half of a small first-level cache
 constexpr std::size_t chunk = 1024;
 
 void* take(std::size_t bytes) {
@@ -168,7 +168,7 @@ inline float smaller(float a, float b) { return a < b ? a : b; }
 struct Path {
   float dx, dy;  // displacement
   float h;       // length of the displacement
-  float ex, ey;  // unit vector along the displacement; 0 where h is 0
+  float ex, ey;  // unit vector along the displacement of length h; 0 where h is 0
 };
 
 /// Sums over bristles of the deflection at the end (m), and (with Mean only) of its integral over the path

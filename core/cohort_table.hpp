@@ -97,7 +97,8 @@ constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
 /// State of an infinite brush apart from its rows of cohorts.
 struct CohortState {
-  std::int64_t base[2] = {0, 0};     ///< origin of the cohorts' places, in whole scaled lengths
+  std::int64_t base[2] = {0, 0};     ///< base from which the cohorts' places are counted, in whole scaled
+                                     ///< lengths
   double mass = 0.0;                 ///< mass of all cohorts, an integer
   double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place, for x and y
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch

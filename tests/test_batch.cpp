@@ -365,8 +365,8 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   const int enough = static_cast<int>(test_size(3000));
   int steps = 0;
   int wrong = 0;
-  for (; steps < enough || added <= 10; ++steps) {  // in slow builds goes on until the other thread has had
-                                                    // its turns
+  for (; steps < enough || added <= 10; ++steps) {  // in slow builds the loop goes on until the other thread
+                                                    // has had its turns
     std::vector<PatchId> ids = steady;
     {
       const std::lock_guard<std::mutex> lock(mutex);

@@ -53,8 +53,8 @@ Steady steady(const SnapLength& law, const Rubbing& rubbing) {
   return {rubbing.residual + moment(1, low) / moment(0, low), low};
 }
 
-/// Highest force and work of a cycle to and fro by `stroke`, 60 steps from one end to the other, begun in the
-/// middle.
+/// Highest force and work of a cycle to and fro by `stroke`, which begins in the middle; 60 steps lead from
+/// one end to the other.
 struct Cycle {
   double highest, work;
 };

@@ -101,7 +101,7 @@ TEST_CASE("A first loading of any length is known at once where it has settled",
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     Material material = plain_material(law, rule);
     material.shared_renewal = 1.0;
-    const std::clock_t begun = std::clock();  // CPU time: the machine may be busy
+    const std::clock_t begun = std::clock();  // takes CPU time, because the machine may be busy
     const double expected = rule == SnapRule::redraw ? steady_deflection(law, 1.0) * dbar / law.mean()
                                                      : material.kinetic_coefficient() / law.mean();
     for (const double x : {1e4, 1e5, 1e6})

@@ -106,7 +106,7 @@ TEST_CASE("A paced run gives the bits of the same steps back to back, whatever w
     // long is left out.
     CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
     CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
-    CHECK(paced.seconds == paced.realtime->ours.seconds);  // the time of the bare loop is excluded
+    CHECK(paced.seconds == paced.realtime->ours.seconds);  // does not include the time of the bare loop
     CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its due time or later
   }
 }

@@ -79,7 +79,7 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
   model.stiffness_share[7] = 0.2;
   model.slip_length[2] = 0.4;
   model.slip_length[7] = 3.0;
-  // Displacement (m) that the slip lengths are multiples of, mu N / sigma0.
+  // Unit of the slip lengths of the elements, m: mu N / sigma0.
   const double unit = 0.5 * 2.0 / 1e5;
   double a = 0.0, b = 0.0;
   for (const double way : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {

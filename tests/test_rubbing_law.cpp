@@ -209,7 +209,8 @@ TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one b
     const char* name;
     SnapLength law;
     Quantile quantile;
-    // Additional error; for a table with many bristles of nearly one length 1e-3 plus the piece of path.
+    // Error allowed in addition: for a table with many bristles of nearly one length 1e-3 plus the length of
+    // a piece of path.
     double tolerance;
   };
   const std::uint32_t n = test_size(20000);

@@ -289,7 +289,8 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  std::uintmax_t whole = 0;  // bytes of whole lines; a killed run may leave a partial one
+  std::uintmax_t whole = 0;  // bytes of the file's whole lines; a killed run may leave a partial line behind
+                             // them
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
       total.add(nlohmann::json::parse(line));

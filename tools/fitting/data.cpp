@@ -149,7 +149,7 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
-  std::size_t last = 0;  // number of samples in a row that showed the previous count
+  std::size_t last = 0;  // number of samples in a row that showed the previous encoder count
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;
@@ -255,7 +255,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // place of the turning point, in samples after this one
+    double place = 0.0;  // place of the turning point, in sampling intervals after this sample
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
@@ -275,7 +275,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 
 namespace {
 
-/// Adds the turning points that are known beside the samples.
+/// Adds the turning points of the motion that are known in addition to the samples.
 void insert_turns(FitData& data) {
   for (PathPoint turn : data.columns.turns) {
     const auto next = std::upper_bound(data.path.begin(), data.path.end(), turn.t,

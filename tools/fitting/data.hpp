@@ -56,7 +56,7 @@ struct FitColumns {
   bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< whether `bristle run` can read the file as a motion file
   std::vector<std::string> ignored_columns;
-  std::vector<std::size_t> parts;  ///< first row of each file but the first
+  std::vector<std::size_t> parts;  ///< first row of each file after the first
   std::vector<PathPoint> turns;    ///< known turning points between rows, in order of time; loads are unset
   double quantum = 0.0;            ///< m, count of the encoder that positions are already free of
   std::vector<std::string> understood;  ///< sentences on how the file was read
@@ -69,7 +69,7 @@ struct FitColumns {
 struct FitData {
   FitColumns columns;
   ForceSign sign = ForceSign::by_body;
-  bool sign_found = false;  ///< whether the sign of the force was determined from the data
+  bool sign_found = false;  ///< whether the sign of the force was determined from the data and not given
   unsigned axes = 1;
   /// N, measured force by the body: positive along the motion. In the plane all x components, then all y.
   std::vector<double> force;
@@ -82,11 +82,11 @@ struct FitData {
   /// Whether the load varies so little that the fit takes it as constant.
   bool steady_load = false;
   double quantum = 0.0;                 ///< m, count of an encoder; 0: none seen
-  double position_noise = 0.0;          ///< m, standard deviation of the position's noise
+  double position_noise = 0.0;          ///< m, standard deviation of the noise of the position
   double range = 0.0, travelled = 0.0;  ///< m, extent of the path and distance travelled
   double finest_move = 0.0;             ///< m, tenth percentile of the moves between samples
   int reversals = 0;
-  double longest_rest = 0.0;      ///< s, longest rest between motions
+  double longest_rest = 0.0;      ///< s, longest rest between two motions
   double slow = 0.0, fast = 0.0;  ///< m/s, tenth and ninetieth percentile of the moving samples' speeds
 
   /// Ratio of fast to slow speed; on one axis, in the direction where the ratio is larger.

@@ -27,9 +27,11 @@ constexpr double nearly_alike = 5.0;
 constexpr double widest_asymmetry = 0.1;
 // Ratio of the record's range to the presliding length below which the record may lack sliding.
 constexpr double no_sliding = 4.0;
-constexpr double longer = 3.0;            // multiple of the presliding length that is tried as well
-constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood that refutes a longer length
-constexpr double fewest_informing = 4.0;  // least number of samples that must determine a parameter
+constexpr double longer = 3.0;            // multiple of the presliding length that is tried as a longer
+                                          // length
+constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood beyond which a longer length is
+                                          // refuted
+constexpr double fewest_informing = 4.0;  // smallest number of samples that must determine a parameter
 
 /// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
 /// fourth powers of its weights, a column of J (J'J)^-1. Least squares alone would trust a single sample.
@@ -167,7 +169,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   }
   const double before = point.values[p];
   drop(p);
-  if (p == fit_kinetic) {  // the stiffness stays when the kinetic coefficient is reset
+  if (p == fit_kinetic) {  // the stiffness stays the same when the kinetic coefficient is reset
     double& length = point.values[fit_length];
     length =
         std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));
@@ -194,7 +196,7 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
   wide << j, model_.derivative(values, rival);
   const auto i = std::find(point.free.begin(), point.free.end(), p) - point.free.begin();
-  // Part of a Jacobian's column that the others do not explain.
+  // Part of a Jacobian's column that the other columns do not explain.
   const auto left = [&](const Eigen::MatrixXd& m) {
     Eigen::MatrixXd others = m;
     others.col(i).setZero();
@@ -255,7 +257,7 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
 std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
   constexpr int tried = 6, passes = 3;
   constexpr std::size_t several_fits = 3;
-  constexpr double as_good = 3.84;  // loss of twice the log likelihood at the 95 % limit
+  constexpr double as_good = 3.84;  // loss of twice the log likelihood at the ends of a 95 % interval
   double low = model_.lowest(open), high = model_.highest(open);
   std::vector<FitPoint> all{point}, row;
   for (int pass = 0; pass < passes && row.size() < several_fits; ++pass) {

@@ -87,7 +87,8 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   const Eigen::VectorXd friction = friction_measured(data_, point.values);
   const double elastic = model_.elastic_coefficient(point.values);
   const std::size_t n = data_.samples();
-  double highest = 0.0, reached = 0.0;  // friction over load: highest measured, and highest of the fit
+  double highest = 0.0, reached = 0.0;  // friction over load: the highest measured value, and the highest of
+                                        // the fit
   for (std::size_t i = 0; i < n; ++i) {
     if (data_.load[i] < 0.1 * data_.mean_load) continue;
     const auto length = [&](const Eigen::VectorXd& force) {
@@ -318,7 +319,7 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
   const bool free_law = options.law == SnapLaw::table;
   const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
   FitOptions held = with_rule(data, options, first);
-  if (free_law) held.law = SnapLaw::lognormal;  // lognormal law, the starting point of a free one
+  if (free_law) held.law = SnapLaw::lognormal;  // a lognormal law, from which a free law starts
   Found found = Fitter(thin, held, Detail::search, progress).search();
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);

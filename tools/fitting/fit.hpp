@@ -14,24 +14,29 @@
 namespace cli {
 
 /// Largest residual and shared renewal (together "rubbing") that a fit may find.
-inline constexpr double widest_residual = 0.95;  ///< residual, share of the presliding length
+inline constexpr double widest_residual = 0.95;  ///< largest residual length, as a share of the presliding
+                                                 ///< length
 inline constexpr double most_renewed = 8.0;
 
 struct FitOptions {
   std::vector<std::string> data;  ///< files of measured friction, CSV; several make one record
   FitReading reading;             ///< names, units and quantities that the files lack
-  std::optional<double> load;     ///< N, constant load that replaces the file's column
-  double mass = 0.0;              ///< kg, mass that is accelerated together with the body by the force sensor
+  std::optional<double> load;     ///< N, constant normal load that replaces the file's column of loads
+  double mass = 0.0;              ///< kg, mass between force sensor and contact, whose inertia the sensor
+                                  ///< measures too
   ForceSign sign = ForceSign::automatic;
   /// Law of snap lengths; table: any law, for the slide rule.
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  bool choose_rule = false;  ///< whether to choose between redraw and slide, by the error of held-out parts
+  bool choose_rule = false;  ///< whether to choose between the rules redraw and slide, by the error of
+                             ///< held-out parts
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
   /// Quantiles of the snap lengths over their mean, for SnapLaw::table; found by the fit.
   std::vector<double> quantiles;
-  std::optional<double> residual;    ///< share of the presliding length; fixed if given; rule keep has 0
-  std::optional<double> renewal;     ///< bristles renewed per snap; fixed if given; rule keep has 0
+  std::optional<double> residual;    ///< residual length as a share of the presliding length; fixed if given;
+                                     ///< the rule keep has 0
+  std::optional<double> renewal;     ///< number of bristles renewed per snap; fixed if given; the rule keep
+                                     ///< has 0
   std::optional<double> compliance;  ///< m/N, compliance of the stage that holds the contact; fixed if given
   std::optional<double> delay;       ///< s, delay of the force sensor; fixed if given
 
@@ -41,7 +46,8 @@ struct FitOptions {
 
   /// N m, gravity torque of a pendulum on the joint; it hangs straight down at angle 0.
   std::optional<double> pendulum;
-  bool rivals = false;  ///< whether to fit other models too, on part of the record, and judge all on the rest
+  bool rivals = false;  ///< whether to fit other friction models too, to a part of the record, and judge all
+                        ///< on the rest
 
   /// s after the first sample, end of the part that is fitted; none: a third of the record.
   std::optional<double> fit_until;
@@ -49,7 +55,7 @@ struct FitOptions {
 
   /// Whether to add any term that lowers the residuals, and keep terms with wide intervals.
   bool for_prediction = false;
-  bool no_drift = false;  ///< whether to fix the sensor's drift at 0
+  bool no_drift = false;  ///< whether to keep the sensor's drift at 0
   bool no_time = false;   ///< whether to leave out ageing and strengthening with speed
   bool quiet = false;     ///< whether to show no progress on a terminal
 };
@@ -98,9 +104,11 @@ inline bool bends_stage(const FitValues& p) { return p[fit_compliance] > 0.0 || 
 /// Speed and age at which speed- and age-dependent parameters are given: in the middle of the record, where
 /// the data determine them best.
 struct FitFrame {
-  double speed = 0.0;                            ///< m/s, reference speed; 0 without ageing or strengthening
+  double speed = 0.0;                            ///< m/s, speed for which speed-dependent parameters are
+                                                 ///< given; 0 without ageing or strengthening
   double age = 0.0;                              ///< s, reference age
-  double shortest_age = 0.0, longest_age = 0.0;  ///< s, range of the bristles' ages in the record
+  double shortest_age = 0.0, longest_age = 0.0;  ///< s, shortest and longest age of the bristles in the
+                                                 ///< record
   bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
   /// Whether the form is assumed, since the data do not distinguish it from the other.
   bool form_assumed = true;
@@ -110,8 +118,8 @@ struct FitFrame {
 struct FitEstimate {
   double value = 0.0;
   bool fitted = false;
-  double low = 0.0, high = 0.0;  ///< limits of the 95 % interval, if the number is fitted
-  std::string why;               ///< reason why the number is not fitted; else empty
+  double low = 0.0, high = 0.0;  ///< lower and upper end of the 95 % interval, if the parameter is fitted
+  std::string why;               ///< reason why the parameter is not fitted; empty if it is
 };
 
 struct FitResult {
@@ -129,7 +137,7 @@ struct FitResult {
   /// N, fitted force (by the body) at the samples, with the sensor's offset and drift.
   std::vector<double> curve;
   double residual_rms = 0.0;  ///< N, rms of the measured less the fitted force
-  double held_out_rms = 0.0;  ///< N, rms error of parts of the record, each predicted from the rest
+  double held_out_rms = 0.0;  ///< N, rms error of parts of the record, each predicted from a fit to the rest
   double explained = 0.0;     ///< share of the force's sum of squares that the fit explains
 
   /// Number of correlated samples that count as one independent sample in the intervals.
@@ -138,7 +146,7 @@ struct FitResult {
   double smallest_singular_value = 0.0;
   /// 1/N, lower estimate of the bristles per newton, from residuals in sliding; may be infinite
   double fluctuating_bristles = 0.0;
-  int evaluations = 0;  ///< runs of the brush along the path, the search included
+  int evaluations = 0;  ///< number of times that the brush was stepped along the path, the search included
 };
 
 /// Names of the numbers in a report, in the order of FitParameter, then peak, stiffness, forward and

@@ -37,7 +37,7 @@ struct Found {
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
   int evaluations = 0;    ///< number of times the force was computed along the path
-  double held_out = 0.0;  ///< N, rms error of held-out parts
+  double held_out = 0.0;  ///< N, rms error of held-out parts of the record
 };
 
 /// Fitter of one record: finds the best point, and removes from it the parameters that the record does not
@@ -173,12 +173,13 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;  // sentence saying that the record cannot distinguish delay from compliance
+  std::string stage_note_;  // sentence saying that the record cannot distinguish a sensor's delay from a
+                            // stage's compliance
   struct Row {
     FitPoint middle;
     std::vector<FitPoint> points;
   };
-  std::vector<Row> rows_;  // points as good as the best, for each open parameter
+  std::vector<Row> rows_;  // for each undetermined parameter, the points that fit as well as the best
   Progress& progress_;
 };
 

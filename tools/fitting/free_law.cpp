@@ -39,7 +39,7 @@ Bins make_bins(const FitModel& model, double presliding_length) {
 struct Normal {
   MatrixXd matrix;
   VectorXd side;
-  double squares = 0.0;  // N^2, sum of squares of the force itself
+  double squares = 0.0;  // N^2, sum of squares of the measured force itself
   double left(const VectorXd& w) const { return w.dot(matrix * w) - 2.0 * w.dot(side) + squares; }
 };
 

@@ -61,7 +61,8 @@ struct Model {
   /// Computes friction on the joint for each interval between samples, N m, and on request its derivatives by
   /// the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< number of runs along the log for friction with its derivatives
+  int runs_with_slopes = 1;  ///< number of runs along the log in which friction and its derivatives were
+                             ///< computed
 };
 
 double size(const std::vector<double>& x) {
@@ -146,7 +147,7 @@ class Balance {
 
  private:
   struct Block {
-    std::size_t first = 0, end = 0;  ///< range of the block's samples
+    std::size_t first = 0, end = 0;  ///< range of samples that make up the block
   };
   const JointLog& log_;
   std::vector<Block> blocks_;

@@ -26,7 +26,7 @@ struct Judgement {
 };
 
 struct Judgements {
-  double until = 0.0;              ///< s, end of the fitted part
+  double until = 0.0;              ///< s, end of the part of the record to which models are fitted
   double presliding_length = 0.0;  ///< m; residuals within twice this path after a turn count as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
   std::vector<Judgement> models;

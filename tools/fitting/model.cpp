@@ -124,7 +124,7 @@ std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   const double c = p[fit_compliance];
   const std::size_t n = data_.samples();
   const std::vector<double>& t = data_.columns.t;
-  std::size_t next = 0;  // index of the first sample that is not before the point in time
+  std::size_t next = 0;  // index of the first sample at or after the given time
   for (PathPoint& point : path) {
     const std::size_t k = std::min(next, n - 1);
     double share = 0.0;  // weight of the previous sample's force in the force at the point
@@ -190,8 +190,8 @@ Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sen
 void FitModel::settle_stage(const FitValues& p) {
   if (!bends_stage(p)) return;
   constexpr int most_rounds = 100;
-  constexpr double share = 0.5;  // share of each correction that is applied; converges for stages up to three
-                                 // times as soft as the bristles
+  constexpr double share = 0.5;  // share of each correction that is applied, so that the iteration converges
+                                 // for stages up to three times as soft as the bristles
   Eigen::VectorXd force = Eigen::VectorXd::Zero(stage_force_.size());
   for (int round = 0; round < most_rounds; ++round) {
     set_stage_force(force);

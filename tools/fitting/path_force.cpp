@@ -59,8 +59,9 @@ bristle::Material BrushShape::material(double length) const {
   }
   m.snap_rule = rule;
   m.residual_length =
-      std::min(share * length, bristle::largest_residual * mean);  // clamped to the largest residual allowed,
-                                                                   // under strong growth
+      std::min(share * length, bristle::largest_residual * mean);  // limited to the largest residual length
+                                                                   // allowed, which strong growth would
+                                                                   // exceed
   m.shared_renewal = redraws ? shared_renewal : 0.0;
   m.ageing_form = ageing_form;
   m.ageing_strength = redraws ? ageing_strength : 0.0;

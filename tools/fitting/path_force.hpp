@@ -16,22 +16,23 @@ namespace cli {
 struct PathPoint {
   double x = 0.0;       ///< m, position
   double load = 0.0;    ///< N, normal load
-  bool wanted = true;   ///< whether the force is wanted at this point; else it is a turning point
-  double t = 0.0;       ///< s, needed for contacts that age
+  bool wanted = true;   ///< whether the caller wants the force at this point; if not, it is a turning point
+  double t = 0.0;       ///< s, time of the point, needed for contacts that age
   double y = 0.0;       ///< m, second coordinate, in the plane only
-  bool begins = false;  ///< whether a new record begins, with no memory of the last
+  bool begins = false;  ///< whether a new record begins here, with fresh bristles
 };
 
 /// State of the bristles at the first point.
 enum class StartState : unsigned char {
-  straight,  ///< bristles straight, as when the contact has just been made
-  forward,   ///< state after a long slide towards +x; in the plane, along the first motion
+  straight,  ///< bristles are straight, as when the contact has just been made
+  forward,   ///< bristles are in the state after a long slide towards +x (in the plane, along the first
+             ///< motion)
   backward   ///< state after a long slide towards -x; in the plane, against the first motion
 };
 
 /// Memory that bristles which keep their snap lengths have of their phases.
 enum class Memory : unsigned char {
-  forgotten,  ///< phases become evenly spread in a long slide, so that no state recurs
+  forgotten,  ///< phases of bristles become evenly spread in a long slide, so that no earlier state recurs
 
   /// Bristles keep phases for ever; those that were straight together are so again at the same place.
   whole
@@ -45,7 +46,8 @@ struct Past {
   double rested = 0.0;
   /// m/s, speed of a slide before the record; 0: too fast for bristles to age.
   double speed = 0.0;
-  std::vector<StartState> later = {};  ///< starting states of the later records; none: straight
+  std::vector<StartState> later = {};  ///< starting states of the second and later records; none: straight
+                                       ///< bristles
   StartState of_part(std::size_t part) const {
     return part == 0 ? start : part <= later.size() ? later[part - 1] : StartState::straight;
   }
@@ -62,7 +64,7 @@ struct BrushShape {
   double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;
-  double ageing_time = 1.0;  ///< s, time from which bristles age
+  double ageing_time = 1.0;  ///< s, time from which snap lengths grow
 
   /// Mean snap length of bristles of the frame's age over that of new ones.
   double growth = 1.0;
@@ -113,7 +115,7 @@ class PathForce {
   unsigned axes_;
   bool disc_;
   double most_load_ = 0.0;
-  std::list<std::unique_ptr<Brush>> made_;  // brushes, the most recently used first
+  std::list<std::unique_ptr<Brush>> made_;  // brushes computed so far, the most recently used first
 };
 
 /// Returns the force along the path for bristles that keep their snap lengths.

@@ -14,7 +14,7 @@ constexpr std::size_t brushes = 100;
 constexpr std::uint32_t bristles_of_each = 200;
 // Highest number of samples used: neighbouring samples have nearly equal errors, so more would add nothing.
 constexpr std::size_t most_samples = 2000;
-constexpr double widest_slide = 3000.0;  // longest slide before the record, in presliding lengths
+constexpr double widest_slide = 3000.0;  // longest slide simulated before the record, in presliding lengths
 constexpr double whole_memory_variance = 2.0;
 
 /// Returns the elastic force of randomly drawn brushes minus their mean, N, by sample (row) and brush

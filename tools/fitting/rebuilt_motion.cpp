@@ -39,15 +39,16 @@ std::vector<double> between_plateaus(std::vector<double> force) {
 
 /// Times at which the force passes from one plateau to the other.
 struct Crossings {
-  std::vector<double> t;          // s, where it is halfway between them
-  std::vector<int> sign;          // sign of the plateau that it goes to
-  std::optional<double> loading;  // s, where a record that begins unloaded first has half of a plateau
+  std::vector<double> t;          // s, time at which the force is halfway between the plateaus
+  std::vector<int> sign;          // sign of the plateau that the force goes to
+  std::optional<double> loading;  // s, time at which a record that begins unloaded first has half of a
+                                  // plateau's force
 };
 
 Crossings find_crossings(const std::vector<double>& t, const std::vector<double>& force) {
   Crossings found;
   int side = 0;
-  std::size_t last = 0;  // last row on the plateau
+  std::size_t last = 0;  // last row on the plateau before the crossing
   for (std::size_t i = 0; i < force.size(); ++i) {
     const int reached = force[i] > 0.5 ? 1 : force[i] < -0.5 ? -1 : 0;
     if (reached != 0 && reached != side) {
@@ -89,7 +90,8 @@ double find_lag(const std::vector<double>& t, const std::vector<double>& force, 
   std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
   const double rise = rises[rises.size() / 2];
 
-  std::vector<std::pair<double, double>> near;  // time after a crossing over `rise`, force from -1 to 1
+  std::vector<std::pair<double, double>> near;  // s, time after a crossing over `rise`, and force scaled to
+                                                // -1 to 1
   for (std::size_t k = 0; k < crossings.t.size(); ++k) {
     const double from = crossings.t[k] - 6.0 * rise, to = crossings.t[k] + 0.2 * rise;
     for (auto i = std::lower_bound(t.begin(), t.end(), from); i != t.end() && *i < to; ++i)
@@ -217,7 +219,7 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
     x = smoothed_positions(motion, motion.x, data.quantum);
     noise = position_noise(x, 0.2 * data.quantum);
   }
-  std::vector<double> times, places;  // the rows of the motion, and its turning points
+  std::vector<double> times, places;  // the motion at the file's rows, and its turning points
   for (const PathPoint& point : make_path(t, x, std::vector<double>(t.size()), noise)) {
     times.push_back(point.t);
     places.push_back(point.x);

@@ -32,7 +32,7 @@ struct Row {
   const char* name;
   const char* unit;
   double per_si;
-  const char* key;  ///< name of the row in JSON and Python
+  const char* key;  ///< name of the parameter in JSON and in Python
 };
 /// Rows of the report, in the order of FitParameter, then peak, stiffness, and friction towards +x and -x.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
@@ -201,7 +201,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 1500;  // most samples that a curve in a report has
+constexpr std::size_t most_drawn = 1500;  // largest number of samples that a curve in a report has
 
 /// Selects evenly spaced samples, with the first and the last of each file among them.
 std::vector<std::size_t> drawn(const FitColumns& c) {

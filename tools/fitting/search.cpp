@@ -78,7 +78,8 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
         fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
-  point.values[fit_kinetic] = 1.0;  // with this value the derivative is the force at unit coefficient
+  point.values[fit_kinetic] = 1.0;  // if the coefficient has this value, the derivative is the force for a
+                                    // coefficient of 1
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
@@ -115,7 +116,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
     FitPoint best;
-    best.values[fit_kinetic] = 0.0;  // stays 0 where no shape of this length has friction
+    best.values[fit_kinetic] = 0.0;  // stays 0 if no shape of this length has positive friction
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       FitValues shape = shapes[k];
@@ -140,7 +141,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
       starts.insert(starts.end(), lowest.begin(), lowest.end());
     }
   }
-  if (rubs(bending)) {  // starts from the best length of the best shapes, which matter more than lengths
+  if (rubs(bending)) {  // begins with the best length of the best shapes, which matter more than further
+                        // lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
       if (point.values[fit_kinetic] > 0.0) starts.push_back(point);

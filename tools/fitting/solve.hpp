@@ -16,7 +16,7 @@ struct FitPoint {
   FitParameterSet free;
   Past past;
   FitFrame frame;
-  double sum_of_squares = 0.0;  ///< N^2, sum of squared residuals
+  double sum_of_squares = 0.0;  ///< N^2, sum of the squared differences between measured and computed force
 };
 
 /// Sets the model's past and frame to those of a point; they give the point's values their meaning.
@@ -50,11 +50,11 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 /// (to first order).
 struct PopulationError {
   Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
-  bool seen = false;           ///< whether the residuals show the bristles' fluctuation
+  bool seen = false;           ///< whether the residuals show the fluctuation of a finite number of bristles
 
   /// Number of bristles at the mean load, if seen; a lower estimate, as it takes misfit for fluctuation.
   double bristles = 0.0;
-  double noise = 0.0;  ///< N^2, variance of the residuals that is left to the sensor's noise
+  double noise = 0.0;  ///< N^2, variance of the residuals that is attributed to noise of the sensor
 };
 /// Estimates the errors from a finite number of bristles. Assumes `usual_bristles` at the mean load as far as
 /// the residuals do not show their number.

@@ -12,13 +12,15 @@
 namespace cli {
 namespace {
 
-constexpr double told_apart = 12.0;  // gain in twice the log likelihood from which two terms are distinct
+constexpr double told_apart = 12.0;  // gain in twice the log likelihood beyond which one of two terms is
+                                     // clearly better
 
 /// Starting values: a delay over the sampling interval, or the stage's share of the total compliance.
 constexpr std::array<double, 2> shares(bool delayed) {
   return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};
 }
-constexpr int rounds = 2;  // number of fits, each with the stage bent by the force of the last one
+constexpr int rounds = 2;  // number of fits, in each of which the stage is bent by the force of the previous
+                           // fit
 
 }  // namespace
 

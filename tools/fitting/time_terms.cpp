@@ -15,7 +15,7 @@ namespace {
 using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
-constexpr double rest_samples = 10.0;  // fewest samples at one place that count as a rest
+constexpr double rest_samples = 10.0;  // smallest number of samples at one place that count as a rest
 
 // Gain in twice the log likelihood from which two forms are distinct; 4 would do if bristles did not differ
 // by chance.
@@ -63,7 +63,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   };
   struct Scaled {
     double scale;
-    std::optional<Eigen::VectorXd> column;  // derivative of the force; none: the term is left out
+    std::optional<Eigen::VectorXd> column;  // derivative of the force by the parameter; none: the term is
+                                            // left out
   };
   std::vector<Scaled> ageing{{0.0, {}}}, strengthening{{0.0, {}}}, lubricant{{0.0, {}}};
   if (options_.rule == bristle::SnapRule::redraw) {

@@ -48,7 +48,7 @@ class Kinds {
       if (kind.material == patch.material && kind.full_weight == patch.full_weight &&
           alike(kind.options, patch.options))
         return k;
-      if (kinds_.size() - k == 64) break;  // storing a kind twice costs less than a long search
+      if (kinds_.size() - k == 64) break;  // storing an equal recipe twice costs less than a long search
     }
     kinds_.push_back(patch);
     return kinds_.size() - 1;

@@ -12,8 +12,8 @@ namespace cli {
 namespace {
 
 constexpr std::size_t gap = 2;           // blanks between two columns
-constexpr std::size_t readable = 20;     // characters, least width of a column of text
-constexpr std::size_t widest_word = 30;  // characters of a word; longer ones are cut
+constexpr std::size_t readable = 20;     // least width, in characters, of a column of text
+constexpr std::size_t widest_word = 30;  // largest width, in characters, of a word; longer words are cut
 
 std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;

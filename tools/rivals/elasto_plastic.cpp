@@ -53,14 +53,14 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
                   steady};
   if (way > 0.0) {
     const Pair e = (1.0 / way) * displacement;
-    Pair sum;  // integral of the deflection z over the path
+    Pair sum;  // integral of the deflection z over the path of the step
     double rest = way;
     for (int pieces = 0; rest > 0.0; ++pieces) {
       const double back = -dot(z, e);
       const double size = length(z);
       double piece = rest;
       if (back > 1e-12 * steady) {
-        piece = std::min(rest, back);  // unloading is elastic at any deflection
+        piece = std::min(rest, back);  // unloading is elastic at any deflection, so alpha is 0
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else if (size < band.elastic * (1.0 - 1e-12)) {

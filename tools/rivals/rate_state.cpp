@@ -13,7 +13,7 @@ enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
 struct Equations {
   double v0, mu0_over_a, b_over_a, length;
-  double per_metre;  // change of u per metre of spring stretch
+  double per_metre;  // change of the scaled spring force u per metre of spring stretch
   Pair v;            // m/s, velocity of the body
 
   struct Slip {
@@ -133,7 +133,8 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  constexpr int most_pieces = 100'000;  // a slider that runs away on a soft spring needs some thousand pieces
+  constexpr int most_pieces = 100'000;  // largest number of pieces; a slider that runs away on a soft spring
+                                        // needs some thousand
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
     h = std::min(h, left);
@@ -169,7 +170,8 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
     psi = 0.0;
     return {};
   }
-  const double unit = direct_effect * load_n / surface.stiffness;  // m of spring stretch per unit of u
+  const double unit = direct_effect * load_n / surface.stiffness;  // m of spring stretch per unit of the
+                                                                   // scaled force u
   const Equations eq{.v0 = reference_speed,
                      .mu0_over_a = surface.kinetic_coefficient / direct_effect,
                      .b_over_a = state_effect / direct_effect,

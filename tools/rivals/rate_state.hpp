@@ -22,7 +22,8 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< the model uses kinetic_coefficient (mu0) and stiffness (sigma0) alone
+  Surface surface;                ///< parameters of the surface, of which the model uses only
+                                  ///< kinetic_coefficient (mu0) and stiffness (sigma0)
   double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
   double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
   double state_length = 2e-5;     ///< m, Dc: distance over which the state wears off

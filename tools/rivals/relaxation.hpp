@@ -15,7 +15,8 @@ struct Relaxed {
 /// any q, so any step length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   const double lost = -std::expm1(-q);                           // 1 - exp(-q)
-  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t) over the step
+  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t) over the duration of
+                                                                 // the step
   const Pair away = z - target;
   return {z - lost * away, target + mean_left * away};
 }

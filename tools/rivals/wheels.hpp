@@ -23,7 +23,7 @@ struct Wheel {
   double load = 0.0, limit = 0.0;  ///< N, normal load and highest friction
   double half = 0.0;               ///< m, half length of the contact
   double stiffness = 0.0;          ///< N per unit of creepage (sideways slip over rolled distance)
-  double low_speed = 0.0;          ///< m/s, least speed by which creepage divides
+  double low_speed = 0.0;          ///< m/s, smallest speed by which the slip is divided to give the creepage
   int cells = 32;
 
   double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which the whole contact slips

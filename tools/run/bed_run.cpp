@@ -44,7 +44,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< scene without its beds, so without patches
+  Scene scene;  ///< scene without its beds, so without any patch
   std::vector<SceneBed> beds;
 };
 
@@ -122,7 +122,8 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys absent from a row keep their values
+    BedRow row = rows.empty() ? BedRow{} : rows.back();  // numbers that a row leaves out keep the values of
+                                                         // the row before
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");

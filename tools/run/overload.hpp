@@ -25,10 +25,12 @@ struct OverloadResult {
   bool replayed = false;
   std::uint64_t decisions = 0;  ///< number of changes in how many bristles a patch uses
   std::uint64_t late_steps = 0;
-  std::uint64_t most_bristles = 0, bristles = 0;  ///< number left out: highest of the run, and final
-  double least_share = 1.0;                       ///< least share of its bristles that a patch kept
+  std::uint64_t most_bristles = 0, bristles = 0;  ///< smallest share of its bristles that a patch kept
+  double least_share = 1.0;                       ///< smallest share of its pieces that an infinite brush
+                                                  ///< kept
   double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush kept
-  std::uint32_t patches = 0;                      ///< patches that lack bristles at the end
+  std::uint32_t patches = 0;                      ///< number of patches that lack bristles at the end of the
+                                                  ///< run
   double rate_s = 0.0;                            ///< s per bristle and step, measured during the run
 };
 

@@ -28,9 +28,11 @@ struct RealtimeOptions {
 struct PacedLoopResult {
   bristle::DeadlineMonitor monitor;
   double seconds = 0.0;
-  double stolen_s = 0.0;        ///< s, stolen by the hypervisor from all cores, in steps of 10 ms
-  double stolen_worst_s = 0.0;  ///< s, stolen during the turn in which the worst tick was
-  double queued_worst_s = 0.0;  ///< s, wait for a core from the tick before the worst to its end
+  double stolen_s = 0.0;        ///< s, time that the hypervisor took from all cores, counted in steps of
+                                ///< 10 ms
+  double stolen_worst_s = 0.0;  ///< s, time that the hypervisor took during the turn with the worst tick
+  double queued_worst_s = 0.0;  ///< s, time that the thread waited for a core, from the tick before the worst
+                                ///< one to the worst one's end
 };
 
 struct RealtimeResult {
@@ -41,7 +43,7 @@ struct RealtimeResult {
   bool locked_memory = false;
   std::vector<std::string> refused;
   PacedLoopResult ours, bare;
-  std::uint64_t held_up = 0;  ///< ticks skipped because this tool's own accounting took long
+  std::uint64_t held_up = 0;  ///< number of ticks skipped because this program's own accounting took too long
   bool stopped = false;       ///< whether a signal ended the run early
 };
 

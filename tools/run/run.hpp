@@ -58,11 +58,11 @@ struct ForceStatistics {
 struct PatchResult {
   bristle::PatchInfo info;  ///< facts of the first copy, at the end of the run
   std::uint64_t memory_bytes = 0;
-  ForceStatistics force[2];       ///< force at the end of each step, on the body
-  ForceStatistics mean_force[2];  ///< mean force in each step, on the body, if computed
+  ForceStatistics force[2];       ///< N, force at the end of each step, on the body
+  ForceStatistics mean_force[2];  ///< N, mean force over each step, on the body, if computed
   ForceStatistics load;
-  double sliding_force = 0.0;  ///< N, sum of elastic forces in sliding steps
-  double sliding_load = 0.0;   ///< N, sum of normal loads in sliding steps
+  double sliding_force = 0.0;  ///< N, sum over the sliding steps of the elastic force
+  double sliding_load = 0.0;   ///< N, sum over the sliding steps of the normal load
   std::uint64_t sliding_steps = 0;
   /// Highest ratio of elastic force to load, of steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
@@ -77,7 +77,7 @@ struct PatchResult {
 struct Sticking {
   bool broke_away = false;
   double time = 0.0, applied = 0.0;  ///< s, first break-away; N, force applied then
-  double stuck = 0.0;                ///< s, total time in which the body stuck
+  double stuck = 0.0;                ///< s, total time in which the body was stuck
 };
 
 struct BodyResult {
@@ -88,7 +88,7 @@ struct BodyResult {
 
 struct RunResult {
   std::uint64_t steps = 0;
-  std::uint64_t steps_before = 0;  ///< steps done before the state that was restored
+  std::uint64_t steps_before = 0;  ///< number of steps that the restored state had already done
   double seconds = 0.0;            ///< s, wall time of the steps, without the bare sleep loop
   bristle::DeadlineMonitor monitor;
   std::string isa;

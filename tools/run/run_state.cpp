@@ -21,7 +21,8 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t numbers_of_run = 4;  // four numbers: steps, dt, copies, bodies
+constexpr std::size_t numbers_of_run = 4;  // number of doubles at the head of the state: steps, dt, copies,
+                                           // bodies
 constexpr std::size_t numbers_per_way = 4;
 
 /// Converts numbers to little-endian 64-bit floats, as which all but the patches' states is saved.

@@ -16,7 +16,7 @@ namespace cli {
 struct SolveStatistics {
   std::uint64_t iterations = 0;  ///< number of evaluations of the friction force
   int worst_iterations = 0;
-  double worst_residual = 0.0;  ///< largest error over the largest force of the equation
+  double worst_residual = 0.0;  ///< largest error of the equation over the largest force in it
 };
 
 /// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +

@@ -23,17 +23,18 @@ enum class MotionType { hold, ramp, sine, keyframes, trace };
 
 struct PrescribedMotion {
   MotionType type = MotionType::hold;
-  double velocity[2] = {0.0, 0.0};  ///< m/s, of a ramp, between the times `from` and `until`
+  double velocity[2] = {0.0, 0.0};  ///< m/s, velocity of a ramp between the times `from` and `until`
   double from = 0.0;                ///< s, start of a ramp
   double until = std::numeric_limits<double>::infinity();
   double amplitude[2] = {0.0, 0.0};  ///< m, of a sine
   double frequency = 1.0;            ///< Hz, of a sine
   double phase = 0.0;                ///< turns, phase of a sine at t = 0
   std::vector<MotionRow> keyframes;
-  std::shared_ptr<const MotionFile> trace;  ///< motion file, moved to start at t = 0; may be shared
-  std::vector<LoadStep> load_steps;         ///< normal loads over time; empty: loads of the rows
-  double turn_per_copy = 0.0;               ///< turns; copy i moves in directions rotated by i times this
-  double delay_per_copy = 0.0;              ///< s; copy i moves later by i times this
+  std::shared_ptr<const MotionFile> trace;  ///< rows of a motion file, moved so that they start at t = 0;
+                                            ///< several motions may share them
+  std::vector<LoadStep> load_steps;         ///< normal loads over time; empty: the rows have the loads
+  double turn_per_copy = 0.0;               ///< turns, by which the directions of copy i are rotated, times i
+  double delay_per_copy = 0.0;              ///< s, by which copy i moves later, times i
 
   /// Returns the rows of keyframes or motion file; none in other motions. Linear between rows; the last row
   /// holds on.

@@ -348,7 +348,8 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys absent from a row keep their values
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // numbers that a row leaves out keep the
+                                                               // values of the row before
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     row.x = table.number("x", position, row.x);
@@ -372,7 +373,8 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files read, by path and clip_load
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files that were read, by path and
+                                                                 ///< clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty()) {
@@ -381,7 +383,7 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
-    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the motion that the file replaces
+    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // removes the motion that the file replaces
   motion.keyframes.clear();
   if (trace->has_load) motion.load_steps.clear();
   motion.trace = trace;

@@ -19,8 +19,10 @@ namespace cli {
 struct SceneMaterial {
   std::string name;
   bristle::Material material;
-  std::optional<bristle::Coefficients> coefficients;  ///< set if the scene gives friction coefficients
-  std::string where;                                  ///< "file:line: [[material]] 'name'", for messages
+  std::optional<bristle::Coefficients> coefficients;  ///< friction coefficients, if the scene gives the
+                                                      ///< material by them
+  std::string where;                                  ///< "file:line: [[material]] 'name'", place of the
+                                                      ///< material for messages
 };
 
 /// Contact patch of a scene. Either a prescribed motion or a body moves it, never both.
@@ -30,9 +32,9 @@ struct ScenePatch {
   bristle::PatchOptions options;
   std::uint32_t count = 1;            ///< number of copies; copy i has seed + i and the name "name.i"
   int priority = 0;                   ///< under a time budget, patches of lowest priority lose bristles first
-  std::uint32_t least_bristles = 64;  ///< number that a patch keeps under a time budget
+  std::uint32_t least_bristles = 64;  ///< number of bristles that a patch keeps under a time budget
   std::uint32_t stride = 1;  ///< if above 1, copy k here is copy k * stride of the scene (others left out)
-  std::string where;         ///< "file:line: [[patch]] 'name'", for messages
+  std::string where;         ///< "file:line: [[patch]] 'name'", place of the patch for messages
   std::optional<PrescribedMotion> motion;
 
   /// Returns whether a body moves the patch.
@@ -56,9 +58,10 @@ struct SceneBody {
   std::string name;
   double mass = 1.0;                 ///< kg
   double gravity = 9.80665;          ///< m/s^2
-  std::vector<LoadStep> extra_load;  ///< N, load besides the weight
+  std::vector<LoadStep> extra_load;  ///< N, load in addition to the body's weight
   double velocity[2] = {0.0, 0.0};   ///< m/s, initial velocity
-  std::vector<ForceRow> force;       ///< N over time; linear between rows, two rows at one time make a jump
+  std::vector<ForceRow> force;       ///< N, pushing force over time; linear between rows, two rows at one
+                                     ///< time make a jump
   std::vector<ForceSine> force_sines;
   std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
   int axes = 2;
@@ -82,9 +85,11 @@ struct Scene {
   std::string name;
   std::string description;
   double dt = 1e-3;                ///< s
-  std::optional<double> duration;  ///< s, simulated time; none: length of the longest motion file
+  std::optional<double> duration;  ///< s, simulated time of the scene; none: length of the longest motion
+                                   ///< file
   double deadline = 1e-3;          ///< s
-  std::optional<double> budget;    ///< s per step; bristles are left out to stay within it
+  std::optional<double> budget;    ///< s per step, time budget within which steps stay by leaving out
+                                   ///< bristles
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< number of patches whose forces are written
   SceneLimits limits;

@@ -21,7 +21,7 @@
 namespace cli {
 namespace {
 
-constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy beside its patch's bristles
+constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy in addition to its patch's bristles
 
 // Bytes that every machine has; a smaller scene is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
@@ -66,7 +66,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_bristle};
     } catch (const bristle::Error&) {
-      return {};  // no estimate: the run itself reports the error, with its place
+      return {};  // gives no estimate: the run itself reports the error with its place
     }
   }
 

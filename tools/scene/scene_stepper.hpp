@@ -22,7 +22,7 @@ struct SceneCopy {
   /// Cosine and sine of the angle by which this copy's motion is rotated.
   double cosine = 1.0, sine = 0.0;
   double axis[2] = {1.0, 0.0};  ///< direction of the patch's first axis in the scene
-  Position last;                ///< last position of the motion, before its rotation
+  Position last;                ///< last position of the copy's motion, m, before its rotation
 };
 
 /// Returns the number of steps in the scene's duration. Throws UserError if they are too many.

@@ -31,7 +31,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
 double largest_spread(SnapLaw family, SnapRule rule) {
   switch (family) {
     case SnapLaw::uniform:
-      return 0.57735;  // spread of a uniform law from 0 to twice its mean
+      return 0.57735;  // spread of a law that is uniform from 0 to twice its mean
     case SnapLaw::normal:
     case SnapLaw::exponential:
       return 1.0;

@@ -10,7 +10,7 @@ namespace cli {
 inline double sine_of_turns(double turns) noexcept {
   const double phase = turns - std::floor(turns);  // exact, in [0, 1)
   const double quarter = std::floor(4.0 * phase + 0.5);
-  const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // at most pi / 4 in magnitude
+  const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // angle of at most pi / 4 in magnitude
   const double a2 = a * a;
   // Evaluates the Taylor polynomials of sine and cosine, whose first omitted term is below 1e-17 for |a| <=
   // pi / 4.
@@ -35,7 +35,7 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // quarter 0, or 4 just below a whole turn
+      return sine;  // number of the quarter of the circle: 0, or 4 just below a whole turn
   }
 }
 

@@ -69,7 +69,7 @@ std::vector<StopRow> stopping_distances() {
 // the force on the body after step i and d_i the displacement of step i; a damper b takes sum b d_i^2 / T.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
-  constexpr int samples = 1000;  // number of steps per swing
+  constexpr int samples = 1000;  // number of time steps in a swing of the patch
   bristle::PatchBatch batch;
   bristle::Motion motion;
   motion.id = batch.add(

@@ -12,15 +12,18 @@
 namespace cli {
 namespace {
 
-constexpr double zeta = 1000.0;          // bristles in contact at the largest load, 1 N
-constexpr double rest_amplitude = 1e-7;  // mean snap lengths; below, the loop is at rest
-constexpr double bound_amplitude = 1e5;  // mean snap lengths; above, motion grows without bound
-constexpr double lasting_energy = 0.8;   // of the last quarter's energy over the one before
+constexpr double zeta = 1000.0;          // number of bristles in contact at the largest load, 1 N
+constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop counts as at
+                                         // rest
+constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which motion counts as
+                                         // growing without bound
+constexpr double lasting_energy = 0.8;   // ratio of the energy in the last quarter of the run to that in the
+                                         // quarter before, below which the loop settles
 
 // Peak-to-peak motion, in mean snap lengths, above which snapping lasts: the snap length of the shortest
 // bristle.
 constexpr double lasting_amplitude = 0.5;
-constexpr double quanta_at_rest = 4.0;  // encoder counts; smaller motions count as rest
+constexpr double quanta_at_rest = 4.0;  // number of encoder counts; smaller motions count as rest
 
 // Change of position x and velocity v of a mass in a step, per unit of velocity and of the force held over
 // the step.
@@ -39,7 +42,7 @@ Hold hold_of(double mass, double device_damping, double dt) {
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
-  double force = 0.0;  // N, force that acts in the next step
+  double force = 0.0;  // N, force on the mass that acts in the next step
 };
 
 // Advances an axis by one step: returns its displacement and sets v to the velocity at the end. Not for the
@@ -250,7 +253,8 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, of the last hundred steps
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, positions and velocities of the
+                                                             // last hundred steps
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;

@@ -13,16 +13,16 @@ namespace cli {
 /// Scheme by which force and motion are coupled from one time step to the next. "End force" is the friction
 /// at the end of a step, "mean force" its average over the step.
 enum class Scheme {
-  explicit_euler,  ///< position from the old velocity, velocity from the old force
+  explicit_euler,  ///< explicit Euler: position from the old velocity, velocity from the old force
 
   /// Velocity from the old force, position from the new velocity; end force.
   semi_implicit,
-  semi_implicit_mean,  ///< as semi_implicit, by the mean force
+  semi_implicit_mean,  ///< as semi_implicit, but with the mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements
   linear_always,       ///< implicit Euler with constant stiffness, without force limit
   hold,                ///< end force held over the next step; damper by the true velocity
-  hold_difference,     ///< as hold, with the damper by the last two positions
+  hold_difference,     ///< as hold, but with the damper computed from the last two positions
   device,              ///< end force held over the next step, device damping b, encoder
   device_mean          ///< as device, with the mean force and no encoder
 };
@@ -63,7 +63,7 @@ struct LoopSetup {
   double stribeck_velocity = 1e12;  ///< m/s, speed at which the dampers fade; default: never
   double device_damping = 0.0;      ///< b, N s/m, damping of the device
   double quantum_m = 0.0;           ///< m, step of the encoder; 0: exact positions
-  double mean_snap_length = 1e-5;   ///< m; snap lengths are uniform from 0.5 to 1.5 of it
+  double mean_snap_length = 1e-5;   ///< m, mean snap length; lengths are uniform from 0.5 to 1.5 of it
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   std::uint32_t bristles = 300;
   double start_velocity = 0.0;  ///< m/s, initial velocity along the first axis
@@ -71,16 +71,16 @@ struct LoopSetup {
   int axes = 1;
   /// Whether, with two axes, the mass gets the start velocity sideways after a quarter of the run.
   bool turn = false;
-  double smallest_load = 1.0;       ///< lowest load over the largest; 1: constant load
+  double smallest_load = 1.0;       ///< lowest load over the largest load; 1: constant load
   std::uint64_t steps = 8000;       ///< number of steps of the whole run
-  std::uint64_t load_period = 500;  ///< number of steps in which the load swings once
-  bool stop_early = true;           ///< whether the run ends at rest or at unbounded motion
+  std::uint64_t load_period = 500;  ///< number of steps in a swing of the load
+  bool stop_early = true;           ///< whether the run ends early at rest or at unbounded motion
   bristle::Population population = bristle::Population::representatives;
 };
 
 enum class Verdict {
-  settles,  ///< the motion dies away, or is negligible
-  grows,    ///< the motion grows without snaps so far, or without bound
+  settles,  ///< the motion dies away, or is negligibly small
+  grows,    ///< the motion grows, without snaps so far or without bound
   rings     ///< bristles keep snapping, at an amplitude that lasts
 };
 const char* to_string(Verdict verdict) noexcept;
@@ -91,8 +91,9 @@ struct LoopResult {
   /// m, peak-to-peak motion in the last quarter of the run, on the axis where it is larger.
   double peak_to_peak_m = 0.0;
   double highest_speed = 0.0;  ///< m/s, highest speed in the last quarter of the run
-  double energy_ratio = 0.0;   ///< highest energy in the last quarter over that before
-  double distance_m = 0.0;     ///< m, farthest from the start along the first axis
+  double energy_ratio = 0.0;   ///< highest energy in the last quarter of the run over that in the quarter
+                               ///< before
+  double distance_m = 0.0;     ///< m, largest distance from the start along the first axis
 };
 
 /// Runs the loop. Throws bristle::Error on parameters that the library refuses.

@@ -50,14 +50,14 @@ double steady_force(const SpringPull& pull) {
 // rate n0 + n1, and from it the force.
 Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
-  double number = 0.0;  // mean age at snapping, which is 1 / n0
+  double number = 0.0;  // mean age of bristles when they snap, which is 1 / n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
   for (const Life& life : lives(pull)) {
     const double a = life.age;
     const Complex faded = std::exp(-p * a), gone = 1.0 - faded;
     number += a;
-    kept += gone / p;                    // integral of exp(-p a) over ages a of its life
-    bent += (gone / p - a * faded) / p;  // integral of a exp(-p a) over ages a of its life
+    kept += gone / p;                    // integral of exp(-p a) over the ages a of a bristle's life
+    bent += (gone / p - a * faded) / p;  // integral of a exp(-p a) over the ages a of a bristle's life
     lost += gone / life.gain;
     lost_bent += a * gone / life.gain;
   }

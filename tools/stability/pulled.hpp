@@ -17,7 +17,7 @@ struct SpringPull {
   std::string name;
   bristle::Material material;
   double load_n = 10.0;
-  double speed_m_per_s = 1e-5;  ///< m/s, of the spring's pulled end
+  double speed_m_per_s = 1e-5;  ///< m/s, speed of the spring's pulled end
   double mass_kg = 1.0;
   double dt_s = 1e-3;
 };
@@ -35,12 +35,12 @@ double critical_stiffness(const SpringPull& pull);
 
 /// Result of steady sliding that was disturbed by a push.
 struct PullResult {
-  double growth = 0.0;   ///< ln of the ratio of late to early amplitude of the speed
-  double slowest = 0.0;  ///< lowest speed over that of the pull; at or below 0: stick-slip
+  double growth = 0.0;   ///< ln of the late over the early amplitude of the speed
+  double slowest = 0.0;  ///< lowest speed of the mass over that of the pull; at or below 0: stick-slip
   double fastest = 0.0;
   double highest_force = 0.0, lowest_force = 0.0;  ///< N, spring force in the second half of the run
-  double energy_error = 0.0;  ///< J, largest excess of energy over the work of the spring
-  double work = 0.0;          ///< J, work that the spring did
+  double energy_error = 0.0;  ///< J, largest energy of mass and contact in excess of the work of the spring
+  double work = 0.0;          ///< J, work that the spring has done
 };
 /// Simulates a pull. `push` is the extra stretch of the spring at the start, `lengths` the distance that its
 /// end moves, both in mean snap lengths.

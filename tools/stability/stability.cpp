@@ -20,7 +20,7 @@ namespace cli {
 namespace {
 
 constexpr double mass_kg = 0.1, dt_s = 1e-3, mean_snap_length_m = 1e-5;
-constexpr double push = 0.3;  // initial amplitude in sticking, in mean snap lengths
+constexpr double push = 0.3;  // initial amplitude in runs that stick, in mean snap lengths
 
 // Distance in which the initial speed of sliding stops, in mean snap lengths.
 constexpr double slide = 20.0;
@@ -106,7 +106,7 @@ StabilityResult measure(const StabilityOptions& options) {
   result.maps.resize(mapped_schemes().size());
   result.varied.resize(mapped_schemes().size());
   std::vector<std::function<void()>> jobs;
-  result.rests.resize(2);  // jobs on the slope start first, since they take longest
+  result.rests.resize(2);  // jobs of the plate on the slope start first, since they take longest
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.push_back([&result, &options, i] {
       result.rests[i] = rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0,

@@ -35,7 +35,7 @@ const char* to_string(Why why) noexcept;
 
 struct MapCell {
   double k = 0.0;       ///< K T^2/m: stiffness, step, mass
-  double second = 0.0;  ///< C T/m (damping), or for a device b T/m
+  double second = 0.0;  ///< damping of the patch, C T/m, or for a device its own damping, b T/m
   bool linear_stable = false;
   LoopResult sticking, sliding;        ///< runs started by a small push while sticking, and in steady sliding
   Verdict verdict = Verdict::settles;  ///< the worse verdict of both runs

@@ -18,7 +18,7 @@ constexpr std::uint64_t most_rows = 10'000'000;  ///< largest number of rows in 
 
 struct SweepColumn {
   std::string name;
-  std::string unit;  ///< empty: a pure number, or a text
+  std::string unit;  ///< unit of the column; empty: a pure number, or a text
   ColumnType type = ColumnType::number;
   /// Whether the column holds a measured time, which differs in every run and is left out of the table's
   /// hash.
@@ -45,7 +45,7 @@ struct WindowSums {
 struct SweepRun {
   const Scene& scene;
   const RunResult& result;
-  std::vector<WindowSums> windows;  ///< by index of the patch
+  std::vector<WindowSums> windows;  ///< values of a patch, by the index of the patch
   double cpu_s = 0.0;
 };
 
@@ -55,7 +55,7 @@ struct SweepResult {
   bool by_default = false;
   /// Computes the result from a run; null if this run has no such result.
   nlohmann::json (*read)(const SweepRun&, std::size_t index) = nullptr;
-  std::size_t index = 0;  ///< index of the patch or body to which it belongs
+  std::size_t index = 0;  ///< index of the patch or body that the result belongs to
 };
 
 /// Lists all results that the scene can give. `with_error`: the study compares with a reference run.

@@ -428,7 +428,8 @@ std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
       values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
     return values;
   }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // backwards, so that the last key varies fastest
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // keys in reverse order, so that the last key varies
+                                                    // fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();
   }
@@ -455,7 +456,7 @@ Scene Study::scene_from(toml::table root) const {
     if (found != paths_.end()) name = found->second;
   });
   Scene scene = scene_of(root, scene_file_);
-  scene.budget.reset();  // makes rows repeatable, which leaving out bristles by time does not
+  scene.budget.reset();  // switches off leaving out bristles by time, so that rows can be repeated
   return scene;
 }
 

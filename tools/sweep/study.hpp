@@ -22,7 +22,7 @@ struct StudyOptions {
   std::string scene;              ///< scene file
   std::vector<std::string> vary;  ///< what varies, each as KEY=RANGE
   SweepSampling sampling = SweepSampling::grid;
-  std::uint64_t points = 0;  ///< number of a sample's points; a grid has its own
+  std::uint64_t points = 0;  ///< number of points of a sample; a grid has its own number
   std::uint64_t repeat = 1;  ///< number of rows at each point, with different seeds
 
   /// Seed of the sample, and of the rows' scenes. Without it and without repeats, rows keep the scene's own
@@ -100,7 +100,8 @@ class Study {
   std::map<std::string, std::string> stamps_;  ///< by path: modification time and size when it was read
   std::string scene_name_;
   std::vector<VariedKey> varied_, set_, reference_;
-  double window_from_ = 0.0, window_until_ = 1e300;  ///< s, beginning and end of the time window
+  double window_from_ = 0.0, window_until_ = 1e300;  ///< s, beginning and end of the time window in which
+                                                     ///< results are taken
   std::uint64_t points_ = 0;
   std::vector<double> shares_;  ///< coordinates of a sample's points in [0, 1), point by point
   std::vector<SweepResult> results_;

@@ -14,7 +14,7 @@ struct SweepOptions {
   StudyOptions study;
   std::vector<std::string> out;      ///< tables to write, as CSV; "-": stdout
   std::string journal;               ///< journal file of finished rows; empty: beside the first table
-  std::string json;                  ///< report to write; empty: none, "-": stdout
+  std::string json;                  ///< file of the report to write; empty: none, "-": stdout
   std::optional<std::uint64_t> row;  ///< row whose scene is printed, instead of running the study
   int threads = 0;                   ///< number of rows at a time; 0: one per core
   std::string isa;

@@ -50,11 +50,11 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  Vector3 out = centre - closest;  // vector from the block to the tool
+  Vector3 out = centre - closest;  // vector from the centre of the block to the tool
   double distance = out.norm();
   if (distance > 0.0) {
     out /= distance;
-  } else {  // the tool's centre is inside the block: pushes it out through the nearest face
+  } else {  // the tool's centre is inside the block, so it is pushed out through the nearest face
     int axis = 0;
     const double depth = (half - centre.cwiseAbs()).minCoeff(&axis);
     const double side = centre[axis] < 0.0 ? -1.0 : 1.0;

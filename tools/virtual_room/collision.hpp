@@ -26,8 +26,8 @@ inline constexpr int surfaces = 5;
 /// Place where two bodies touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< surface of the room that is touched; not for block_tool
-  int corner = 0;                    ///< index of the block's corner, for block_surface
+  Surface surface = Surface::floor;  ///< surface of the room that is touched; not used for block_tool
+  int corner = 0;                    ///< index of the block's corner that touches, for block_surface
 
   /// m, place of the touch: on block or tool if a surface is touched; on the block if the tool touches it
   Vector3 point = Vector3::Zero();

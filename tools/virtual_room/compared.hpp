@@ -67,12 +67,13 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
 
 /// Cycles per second; amplitude in bristle lengths.
 inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
-/// s, rests between slides of one second each. The sequence then repeats in the other direction.
+/// s, lengths of the rests between slides of one second each. The sequence then repeats in the other
+/// direction.
 inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
 inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s and s, speed and duration of a slide
 
 struct RestPhase {
-  double place = 0.0;  ///< m, place of the carriage
+  double place = 0.0;  ///< m, place of the carriage that holds the blocks
   bool slides = false;
   double rested = 0.0;  ///< s, length of the rest before this slide; during a rest, its full length
 };

@@ -9,8 +9,8 @@ namespace room {
 
 struct Drawing {
   bool shadows = true;
-  bool half_resolution = false;  ///< whether the room, not the panels, is drawn at half resolution
-  double period_s = 1.0 / 60;    ///< s, shortest time from picture to picture
+  bool half_resolution = false;  ///< whether the room is drawn at half resolution (panels are not)
+  double period_s = 1.0 / 60;    ///< s, shortest time from one picture to the next
   const char* says = "";         ///< note for the user on what is left out
 };
 
@@ -52,8 +52,8 @@ class DrawingPace {
   }
 
   std::size_t level_ = 0;
-  long count_ = 0;      ///< number of pictures drawn at this level
-  bool tried_ = false;  ///< whether this level was tried from a plainer one
+  long count_ = 0;      ///< number of pictures drawn so far at this level
+  bool tried_ = false;  ///< whether this level was tried after a plainer one
   double mean_s_ = 0.0, mean_share_ = 1.0, since_ = 0.0, wait_s_ = 5.0;
 };
 

@@ -27,7 +27,7 @@ using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
 /// Contact of the block with a surface or the tool that has a patch; its load is an input, its force an
 /// output.
 struct PatchContact {
-  std::size_t patch = 0;  ///< index of the patch, 0 to patch_count - 1
+  std::size_t patch = 0;  ///< index of the contact's patch, 0 to patch_count - 1
   TangentRows rows = TangentRows::Zero();
   /// Row whose product with the velocities is the block's rate of turn on the tool's pad, rad/s; for a pad
   /// only.
@@ -66,7 +66,8 @@ class Friction {
   double active_bristles(std::size_t i) const noexcept;
   /// Returns how many bristles on the floor snapped in the last step; 0 if the model is no brush.
   std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }
-  std::uint64_t state_hash() const noexcept;  ///< hash of the patches, or of the other model's states
+  std::uint64_t state_hash() const noexcept;  ///< hash of the patches, or of the states of the other friction
+                                              ///< model
 
  private:
   // Contacts without friction, each of which reports two of the nine velocities: their displacements return
@@ -97,7 +98,7 @@ class Friction {
   bristle::PatchId pad_id_;
   bristle::ExtendedMotion pad_motion_;
   std::uint64_t snaps_ = 0;
-  // Numbers of points and of pad cells; cells_ 0: the pad does not touch.
+  // Number of point contacts and of cells of the tool's pad; cells_ is 0 while the pad does not touch.
   std::size_t points_ = 0, cells_ = 0;
 };
 

@@ -37,7 +37,7 @@
 namespace room {
 namespace {
 
-constexpr double fade_time = 0.05;      // s, time over which the hand's force fades in and out
+constexpr double fade_time = 0.05;      // s, time over which the force on the hand fades in and out
 constexpr double message_time = 6.0;    // s, time for which a message is shown
 constexpr double farthest_hand = 10.0;  // m, largest hand coordinate accepted on each axis
 constexpr double strongest_hand = 1e3;  // N, largest hand force accepted on each axis
@@ -69,7 +69,7 @@ struct Order {
   Parameters parameters, beside[most_compared];
   std::uint64_t revision = 0;
   bool reset = false;
-  Device* device = nullptr;  ///< null: the present device stays
+  Device* device = nullptr;  ///< new device; null: the present device stays
   Recording recording = Recording::as_it_is;
   Message message;
 };
@@ -687,14 +687,14 @@ struct HapticLoop::Impl {
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // hand_recorded: the recording includes the hand, not forces alone
+  // hand_recorded: whether the recording includes the hand or the forces alone
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force that is sent to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
-  std::size_t speed = 0;  // index into `speeds`, the speeds of slow motion
+  std::size_t speed = 0;  // index into `speeds`, the list of slow-motion speeds
   double progress = 0.0;  // slow motion: sum of the speed over the ticks since the last step; steps at 1
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
@@ -718,9 +718,9 @@ struct HapticLoop::Impl {
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool pulling = false;     // whether the motion that is replayed is the slow pull
+  bool pulling = false;     // whether the motion being replayed is the room's own slow pull
   std::string recorded;     // name of the last recording
-  Act waiting = Act::none;  // act that waits until a recording has been closed
+  Act waiting = Act::none;  // the person's request that waits until a recording has been closed
 
   // Whether a recording is to be closed; whether a recording failed and the user has not been told yet.
   bool closing = false, failed = false;

@@ -22,7 +22,7 @@ constexpr std::uint64_t most_ticks_at_once = 1000;
 struct Summary {
   double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, over all ticks
 
-  // m, farthest place of the block.
+  // m, farthest place that the block reached.
   double farthest = 0.0;
   std::string last_message;
 

@@ -84,13 +84,13 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--stall-graphics", o.stall_graphics_ms,
                  "ms that the graphic loop stands still, once a second")
       ->check(cli::within(0.0, 10000.0))
-      ->group("");  // for tests, hence not in --help
+      ->group("");  // only for tests, and therefore not shown by --help
 }
 
 std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {
   switch (o.device) {
     case room::DeviceKind::mouse:
-      return nullptr;  // the loop then makes its own mouse device
+      return nullptr;  // without a device the loop makes its own mouse device
     case room::DeviceKind::script:
       if (o.script.empty()) throw cli::UserError("--device script needs --script FILE");
       return std::make_unique<room::PlayedHand>("script", std::move(script.hand), script.lost_at,

@@ -16,7 +16,8 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< three per triangle, anticlockwise seen from outside
+  std::vector<std::uint32_t> indices;  ///< indices of vertices, three per triangle, anticlockwise seen from
+                                       ///< outside
 };
 
 /// Makes a box with rounded edges; `half` is the half length on each axis.

@@ -10,7 +10,7 @@ namespace room {
 
 class Moved {
  public:
-  static constexpr double settles = 6.0;  ///< s, time after the beginning from which creep counts
+  static constexpr double settles = 6.0;  ///< s, time after the beginning from which on creep is counted
 
   /// Restarts the count: motion that a hand causes is no creep.
   void begin(double time_s = 0.0) noexcept {

@@ -68,10 +68,10 @@ struct GuiState {
   float plot_seconds = 8;
   std::vector<std::string> files;  ///< files that can be loaded, as found when the list was opened
   FirstBending first_bending;
-  double share = 1.0;                 ///< simulated over real time, as a share of the chosen speed
+  double share = 1.0;                 ///< simulated time over real time, as a share of the chosen speed
   double pictures = 0.0;              ///< pictures per second
   const char* drawn = "";             ///< text on what pictures leave out to keep pace, or ""
-  float back_s = 0, back_most_s = 0;  ///< s, age of the moment shown during a pause, and its limit
+  float back_s = 0, back_most_s = 0;  ///< s, how long ago the moment shown during a pause was, and its limit
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,

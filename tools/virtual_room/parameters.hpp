@@ -68,10 +68,10 @@ struct Parameters {
   /// Tool's pad, a contact with an extent; null: the tool touches at a point, which is in `patches`.
   bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
-  bool new_patches = false;           ///< whether the patches are new, with no bristle bent
+  bool new_patches = false;           ///< whether the patches are new, so that no bristle is bent
   rivals::Surface surface;            ///< surface under the block, for LuGre and Coulomb
   rivals::Surface tool_surface;       ///< surface under the tool, for LuGre and Coulomb
-  double kinetic = 0.0, peak = 0.0;   ///< coefficients of friction that follow from the bristles
+  double kinetic = 0.0, peak = 0.0;   ///< friction coefficients that follow from the bristles
   double presliding_length = 0.0;     ///< m, mean deflection at which a bristle snaps
   double stiffness_per_newton = 0.0;  ///< 1/m, stiffness of the sticking contact over its load
   double bristle_stiffness = 0.0;     ///< N/m, stiffness sigma0 of one bristle

@@ -197,7 +197,7 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
   const float line = fonts.small->FontSize;
-  if (in.height < 8 * line) return;  // leaves the space to the legend
+  if (in.height < 8 * line) return;  // leaves this space free for the legend
   const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
   draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
                      (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);

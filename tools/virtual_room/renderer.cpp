@@ -238,7 +238,8 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    constexpr GLint sizes[] = {4, 2, 3};  // components of each attribute of an instance: place, state, shape
+    constexpr GLint sizes[] = {4, 2, 3};  // number of components of each attribute of an instance: place,
+                                          // state, shape
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);

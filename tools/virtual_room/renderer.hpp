@@ -33,7 +33,7 @@ float arrow_length(double newtons);
 /// Ends of the force arrows, in the room's axes.
 struct ForceArrows {
   Eigen::Vector3f friction_from, friction_to, applied_from, applied_to;
-  bool friction = false, applied = false;  ///< whether each arrow is long enough to be drawn
+  bool friction = false, applied = false;  ///< whether each of the arrows is long enough to be drawn
 };
 ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures);
 

@@ -30,7 +30,7 @@ struct Settings {
   double shared_renewal = bristle::Coefficients{}.shared_renewal;
   /// Growth of static friction at rest per decade of time, over kinetic; 0: no ageing.
   double growth_per_decade = 0.0;
-  double ageing_time = 0.1;  ///< s, rest time from which static friction grows
+  double ageing_time = 0.1;  ///< s, time of rest from which on static friction grows
   bool keep = false;         ///< whether bristles keep their lengths (SnapRule::keep) or redraw them
 
   /// Whether the brush is infinite (Population::infinite); `bristles` is then ignored.
@@ -156,7 +156,8 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< coefficients that follow from the settings
+  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< friction coefficients that follow from the
+                                                             ///< settings
 
   /// m, presliding length that follows from the settings
   double presliding_length = 0.0;
@@ -180,7 +181,8 @@ struct PlotPoint {
 
 /// Fixed dimensions of the room, m.
 struct RoomMeasures {
-  double length = 0.60, width = 0.40, height = 0.30;  ///< x, y, z; walls at x = length/2 and y = +-width/2
+  double length = 0.60, width = 0.40, height = 0.30;  ///< m, size of the room along x, y and z; walls stand
+                                                      ///< at x = length/2 and y = +-width/2
   double block[3] = {0.10, 0.08, 0.06};
   double tool_radius = 0.008;
 };

@@ -11,15 +11,15 @@ namespace room {
 /// Places of a hand that moves the block along x. The tool comes to the block from behind, low, so that the
 /// push hardly shifts load between the corners; then its spring pulls.
 struct PullPlaces {
-  /// Time to reach the block, s; gap before that, m; height over the floor, m.
+  /// Time in which the hand reaches the block, s; gap before that, m; height of the hand over the floor, m.
   static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;
-  double touching;  ///< m, place of the tool where it meets the block
+  double touching;  ///< m, place of the tool where it touches the block
 
   /// m, path of the hand from `touching` to the peak of the spring's force, bending of bristles included.
   double to_peak;
   double z;
 
-  /// `peak`: highest friction in first loading, over load.
+  /// Makes the pull; `peak`: highest friction of first loading, over load.
   PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
       : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
     constexpr double gravity = 9.80665;
@@ -33,7 +33,7 @@ struct PullPlaces {
 /// Returns the slow pull, from the reset on: the force reaches the peak after two seconds, and continues as
 /// long again. At the end the hand lets go. `peak`: friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
-  constexpr double to_peak = 2.0;  // s, time from the reset to the peak
+  constexpr double to_peak = 2.0;  // s, time from the reset to the peak of the force
   const PullPlaces places(s, peak, m);
   HandMotion motion;
   motion.rows = {places.at(0.0, places.touching - places.gap), places.at(places.approach, places.touching),
@@ -50,7 +50,7 @@ inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& 
 /// Part of the tour. After `tour_hand_s` the hand of the room has finished and the scene of the models
 /// follows.
 struct TourPart {
-  double until_s;    ///< s, end of the part, from the beginning of the tour
+  double until_s;    ///< s, end of this part, from the beginning of the tour
   const char* says;  ///< line of text for the user
 };
 inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;

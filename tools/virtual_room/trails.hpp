@@ -14,7 +14,7 @@ namespace room {
 class Trails {
  public:
   static constexpr std::size_t blocks = 1 + most_compared;
-  static constexpr float spacing = 0.004f;  ///< m, distance between points of a path
+  static constexpr float spacing = 0.004f;  ///< m, distance between two stored points of a path
 
   /// Highest number of points; beyond it the oldest are removed, but not the first.
   static constexpr std::size_t most = 200;

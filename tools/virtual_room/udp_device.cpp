@@ -19,14 +19,16 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr std::int64_t most_ahead = 1 << 16;  // largest jump of the sequence number that is plausible
-constexpr int most_packets = 32;              // packets read in one tick; a flood must not stop the loop
+constexpr std::int64_t most_ahead = 1 << 16;  // largest increase of the sequence number that is plausible
+constexpr int most_packets = 32;              // largest number of packets read in one tick, so that a flood
+                                              // does not stop the loop
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // little-endian machines only, as in the library
+  std::memcpy(&bits, &value, sizeof value);  // the packets' layout needs a little-endian machine, as the
+                                             // library does
   std::memcpy(to, &bits, sizeof value);
 }
 template <class T>
@@ -141,7 +143,8 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (there_ && now - heard_at_ > silence_s_) there_ = false;
-  unsigned char bytes[hand_packet_size + 1];  // one byte more, so that a longer packet is noticed
+  unsigned char bytes[hand_packet_size + 1];  // one byte more than a packet has, so that a longer packet is
+                                              // noticed
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};
     socklen_t length = sizeof from;

@@ -41,7 +41,8 @@ inline constexpr std::size_t hand_packet_size = 72, force_packet_size = 48;
 struct HandPacket {
   std::uint32_t sequence = 0;
   Hand hand;
-  std::uint64_t token = 0;  ///< key of the tag that encode() adds; 0 = no tag. decode() does not change it
+  std::uint64_t token = 0;  ///< key of the tag that encode() adds; 0 = no tag. decode() does not change the
+                            ///< key
 };
 struct ForcePacket {
   std::uint32_t sequence = 0;

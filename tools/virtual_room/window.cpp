@@ -41,10 +41,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// s, simulated: moments kept for looking back, and for how long.
+// s, simulated time between the moments kept for looking back, and how long they are kept.
 constexpr double kept_every_s = 0.05, kept_s = 60.0;
 constexpr double notice_lasts_s = 4.0;
-constexpr double answer_takes_s = 1.0;  // s, longest time between sending settings and their taking effect
+constexpr double answer_takes_s = 1.0;  // s, longest time after sending settings until they take effect
 
 std::string last_glfw_error;
 
@@ -217,7 +217,7 @@ class RoomWindow {
   void begin_tour() {
     Settings to = settings_of(Comparison::none);
     to.bristles = view_->gui.settings.bristles;
-    to.presliding_length = 4e-3;  // bristles long enough to be seen bending
+    to.presliding_length = 4e-3;  // bristles must be this long to be seen bending
     change_settings(to);
     act(Act::tour);
     touring_ = tour_begins_ = touched_ = true;
@@ -234,7 +234,8 @@ class RoomWindow {
     view_->title.clear();
     if (!touring_) return;
     const bool compares = view_->gui.settings.compare == Comparison::models;
-    tour_begins_ = tour_begins_ && room().time > 1.0;  // true until the room's time shows the reset
+    tour_begins_ = tour_begins_ && room().time > 1.0;  // stays true until the room's time shows that the
+                                                       // reset has happened
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);

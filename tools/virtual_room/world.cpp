@@ -16,7 +16,7 @@ using Vector9 = Eigen::Matrix<double, velocities, 1>;
 using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 
 constexpr double gravity = 9.80665;  // m/s^2
-constexpr double tool_mass = 0.05;   // kg, mass of the tool
+constexpr double tool_mass = 0.05;   // kg, mass of the tool that the hand moves
 constexpr double air_damping = 0.5;  // N s/m, damper between tool and air
 
 // N/m, normal stiffness of one contact; a block at rest sinks in by a few micrometres.
@@ -127,7 +127,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   find_touches(measures_, block_, tool_, found_);
 
   // 3. Friction: steps every patch along its displacement in this tick, then sets the velocity that the
-  //    forces give.
+  // forces give.
   friction_.step(dt, coupled_, external, contacts);
   body_.velocity = coupled_.velocity;
   keep_forces(dt, mean);

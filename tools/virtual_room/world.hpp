@@ -70,15 +70,15 @@ class World {
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // N, friction of the patch on the block
-    double load = 0.0, limit = 0.0;   // N, normal load and highest elastic friction
+    Vector3 force = Vector3::Zero();  // N, friction of the place's patch on the block
+    double load = 0.0, limit = 0.0;   // N, normal load of the place and its highest elastic friction
 
     // N m, torque of a pad on the block about the normal, and its highest value.
     double torque = 0.0, torque_limit = 0.0;
     double way[2] = {0, 0};  // m, displacement along the tangent axes since the touch began
   };
   struct NormalContact {
-    Velocity row;  // row whose product with the velocities is the speed at which the gap opens
+    Velocity row;  // row whose product with the velocities is the speed at which the gap at this place opens
     double depth, damping;
     bool presses;
   };
@@ -108,8 +108,9 @@ class World {
   bool held_ = false;        // whether the hand's spring has pulled since the reset
   bool caught_up_ = false;   // whether the spring's end has reached the hand since the tool was taken
   Body body_;                // velocities of block and tool, and their mass
-  Body coupled_;             // body_ with the hand's spring and the normal contacts added to the mass
-  Touches touches_, found_;  // contacts that act in this tick; those found at its end, for the next
+  Body coupled_;             // mass of body_ with the hand's spring and the normal contacts added
+  Touches touches_, found_;  // contacts that act in this tick, and contacts found at its end for the next
+                             // tick
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};

@@ -374,7 +374,8 @@ class MidpointSolver {
   }
 
  private:
-  static constexpr double load_share = 1e-3;  // share of the load that the scale of forces is at least
+  static constexpr double load_share = 1e-3;  // share of the load by which the scale of forces is bounded
+                                              // from below
 
   // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {

@@ -107,7 +107,7 @@ class BRISTLE_API PatchBatch {
   void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< sets the motion of a
                                                                                    ///< patch for the next
                                                                                    ///< step
-  StepReport step(double dt_s) noexcept;  ///< uses the motions set by move()
+  StepReport step(double dt_s) noexcept;  ///< steps the batch with the motions set by move()
 
   /// Returns the response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none,
   /// as after a reset or restore_state.
