@@ -309,6 +309,39 @@ TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]
   }
 }
 
+TEST_CASE("A block turned by a hand holds, breaks away at its peak torque, and slides at its kinetic torque",
+          "[room]") {
+  const Settings settings = few_bristles();
+  const RoomMeasures measures;
+  const auto turned = [](double t, double angle) -> HandRow {
+    return {t, {false, {0, 0, 0}, {0, 0, 0}, true, angle}};
+  };
+  // All four corners are as far from the middle, so torque over arm and weight is the coefficient of
+  // friction.
+  const double arm = 0.5 * std::hypot(measures.block[0], measures.block[1]);
+  const double unit = settings.mass * g * arm;
+
+  // Half of the peak's torque bends the bristles, a torsion spring in series with the hand's. They spring
+  // back with the hand.
+  const double angle = 0.5 * settings.peak * unit / turn_stiffness;
+  Run held(settings, {turned(0.0, 0.0), turned(1.0, angle), turned(2.0, 0.0)});
+  const double bristles = held.tick().stiffness_per_newton * settings.mass * g * arm * arm;  // N m/rad
+  const double bent = angle * turn_stiffness / (turn_stiffness + bristles);
+  CHECK(turn_about(held.until(1.0), 2) == Approx(bent).epsilon(0.05));
+  CHECK(std::fabs(turn_about(held.until(2.5), 2)) < 0.02 * bent);
+
+  constexpr double rate = 0.1, damper = 0.015;  // rad/s, N m s/rad
+  Run run(settings, {turned(0.0, 0.0), turned(8.0, 8.0 * rate)});
+  double highest = 0.0, sum = 0.0;
+  for (int k = 1; k <= 8000; ++k) {
+    const double torque = turn_stiffness * (1e-3 * k * rate - turn_about(run.tick(), 2));
+    highest = std::max(highest, torque);
+    if (k > 6000) sum += torque / 2000.0;
+  }
+  CHECK(highest / unit == Approx(settings.peak).epsilon(0.03));
+  CHECK((sum - damper * rate) / unit == Approx(settings.kinetic).epsilon(0.02));
+}
+
 TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pushed harder it slides",
           "[room]") {
   Settings settings = few_bristles();
@@ -995,7 +1028,10 @@ TEST_CASE("A script of a point gives the bits on record, another one others", "[
 
 TEST_CASE("A recording is played again to the same bits, changes of the settings included", "[room]") {
   Settings settings = few_bristles();
-  Run run(settings, {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)});
+  std::vector<HandRow> hand = {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)};
+  for (HandRow& row : hand) row.hand.turns = true;  // a torsion spring too
+  hand.back().hand.angle = 0.3;
+  Run run(settings, hand);
   run.until(0.137);
   REQUIRE(run.loop().exchange().acts.push(Act::record));
   run.tick();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -21,8 +22,10 @@
 #include "tools/virtual_room/offscreen.hpp"
 #include "tools/virtual_room/panels.hpp"
 #include "tools/virtual_room/plots.hpp"
+#include "tools/virtual_room/png_file.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
+#include "tools/virtual_room/snap_sound.hpp"
 #include "tools/virtual_room/trails.hpp"
 
 namespace test_room_screen {
@@ -204,6 +207,22 @@ TEST_CASE("Keys take the tool where it is, push it at 10 mm/s, and hold on until
   mouse.let_go();
   CHECK(mouse.hand_changed());
   CHECK_FALSE(mouse.hand().holds);
+}
+
+TEST_CASE("Keys turn the block from where it lies at half a radian per second, until they let go", "[room]") {
+  room::MouseControl mouse;
+  Snapshot room;
+  room.block_orientation[0] = std::cos(0.1);  // turned by 0.2 rad about the floor's normal
+  room.block_orientation[3] = std::sin(0.1);
+  CHECK(mouse.turn(0, false, 0.1, room) == 0.0);
+  CHECK_FALSE(mouse.hand_changed());
+  CHECK(mouse.turn(1, false, 0.1, room) == Approx(0.05 * room::turn_stiffness));
+  CHECK(mouse.hand().angle == Approx(0.25));
+  CHECK(mouse.turn(-1, true, 0.2, room) == Approx(0.04 * room::turn_stiffness));
+  CHECK(mouse.hand().turns);
+  CHECK_FALSE(mouse.hand().holds);
+  mouse.let_go();
+  CHECK_FALSE(mouse.hand().turns);
 }
 
 TEST_CASE("An undone change of the settings brings back what was before it, a dragged slider at once",
@@ -488,6 +507,49 @@ TEST_CASE("The histogram counts a time in the class that holds it", "[room]") {
     }
   }
   CHECK(inside == 3);
+}
+
+TEST_CASE("A snap rings at its tone and dies away, more snaps ring louder, and none are silent", "[room]") {
+  room::SnapTone tone;
+  std::vector<std::int16_t> heard;
+  tone.add(0, 8, heard);
+  CHECK(std::count(heard.begin(), heard.end(), 0) == 8);
+  heard.clear();
+  tone.add(100, 8, heard);  // half of full scale
+  tone.add(0, 72, heard);
+  // A resonator struck once rings as r^k sin((k + 1) w) / sin(w).
+  const double w = 2 * 3.14159265358979 * 1200 / 8000, r = std::exp(-1 / (2e-3 * 8000));
+  for (int k = 0; k < 80; ++k) {
+    const double expected = 12000 * 0.5 * std::pow(r, k) * std::sin((k + 1) * w) / std::sin(w);
+    CHECK(heard[static_cast<std::size_t>(k)] == Approx(expected).margin(1.0));
+  }
+}
+
+TEST_CASE("A film is an animated PNG of all pictures of one size, halved pictures are means of four",
+          "[room]") {
+  room::PixelImage image{4, 2, {}};
+  for (int i = 0; i < 24; ++i) image.rgb.push_back(static_cast<std::uint8_t>(10 * i));
+  // Red of the first four pixels: 0 and 30 above, 120 and 150 below.
+  const room::PixelImage half = room::halve(image);
+  REQUIRE(half.rgb.size() == 6);
+  CHECK(half.rgb[0] == 75);
+  CHECK(half.rgb[5] == (80 + 110 + 200 + 230 + 2) / 4);
+
+  room::Film film;
+  for (int i = 0; i < 3; ++i) film.add(image);
+  film.add(half);
+  CHECK(film.pictures() == 3);
+  const std::string png = film.as_png(10);
+  std::string names;
+  const auto number = [&](std::size_t at) {
+    std::uint32_t n = 0;
+    for (std::size_t i = at; i < at + 4; ++i) n = n << 8 | static_cast<unsigned char>(png.at(i));
+    return n;
+  };
+  for (std::size_t at = 8; at < png.size(); at += 12 + number(at)) names += png.substr(at + 4, 4) + " ";
+  CHECK(names == "IHDR acTL fcTL IDAT fcTL fdAT fcTL fdAT IEND ");
+  // CRC-32 of an empty IEND chunk, as every PNG ends.
+  CHECK(png.substr(png.size() - 4) == "\xAE\x42\x60\x82");
 }
 
 TEST_CASE("Quantities are written with the prefix that fits", "[room]") {

@@ -9,6 +9,8 @@ struct Hand {
   bool holds = true;               ///< whether the virtual spring connects hand and tool
   double position[3] = {0, 0, 0};  ///< m, position of the hand
   double force[3] = {0, 0, 0};     ///< N, force on the tool besides the spring
+  bool turns = false;              ///< whether a torsion spring connects hand and block
+  double angle = 0.0;  ///< rad, angle about the floor's normal to which that spring turns the block
 };
 
 struct DeviceLimits {

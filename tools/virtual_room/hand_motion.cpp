@@ -10,12 +10,13 @@
 namespace room {
 namespace {
 
-enum Column : unsigned { c_t, c_x, c_y, c_z, c_holds, c_fx, c_fy, c_fz, c_count };
+enum Column : unsigned { c_t, c_x, c_y, c_z, c_holds, c_fx, c_fy, c_fz, c_turns, c_angle, c_count };
 
 constexpr cli::Unit no_unit[] = {{"1", 1.0}};
 constexpr cli::ColumnKind kinds[c_count] = {
     {"t", cli::time_units}, {"x", cli::length_units}, {"y", cli::length_units}, {"z", cli::length_units},
-    {"holds", no_unit},     {"fx", cli::force_units}, {"fy", cli::force_units}, {"fz", cli::force_units}};
+    {"holds", no_unit},     {"fx", cli::force_units}, {"fy", cli::force_units}, {"fz", cli::force_units},
+    {"turns", no_unit},     {"angle", no_unit}};
 
 HandMotion from_motion_file(const cli::MotionFile& file, const RoomMeasures& m) {
   HandMotion motion;
@@ -50,6 +51,7 @@ Hand HandMotion::at(double t) const noexcept {
     hand.position[i] += share * (after->hand.position[i] - a.hand.position[i]);
     hand.force[i] += share * (after->hand.force[i] - a.hand.force[i]);
   }
+  if (after->hand.turns) hand.angle += share * (after->hand.angle - a.hand.angle);
   return hand;
 }
 
@@ -77,7 +79,9 @@ HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures)
     motion.rows.push_back({value[c_t],
                            {value[c_holds] != 0.0,
                             {value[c_x], value[c_y], value[c_z]},
-                            {value[c_fx], value[c_fy], value[c_fz]}}});
+                            {value[c_fx], value[c_fy], value[c_fz]},
+                            value[c_turns] != 0.0,
+                            value[c_angle]}});
   });
   if (motion.rows.empty()) throw cli::UserError(fmt::format("{}: no rows under the header", path));
   return motion;

@@ -23,9 +23,9 @@ struct HandMotion {
   double end() const noexcept { return rows.empty() ? 0.0 : rows.back().t; }
 };
 
-/// Reads a recording (columns t,x,y,z,holds,fx,fy,fz in the room's axes), or a motion file of `bristle run`
-/// (t,x,y,load, no z): then the tool lies on the middle of the block's top, follows x, y from there, and
-/// presses with the load. Throws cli::UserError naming file, line and column.
+/// Reads a recording (columns t,x,y,z,holds,fx,fy,fz,turns,angle in the room's axes), or a motion file of
+/// `bristle run` (t,x,y,load, no z): then the tool lies on the middle of the block's top, follows x, y from
+/// there, and presses with the load. Throws cli::UserError naming file, line and column.
 HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures);
 
 /// Device that plays a motion; from `lost_at` to `back_at` (s) it fails, to test a lost device.

@@ -77,7 +77,7 @@ struct Order {
 Hand within_reach(const Hand& hand, bool& sane) {
   Hand h = hand;
   for (int i = 0; i < 3; ++i) {
-    sane = sane && std::isfinite(h.position[i]) && std::isfinite(h.force[i]);
+    sane = sane && std::isfinite(h.position[i]) && std::isfinite(h.force[i]) && std::isfinite(h.angle);
     h.position[i] = std::clamp(h.position[i], -farthest_hand, farthest_hand);
     h.force[i] = std::clamp(h.force[i], -strongest_hand, strongest_hand);
   }
@@ -185,6 +185,7 @@ struct HapticLoop::Impl {
     Hand felt = hand;
     felt.holds = grip > 0.0;
     for (double& force : felt.force) force *= presence;
+    felt.turns = there && hand.turns;
     record(felt, there);
     world.step(dt, felt, grip, device->limits().force);
     step_beside();
@@ -228,7 +229,7 @@ struct HapticLoop::Impl {
   std::size_t compared() const noexcept { return scene_of(world.settings().compare).beside; }
 
   void step_beside() noexcept {
-    if (world.applied().norm() > 0.0)
+    if (world.applied().norm() > 0.0 || hand.turns)
       for (Moved& m : moved) m.begin(world.time());
     const auto note = [&](std::size_t i, const World& each) {
       moved[i].take(world.time(), each.block_position().x());

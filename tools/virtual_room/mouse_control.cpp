@@ -15,6 +15,7 @@ constexpr double press_a_notch = 0.1;     // N, change of the press per notch of
 constexpr double most_press = 10.0;       // N, highest press
 constexpr double fine_gain = 0.1;
 constexpr double key_speed = 0.01;  // m/s, speed of a hand moved by keys
+constexpr double key_turn = 0.5;    // rad/s, speed of a hand turned by keys
 }  // namespace
 
 void MouseControl::move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera,
@@ -89,9 +90,20 @@ void MouseControl::push(int right, int away, bool fine, double elapsed_s, const 
   put(hand_.position[0] + way * right, hand_.position[1] + way * away, measures);
 }
 
+double MouseControl::turn(int left, bool fine, double elapsed_s, const Snapshot& room) {
+  const auto& q = room.block_orientation;
+  const double block = heading(q[0], q[1], q[2], q[3]);
+  if (left != 0) {
+    if (!hand_.turns) hand_.angle = block;
+    hand_.turns = changed_ = true;
+    hand_.angle += (fine ? fine_gain : 1.0) * key_turn * elapsed_s * left;
+  }
+  return hand_.turns ? turn_stiffness * std::remainder(hand_.angle - block, 6.28318530717959) : 0.0;
+}
+
 void MouseControl::let_go() {
-  if (!hand_.holds) return;
-  hand_.holds = false;
+  if (!hand_.holds && !hand_.turns) return;
+  hand_.holds = hand_.turns = false;
   changed_ = true;
 }
 

@@ -23,6 +23,9 @@ class MouseControl {
   /// The hand takes the tool where it is, and holds it until let_go().
   void push(int right, int away, bool fine, double elapsed_s, const Snapshot& room,
             const RoomMeasures& measures);
+  /// Turns the block by keys, `left` -1, 0 or 1, at half a radian per second, a tenth with `fine`. The spring
+  /// starts without torque, and holds until let_go(). Returns its torque, N m.
+  double turn(int left, bool fine, double elapsed_s, const Snapshot& room);
   void let_go();
   /// Handles the wheel: zooms; while the tool is held it raises it, with `control` presses it down. Returns a
   /// message for the person, or nothing.

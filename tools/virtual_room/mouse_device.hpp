@@ -22,8 +22,17 @@ class MouseDevice final : public Device {
     } else {
       filter_.begin({at[0], at[1], at[2], 0.0});
     }
+    const double turn[4] = {mouse.angle, 0.0, 0.0, 0.0};
+    if (turned_ && mouse.turns) {
+      turn_filter_.follow(turn, time_s - last_time_);
+    } else {
+      turn_filter_.begin(turn);
+    }
     held_ = mouse.holds;
+    turned_ = mouse.turns;
     last_time_ = time_s;
+    hand.turns = mouse.turns;
+    hand.angle = turn_filter_[0];
     hand.holds = mouse.holds;
     for (int i = 0; i < 3; ++i) hand.position[i] = filter_[i];
     hand.force[2] = mouse.holds ? -filter_[3] : 0.0;
@@ -33,8 +42,8 @@ class MouseDevice final : public Device {
 
  private:
   Exchange& exchange_;
-  HandFilter filter_;
-  bool held_ = false;
+  HandFilter filter_, turn_filter_;
+  bool held_ = false, turned_ = false;
   double last_time_ = 0.0;
 };
 

@@ -421,7 +421,7 @@ void draw_scrubber(const Layout& layout, GuiState& state) {
   ImGui::SetNextWindowBgAlpha(0.85f);
   ImGui::Begin("back", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
-  float at = -state.back_s;
+  float at = 0.0f - state.back_s;  // not -0, which would be shown
   ImGui::SetNextItemWidth(-FLT_MIN);
   if (ImGui::SliderFloat("##back", &at, -state.back_most_s, 0.0f, "%.1f s: look back",
                          ImGuiSliderFlags_AlwaysClamp))
@@ -434,6 +434,7 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"left drag", "pull the tool by its spring; with Shift ten times finer"},
       {"wheel while dragging", "height of the hand; with Ctrl its press"},
       {"arrow keys", "push along the floor, with Shift ten times slower; Esc lets go"},
+      {"Q, W", "turn the block on the floor by a torsion spring, left and right; Esc lets go"},
       {"L", "slow pull: see the peak"},
       {"right drag, middle drag, wheel", "turn, move, zoom the view; V: as at first"},
       {"space, full stop",
@@ -447,8 +448,9 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
       {"E, S", "plots as CSV, settings and material as scripts; drop one on the window to load it"},
-      {"A", "bristles coloured by age or by bending"},
-      {"F12, G, H, F1", "picture, glass, panels, this page"},
+      {"F12, F", "picture, film of the last 15 seconds"},
+      {"A, N", "bristles coloured by age or by bending; sound of snaps"},
+      {"G, H, F1", "glass, panels, this page"},
       {"Ctrl+click on a slider", "type a value"}};
   const Area& a = layout.picture.scene;
   ImGui::SetNextWindowPos(ImVec2(a.x + 0.5f * a.width, a.y + 0.5f * a.height), ImGuiCond_Always,
@@ -521,10 +523,16 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  if (button("Picture", "F12: this window as PNG", 10)) wishes.screenshot = true;
-  if (button("CSV", "E: what the plots show, as CSV")) wishes.export_plots = true;
-  if (button("Save", "S: all settings as a script, and the material alone, for 'Load'"))
-    wishes.save_scene = true;
+  if (button("Save", "a picture, a film, the plots or the settings, into the working folder", 10)) {
+    ImGui::OpenPopup("save");
+  }
+  if (ImGui::BeginPopup("save")) {
+    wishes.screenshot = ImGui::MenuItem("Picture of the window, PNG", "F12");
+    wishes.film = ImGui::MenuItem("Film of the last 15 s, animated PNG", "F");
+    wishes.export_plots = ImGui::MenuItem("What the plots show, CSV", "E");
+    wishes.save_scene = ImGui::MenuItem("Settings, and the material alone, TOML for 'Load'", "S");
+    ImGui::EndPopup();
+  }
   if (button("Load", "settings or a material of a file in the working folder")) {
     wishes.list_files = true;
     ImGui::OpenPopup("files");
@@ -537,6 +545,11 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     ImGui::EndPopup();
   }
   if (button("Glass", "G: the magnifying glass", 10)) wishes.toggle_glass = true;
+  const bool sounds = state.sound;
+  if (sounds) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
+  if (button("Sound", "N: a click for each millisecond in which bristles on the floor snap"))
+    wishes.toggle_sound = true;
+  if (sounds) ImGui::PopStyleColor();
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
   const bool compares = room.compared > 0;
   if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
@@ -561,7 +574,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   // Shows the rates of simulation and of pictures in small letters under the time.
   if (state.pictures > 0) {
     const std::string rates =
-        fmt::format("{:.2f} of real time, {:.0f} pictures a second{}{}", state.share * room.speed,
+        fmt::format("{:.2f} of real time, {:.2g} pictures a second{}{}", state.share * room.speed,
                     state.pictures, *state.drawn ? ": " : "", state.drawn);
     const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, rates.c_str());
     const Area& scene = layout.picture.scene;

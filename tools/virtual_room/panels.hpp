@@ -28,7 +28,8 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
 struct Wishes {
   bool settings = false;  ///< whether the person changed settings
   Act act = Act::none;
-  bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
+  bool screenshot = false, film = false, toggle_sound = false, toggle_glass = false, reset_view = false,
+       toggle_help = false;
   bool export_plots = false, save_scene = false, full_speed = false;
   bool list_files = false;  ///< whether the button Load was pressed
   std::optional<Comparison> scene;
@@ -71,6 +72,7 @@ struct GuiState {
   double share = 1.0;                 ///< simulated time over real time, as a share of the chosen speed
   double pictures = 0.0;              ///< pictures per second
   const char* drawn = "";             ///< text on what pictures leave out to keep pace, or ""
+  bool sound = false;                 ///< whether snaps are heard
   float back_s = 0, back_most_s = 0;  ///< s, how long ago the moment shown during a pause was, and its limit
 };
 

@@ -28,7 +28,7 @@ void Recorder::start_all(const std::string& base, const Settings& settings, std:
   start_forces(base + ".csv");
   base_ = base;
   hand_.emplace(base + ".hand.csv");
-  hand_text_ = "t,x,y,z,holds,fx,fy,fz\n";
+  hand_text_ = "t,x,y,z,holds,fx,fy,fz,turns,angle\n";
   script_text_ = fmt::format("[settings]\n{}", settings_as_toml(settings));
   settings_.clear();
   revision_ = revision;
@@ -52,9 +52,9 @@ void Recorder::write(const RecordRow& row) {
   if (!hand_) return;
   const Hand& h = row.hand;
   fmt::format_to(std::back_inserter(hand_text_),
-                 "{:.17g},{:.17g},{:.17g},{:.17g},{},{:.17g},{:.17g},{:.17g}\n", row.time, h.position[0],
-                 h.position[1], h.position[2], h.holds && row.device_there ? 1 : 0, h.force[0], h.force[1],
-                 h.force[2]);
+                 "{:.17g},{:.17g},{:.17g},{:.17g},{},{:.17g},{:.17g},{:.17g},{},{:.17g}\n", row.time,
+                 h.position[0], h.position[1], h.position[2], h.holds && row.device_there ? 1 : 0, h.force[0],
+                 h.force[1], h.force[2], h.turns ? 1 : 0, h.angle);
   if (row.revision != revision_) {
     for (const auto& [revision, settings] : settings_) {
       if (revision != row.revision) continue;

@@ -5,6 +5,7 @@
 // (sin slope, 0, -cos slope): a positive slope lets the block slide towards the wall at +x. SI units.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -57,6 +58,8 @@ struct MouseHand {
   bool holds = false;
   double position[3] = {0, 0, 0};  ///< m, position of the hand
   double press = 0.0;              ///< N, downward force on the tool, set by the wheel
+  bool turns = false;              ///< whether the keys turn the block
+  double angle = 0.0;              ///< rad, angle to which they turn it
 };
 
 /// Acts that a person can ask for. `record`, `replay`, `slow_pull` and `tour` begin with a reset, so that a
@@ -76,6 +79,14 @@ enum class Act : unsigned char {
   slow_pull,
   tour
 };
+
+/// N m/rad, torsion spring by which a hand turns the block.
+inline constexpr double turn_stiffness = 0.2;
+
+/// Returns the angle (rad) about the floor's normal of a body with this orientation, a unit quaternion.
+inline double heading(double w, double x, double y, double z) noexcept {
+  return std::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+}
 
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;

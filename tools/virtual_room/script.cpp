@@ -66,11 +66,13 @@ bool read_vector(const TomlTable& table, std::string_view key, const Range& rang
 }
 
 HandRow read_hand_row(const TomlTable& table) {
-  table.allow({"t", "position", "force"});
+  table.allow({"t", "position", "force", "angle"});
   HandRow row;
   row.t = table.number("t", seconds_range);
   row.hand.holds = read_vector(table, "position", {-10.0, 10.0, false, "m"}, row.hand.position);
   read_vector(table, "force", {-1000.0, 1000.0, false, "N"}, row.hand.force);
+  row.hand.turns = table.has("angle");
+  row.hand.angle = table.number("angle", {-100.0, 100.0, false, "rad"}, 0.0);
   return row;
 }
 

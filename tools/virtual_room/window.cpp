@@ -15,6 +15,7 @@
 #include <deque>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -33,6 +34,7 @@
 #include "tools/virtual_room/screen.hpp"
 #include "tools/virtual_room/script.hpp"
 #include "tools/virtual_room/slow_pull.hpp"
+#include "tools/virtual_room/snap_sound.hpp"
 #include "tools/virtual_room/surfaceless.hpp"
 
 namespace room {
@@ -43,6 +45,8 @@ using Clock = std::chrono::steady_clock;
 
 // s, simulated time between the moments kept for looking back, and how long they are kept.
 constexpr double kept_every_s = 0.05, kept_s = 60.0;
+constexpr double filmed_s = 15.0;     // s, simulated, of a film
+constexpr int film_pictures_hz = 10;  // pictures per simulated second of a film
 constexpr double notice_lasts_s = 4.0;
 constexpr double answer_takes_s = 1.0;  // s, longest time after sending settings until they take effect
 
@@ -96,7 +100,7 @@ std::string dated_name(const char* ending) {
 class RoomWindow {
  public:
   RoomWindow(const RunOptions& options, HapticLoop& loop)
-      : options_(options), exchange_(loop.exchange()), window_(open(options)) {
+      : options_(options), rate_hz_(loop.rate_hz()), exchange_(loop.exchange()), window_(open(options)) {
     glfwMakeContextCurrent(window_.get());
     if (epoxy_gl_version() < 33) complain("OpenGL 3.3 is needed, and this is older");
     glfwSwapInterval(1);
@@ -166,7 +170,12 @@ class RoomWindow {
 
   void take_news() {
     exchange_.room.refresh();
-    for (PlotPoint point; exchange_.plot.pop(point);) view_->add(point);
+    for (PlotPoint point; exchange_.plot.pop(point);) {
+      view_->add(point);
+      sound_.add(point.snaps, rate_hz_);
+    }
+    if (!sound_.send()) say("the player of the sound has ended");
+    view_->gui.sound = sound_.plays();
     keep_for_later();
   }
 
@@ -185,7 +194,13 @@ class RoomWindow {
     GuiState& gui = view_->gui;
     gui.back_most_s =
         room().paused && !past_.empty() ? static_cast<float>(room().time - past_.front().time) : 0;
-    if (!(gui.back_s > 0) || gui.back_most_s <= 0) return room();
+    if (film_) {
+      gui.back_s = std::min(film_left_s_, gui.back_most_s);
+      gui.back_most_s = 0;  // hides the slider, which would be filmed
+    } else if (gui.back_most_s <= 0) {
+      return room();
+    }
+    if (!(gui.back_s > 0)) return room();
     const double wanted = room().time - static_cast<double>(gui.back_s);
     const auto later = std::lower_bound(past_.begin(), past_.end(), wanted,
                                         [](const Snapshot& kept, double t) { return kept.time < t; });
@@ -212,6 +227,40 @@ class RoomWindow {
     view_->shadows = pace_.now().shadows;
     view_->half_resolution = pace_.now().half_resolution;
     view_->gui.drawn = pace_.now().says;
+  }
+
+  // Pauses the room and lets the last seconds pass again, so that each picture of them is filmed.
+  void begin_film() {
+    if (film_ || past_.empty()) return say("nothing to film yet");
+    film_.emplace();
+    film_left_s_ = static_cast<float>(std::min(filmed_s, room().time - past_.front().time));
+    runs_after_film_ = !room().paused;
+    act(Act::pause);
+    notice_until_ = 0;
+  }
+
+  // Adds the picture of the room, without panels, to the film; ends the film at the present moment, or when
+  // the room goes on.
+  void film(int height) {
+    const Area& s = view_->layout().picture.scene;
+    const auto left = static_cast<int>(s.x), wide = static_cast<int>(s.width),
+               high = static_cast<int>(s.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+    glReadBuffer(GL_BACK);
+    if (room().paused)
+      film_->add(halve(read_pixels(wide, high, left, height - static_cast<int>(s.y) - high)));
+    const bool starts = film_->pictures() == 0;  // the pause has not arrived yet
+    if (!starts) film_left_s_ -= 1.0f / static_cast<float>(film_pictures_hz);
+    if (starts || (room().paused && film_left_s_ > -0.01f)) return;
+    write_file(dated_name(".png"), film_->as_png(film_pictures_hz));
+    film_.reset();
+    view_->gui.back_s = 0;
+    if (runs_after_film_) act(Act::run);
+  }
+
+  void toggle_sound() {
+    if (sound_.plays()) return sound_.stop();
+    if (!sound_.start()) say("sound needs pacat (pulseaudio-utils) or aplay (alsa-utils)");
   }
 
   void begin_tour() {
@@ -282,6 +331,7 @@ class RoomWindow {
     ++pictures_;
     obey(wishes);
     if (screenshot_) take_screenshot(width, height);
+    if (film_) film(height);
     glfwSwapBuffers(window_.get());
     measure(glfwGetTime() - begin);
   }
@@ -293,6 +343,8 @@ class RoomWindow {
     }
     if (wishes.act != Act::none) act(wishes.act);
     if (wishes.screenshot) screenshot_ = true;
+    if (wishes.film) begin_film();
+    if (wishes.toggle_sound) toggle_sound();
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
     if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
@@ -312,6 +364,7 @@ class RoomWindow {
 
   void act(Act what) {
     exchange_.acts.push(what);
+    if (what == Act::reset && mouse_.hand().turns) mouse_.let_go();
     const bool begins_anew = what == Act::reset || what == Act::record || what == Act::replay ||
                              what == Act::slow_pull || what == Act::tour;
     if (begins_anew) {
@@ -451,6 +504,10 @@ class RoomWindow {
     const int away = is_down(GLFW_KEY_UP) - is_down(GLFW_KEY_DOWN);
     const bool fine = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
     mouse_.push(right, away, fine, elapsed, room(), view_->measures());
+    const int left = is_down(GLFW_KEY_Q) - is_down(GLFW_KEY_W);
+    const double torque = mouse_.turn(left, fine, elapsed, room());
+    if (mouse_.hand().turns)
+      say(fmt::format("the hand turns the block with {:.0f} N mm; Esc lets go", 1e3 * torque));
     send_hand();
   }
 
@@ -532,6 +589,10 @@ class RoomWindow {
       case GLFW_KEY_F12:
         screenshot_ = true;
         return;
+      case GLFW_KEY_F:
+        return begin_film();
+      case GLFW_KEY_N:
+        return toggle_sound();
       case GLFW_KEY_G:
         view_->glass_shown = !view_->glass_shown;
         return;
@@ -550,6 +611,7 @@ class RoomWindow {
   }
 
   RunOptions options_;
+  double rate_hz_;
   Exchange& exchange_;
   Glfw glfw_;
   std::unique_ptr<GLFWwindow, DestroyWindow> window_;
@@ -567,6 +629,10 @@ class RoomWindow {
   long pictures_counted_ = 0;
   std::vector<int> pressed_;  // keys pressed since the last picture
   std::deque<Snapshot> past_;
+  std::optional<Film> film_;  // film that is being made
+  float film_left_s_ = 0;     // s, simulated, from the filmed moment to the present
+  bool runs_after_film_ = false;
+  SnapPlayer sound_;
   Snapshot shown_;
 };
 

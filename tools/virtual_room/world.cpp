@@ -116,6 +116,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   refresh_mass();
   Velocity external = force_beside_contacts(hand);
   add_hand_spring(dt, grip, force_limit, external);
+  if (hand.turns) add_turn(dt, hand.angle, external);
   if (scene_of(parameters_.settings.compare).driven) add_carriage(dt, external);
   find_loads(dt, external);
   collect_patches();
@@ -209,6 +210,18 @@ void World::add_hand_spring(double dt, double grip, double force_limit, Velocity
   const double gain = dt * spring_ + damper_ + air_damping;
   external.tail<3>() += spring_ * stretch + damper_ * target_velocity_ - gain * velocity;
   coupled_.mass.diagonal().tail<3>().array() += dt * gain;
+}
+
+// Adds a torsion spring about the floor's normal between block and hand, implicitly as the hand's spring. Its
+// damper is about critical for the default block.
+void World::add_turn(double dt, double angle, Velocity& external) noexcept {
+  constexpr double damper = 0.015;  // N m s/rad
+  constexpr double full_turn = 6.28318530717959;
+  const double gain = dt * turn_stiffness + damper;
+  const Rotation& q = block_.orientation;
+  const double behind = std::remainder(angle - heading(q.w(), q.x(), q.y(), q.z()), full_turn);
+  external[5] += turn_stiffness * behind - gain * body_.velocity[5];
+  coupled_.mass(5, 5) += dt * gain;
 }
 
 // Adds a stiff spring from the block's centre to a carriage on rails, implicitly as the hand's spring. The

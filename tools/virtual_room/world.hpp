@@ -88,6 +88,7 @@ class World {
   void refresh_mass() noexcept;
   Velocity force_beside_contacts(const Hand& hand) const noexcept;
   void add_hand_spring(double dt_s, double grip, double force_limit, Velocity& external) noexcept;
+  void add_turn(double dt_s, double angle, Velocity& external) noexcept;
   void add_carriage(double dt_s, Velocity& external) noexcept;
   void find_loads(double dt_s, Velocity& external) noexcept;
   void collect_patches() noexcept;
