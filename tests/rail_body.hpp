@@ -1,9 +1,8 @@
 // A mass on a rail over one patch, moved by either coupling of <bristle/coupling.hpp>.
 #pragma once
 
-#include <bristle/coupling.hpp>
-
 #include "scenes.hpp"
+#include "tools/scene/couplings.hpp"
 
 namespace bristle_test {
 

@@ -11,12 +11,12 @@
 
 #if BRISTLE_HAS_EIGEN
 #include <bristle/contact_frame.hpp>
-#include <bristle/coupling.hpp>
 #include <bristle/haptic_point.hpp>
 #endif
 
 #include "scenes.hpp"
 #include "servo_watch.hpp"
+#include "tools/scene/couplings.hpp"
 
 using namespace bristle_test;
 

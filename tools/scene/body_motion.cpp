@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <bristle/coupling.hpp>
+#include "tools/scene/couplings.hpp"
 
 namespace cli {
 namespace {

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
-#include <bristle/coupling.hpp>
 #include <bristle/patch_batch.hpp>
 
+#include "tools/scene/couplings.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace cli {

@@ -6,8 +6,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <bristle/coupling.hpp>
 #include <bristle/patch_batch.hpp>
+
+#include "tools/scene/couplings.hpp"
 
 namespace cli {
 namespace {

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include <bristle/coupling.hpp>
 #include <bristle/patch_batch.hpp>
+
+#include "tools/scene/couplings.hpp"
 
 namespace cli {
 namespace {
