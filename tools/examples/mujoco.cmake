@@ -28,6 +28,7 @@ if(mujoco_VERSION VERSION_GREATER_EQUAL 3.11)
   configure_file(examples/mujoco_plugin.cpp mujoco_adapter/mujoco_plugin.cpp COPYONLY)
   bristle_compile_flags(bristle_mujoco_plugin)
   target_link_libraries(bristle_mujoco_plugin PRIVATE bristle_mujoco_friction)
+  enable_language(C)
   add_executable(bristle_mujoco_creep examples/mujoco_creep.c)
   target_link_libraries(bristle_mujoco_creep PRIVATE mujoco::mujoco)
   set_target_properties(bristle_mujoco_plugin bristle_mujoco_creep PROPERTIES
