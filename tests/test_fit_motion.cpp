@@ -126,7 +126,8 @@ TEST_CASE("Stated strokes that the force contradicts are refused", "[fit][files]
   CHECK_THAT(says(0.2e-3, 0.15e-3, text),
              Contains("takes 0.75 s (a rest at its end may take as long again)"));
   CHECK_THAT(says(0.2e-3, {}, text), Contains("the force has both signs") && Contains("--stroke"));
-  CHECK_THAT(says({}, 0.4e-3, text), Contains("--stroke: needs the speed of the strokes"));
+  for (const std::optional<double> speed : {std::optional<double>(), std::optional(0.0)})
+    CHECK_THAT(says(speed, 0.4e-3, text), Contains("--stroke: needs the speed of the strokes, not 0"));
   CHECK_THAT(says(0.2e-3, 0.4e-3, "t,x,load,force\n0,0,1,1\n"), Contains("--speed stands for a column"));
   std::string one_way = "t,load,force\n";
   for (int i = 0; i < 100; ++i) one_way += fmt::format("{},2,{}\n", 0.1 * i, 0.7 + 0.01 * (i % 3));
@@ -208,7 +209,8 @@ TEST_CASE("Two loggers that do not go together are refused", "[fit][files]") {
   CHECK_THAT(says("t,x,load,force\n0,0,2,0.5\n", motion), Contains("--position stands for a column"));
   CHECK_THAT(says(force, force), Contains("encoder.csv:1") && Contains("no column x"));
   CHECK_THAT(says(motion, motion), Contains("force.csv:1") && Contains("no column force"));
-  CHECK_THAT(says(force, "t,x\n0,0\n"), Contains("encoder.csv") && Contains("rows"));
+  CHECK_THAT(says(force, "t,x\n0,0\n"), Contains("encoder.csv: data rows: 1; --position needs two or more"));
+  CHECK_THAT(says("t,load,force\n", motion), Contains("force.csv: no data rows"));
   reading.speed = 1e-3;
   CHECK_THAT(says(force, motion), Contains("--position and --speed together"));
   const TemporaryFolder folder;

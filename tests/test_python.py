@@ -13,6 +13,7 @@ import multiprocessing
 import os
 import pathlib
 import pickle
+import pydoc
 import re
 import signal
 import subprocess
@@ -94,7 +95,6 @@ class Arrays(unittest.TestCase):
         refused = [
             (self.motions, bristle.responses(2), "as many as motions"),
             (np.zeros((3, 2)), self.responses, "motions: make it with bristle.motions"),
-            ([1, 2, 3], self.responses, "a numpy array is needed"),
             (self.responses, self.responses, "bristle.motion_dtype"),
             (self.motions, self.motions, "bristle.response_dtype"),
             (bristle.motions(np.zeros(6, "u8"))[::2], self.responses, "without gaps"),
@@ -104,6 +104,8 @@ class Arrays(unittest.TestCase):
         for motions, responses, message in refused:
             with self.assertRaisesRegex(bristle.Error, message):
                 step(1e-3, motions, responses)
+        with self.assertRaisesRegex(TypeError, r"step\(\): motions must be a numpy array, not \[1, 2, 3\] \(list\)"):
+            step(1e-3, [1, 2, 3], self.responses)
 
     def test_bad_values_set_a_status_and_raise_nothing(self):
         self.motions.normal_load[0] = -1.0
@@ -920,12 +922,12 @@ class Fit(unittest.TestCase):
             (lambda: bristle.fit(t[::-1], x, force, LOAD), "row 1: column t: 1.499 s does not come after 1.5 s"),
             (lambda: bristle.fit(t, x, nan, LOAD), "row 7: column force is nan N; allowed: -1000000000"),
             (lambda: bristle.fit(t, x, force, np.full(t.size, -1.0)), "row 0: column load: -1 is negative"),
-            (lambda: bristle.fit(t, x, force, 0.0), "load is 0.0 N; allowed: 1e-9 to 1e9"),
+            (lambda: bristle.fit(t, x, force, 0.0), "load is 0.0; allowed: 1e-09 to 1000000000.0 N"),
             (lambda: bristle.fit(t, np.zeros(t.size), force, LOAD), "no motion"),
             (lambda: bristle.fit(t, x, force, LOAD, sign="by"), "the friction has the wrong sign"),
             (lambda: bristle.fit(t, x, force, LOAD, law="table"), '"table" is not one of "lognormal"'),
-            (lambda: bristle.fit(t, x, force, LOAD, residual=1.0), "residual is 1.0; allowed: 0 to 0.95, or None"),
-            (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0 to 8.0, or None"),
+            (lambda: bristle.fit(t, x, force, LOAD, residual=1.0), "residual is 1.0; allowed: 0.0 to 0.95 or None"),
+            (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0.0 to 8.0 or None"),
             (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "need --rule redraw"),
             (lambda: bristle.fit("/nowhere/data.csv"), "/nowhere/data.csv: cannot be read"),
             (lambda: bristle.fit([]), "file is an empty list"),
@@ -1340,11 +1342,92 @@ class Interface(unittest.TestCase):
                 self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
 
 
+def stubbed_calls():
+    """Yields the class, the name and the parameters of every public function: name, type, whether it is needed."""
+    for owner in ast.parse(pathlib.Path(bristle.__file__).with_name("__init__.pyi").read_text()).body:
+        is_class = isinstance(owner, ast.ClassDef)
+        if owner.__dict__.get("name", "_")[0] == "_" or not hasattr(bristle, owner.name):
+            continue
+        if is_class and owner.decorator_list:  # a class of keywords
+            yield owner.name, "__init__", [(n.target.id, ast.unparse(n.annotation), False) for n in owner.body
+                                           if isinstance(n, ast.AnnAssign)]
+        for node in owner.body if is_class else [owner]:
+            if not isinstance(node, ast.FunctionDef) or (node.name[0] == "_" and node.name != "__init__"):
+                continue
+            arguments = node.args
+            defaults = [None] * (len(arguments.args) - len(arguments.defaults)) + arguments.defaults + arguments.kw_defaults
+            yield owner.name if is_class else None, node.name, [
+                (a.arg, ast.unparse(a.annotation), default is None)
+                for a, default in zip(arguments.args + arguments.kwonlyargs, defaults) if a.annotation]
+
+
+class EveryCall(unittest.TestCase):
+    # A value of each type that a parameter without a default has.
+    VALUES = {"float": 1.0, "int": 1, "str": "keep", "bytes": b"", "ArrayLike": [1.0], "Material": bristle.Material(),
+              "Coefficients": bristle.Coefficients(), "SnapLength": bristle.SnapLength.single(1e-6),
+              "_Structs": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
+              "BedMaterial": bristle.BedMaterial(0.3), "BedShape": bristle.BedShape.disc(1e-3),
+              "Callable[[float, float], float]": lambda x, y: 1.0,
+              "Union[JointMaterial, Sequence[JointMaterial]]": bristle.JointMaterial(stiffness=1.0)}
+
+    def test_the_argument_of_a_wrong_type_is_named_in_one_line(self):
+        class Alien:
+            def __repr__(self):
+                return "of two\nlines"
+
+        objects = {"SnapLength": self.VALUES["SnapLength"], "Material": bristle.Material(), "Outline": self.VALUES["Outline"],
+                   "BedMaterial": self.VALUES["BedMaterial"], "BedShape": self.VALUES["BedShape"],
+                   "JointFriction": bristle.JointFriction(1, bristle.JointMaterial(stiffness=1.0))}
+        if HAS_TOOLS:
+            vary = {"material.skin.kinetic": [0.4]}
+            objects["Scene"] = bristle.Scene(SCENES / "stroke.toml")
+            objects["SweepTable"] = bristle.sweep(SCENES / "stroke.toml", vary, steps=1, report="kinetic")
+        tried = 0
+        for owner, name, parameters in stubbed_calls():
+            if name == "__init__":
+                call = getattr(bristle, owner)
+            elif owner is None:
+                call = getattr(bristle, name)
+            else:
+                call = getattr(objects.get(owner) or getattr(bristle, owner)(), name) if parameters else None
+            for wrong, _, _ in parameters:
+                values = {"vary": vary, "steps": 1} if name == "sweep" else {}
+                values |= {p: SCENES / "stroke.toml" if "PathLike" in kind else self.VALUES[kind]
+                           for p, kind, needed in parameters if needed and p not in values}
+                with self.subTest(call=f"{owner}.{name}", argument=wrong):
+                    with self.assertRaises((TypeError, bristle.Error)) as raised:
+                        call(**(values | {wrong: Alien()}))
+                    self.assertRegex(str(raised.exception), rf"^\S+\(\): {wrong} must be .*, not of two lines \(Alien\)$")
+                    tried += 1
+        self.assertGreater(tried, 250)
+
+    def test_help_shows_the_names_types_and_defaults_of_parameters(self):
+        for owner, name, parameters in stubbed_calls():
+            with self.subTest(call=f"{owner}.{name}"):
+                text = pydoc.plain(pydoc.render_doc(getattr(getattr(bristle, owner) if owner else bristle, name)))
+                self.assertNotRegex(text, r"\*args|: object")
+                for parameter, _, needed in parameters:
+                    self.assertRegex(text, rf"\b{parameter}: .+" + ("" if needed else " = "))
+
+    def test_a_call_without_an_argument_or_out_of_range_says_which(self):
+        batch = bristle.PatchBatch()
+        for call, line in (
+                (lambda: batch.step(1e-3, bristle.motions([1])), r"step\(\): missing a required argument: 'responses'"),
+                (lambda: batch.remove(ID=1), r"remove\(\): missing a required argument: 'id'"),
+                (lambda: batch.remove(-1), r"remove\(\): id is out of range: -1"),
+                (lambda: bristle.JointMaterial(stiffness=1.0, motor=[1.0, "x"]), r"JointMaterial\(\): motor must be a list of "),
+                (lambda: setattr(bristle.PatchOptions(), "axes", "two"), r"PatchOptions\(\): axes must be a whole number, not 'two'"),
+                (lambda: bristle.PatchBatch(2), r"PatchBatch\(\): too many positional arguments"),
+                (lambda: bristle.fit("a.csv", units={"x": 3}), r"fit\(\): units must be a dict")):
+            with self.assertRaisesRegex(TypeError, f"^{line}"):
+                call()
+
+
 class FirstMinutes(unittest.TestCase):
     def test_a_keyword_that_is_wrong_is_named(self):
         with self.assertRaisesRegex(TypeError, r"Coefficients\(\) has no parameter 'kinetik' \(did you mean 'kinetic'\?\)"):
             bristle.Material.from_coefficients(kinetik=0.4)
-        with self.assertRaisesRegex(TypeError, r"kinetic is 'much', of type str; it takes one as 0\.4"):
+        with self.assertRaisesRegex(TypeError, r"Coefficients\(\): kinetic must be a number, not 'much' \(str\)"):
             bristle.Material.from_coefficients(kinetic="much")
         with self.assertRaisesRegex(bristle.Error, "did you mean 'double'"):
             bristle.PatchOptions(precision="duoble")
@@ -1410,7 +1493,7 @@ class Sweeps(unittest.TestCase):
             arguments = dict(steps=5, report="fx_mean", out=out)
             try:  # an object that is no client ends the sweep before its first row
                 bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, client=object(), **arguments)
-            except (AttributeError, ImportError) as error:
+            except (TypeError, ImportError) as error:
                 held = error  # its traceback keeps the sweep's variables alive
             self.assertEqual(os.listdir(folder), ["table.csv.journal"])
             table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, **arguments)

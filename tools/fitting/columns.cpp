@@ -208,8 +208,8 @@ void require_within(double value, const ColumnKind& kind, const std::string& whe
 
 /// Parses the columns of a file that holds a record or a part of it.
 FitColumns parse(std::string_view text, const std::string& name, const FitReading& reading, Holds holds) {
-  if (reading.stroke && !reading.speed)
-    throw UserError("--stroke: needs the speed of the strokes, --speed 10mm/min");
+  if (reading.stroke && reading.speed.value_or(0.0) == 0.0)
+    throw UserError("--stroke: needs the speed of the strokes, not 0: --speed 10mm/min");
   FitColumns data;
   data.name = name;
   std::size_t first_line = 1;

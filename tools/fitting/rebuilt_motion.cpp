@@ -195,8 +195,9 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
   if (motion.planar()) throw UserError(motion.name + ": --position: a record in the plane is one file");
   std::vector<double> t = motion.t;
   for (double& time : t) time += clock;
-  if (t.size() < 2 || data.t.empty())
-    throw UserError(fmt::format("{}: no data rows", data.t.empty() ? data.name : motion.name));
+  if (data.t.empty()) throw UserError(data.name + ": no data rows");
+  if (t.size() < 2)
+    throw UserError(fmt::format("{}: data rows: {}; --position needs two or more", motion.name, t.size()));
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < data.t.size(); ++i)
     if (data.t[i] >= t.front() && data.t[i] <= t.back()) kept.push_back(i);

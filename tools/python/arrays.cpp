@@ -67,9 +67,9 @@ const py::dtype& response_dtype() {
   return dtype;
 }
 
-py::object new_responses(py::ssize_t size) { return py::module_::import("bristle").attr("responses")(size); }
+py::array new_responses(py::ssize_t size) { return py::module_::import("bristle").attr("responses")(size); }
 
-py::object new_motions(py::ssize_t size) {
+py::array new_motions(py::ssize_t size) {
   const py::module_ numpy = py::module_::import("numpy");
   return numpy.attr("zeros")(size, motion_dtype()).attr("view")(numpy.attr("recarray"));
 }

@@ -20,13 +20,10 @@ namespace {
 /// Returns a numpy array's elements as objects of T, without a copy. Throws bristle::Error, which says how to
 /// make such an array, if dtype or layout differ.
 template <class T>
-bristle::Span<T> elements(const py::object& object, const py::dtype& dtype, const char* name, bool written) {
-  const std::string hint = std::string(name) + ": make it with bristle." + name + "(...)";
-  if (!py::isinstance<py::array>(object)) throw bristle::Error(hint + "; a numpy array is needed");
-  const py::array array = py::reinterpret_borrow<py::array>(object);
+bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const char* name, bool written) {
   if (!array.dtype().equal(dtype))
-    throw bristle::Error(hint + "; its dtype is bristle." + std::string(written ? "response" : "motion") +
-                         "_dtype");
+    throw bristle::Error(std::string(name) + ": make it with bristle." + name +
+                         "(...); its dtype is bristle." + (written ? "response" : "motion") + "_dtype");
   if (array.ndim() != 1 || (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T)))) {
     throw bristle::Error(std::string(name) +
                          ": one dimension without gaps is needed (numpy.ascontiguousarray)");
@@ -39,8 +36,8 @@ bristle::Span<T> elements(const py::object& object, const py::dtype& dtype, cons
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
 
-bristle::StepReport step_arrays(Batch& self, double dt, const py::object& motions,
-                                const py::object& responses) {
+bristle::StepReport step_arrays(Batch& self, double dt, const py::array& motions,
+                                const py::array& responses) {
   const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
   const auto out = elements<Response>(responses, response_dtype(), "responses", true);
   if (in.size() != out.size()) {
@@ -52,13 +49,13 @@ bristle::StepReport step_arrays(Batch& self, double dt, const py::object& motion
   return self.batch.step(dt, in, out);
 }
 
-py::object force_of(Batch& self, std::uint64_t id) {
+Record force_of(Batch& self, std::uint64_t id) {
   const Batch::Turn turn(self);
   Response response = self.batch.force({id});
   forget_what_was_not_asked_for(response, bristle::find_outputs(self.batch, {id}));
-  const py::object array = new_responses(1);
+  const py::array array = new_responses(1);
   *elements<Response>(array, response_dtype(), "responses", true).data() = response;
-  return array[py::int_(0)];
+  return Record(array[py::int_(0)]);
 }
 
 py::dict info_of(Batch& self, std::uint64_t id) {
@@ -89,12 +86,12 @@ py::tuple read_bristles(Batch& self, std::uint64_t id) {
   return py::make_tuple(x, y, delta);
 }
 
-void reset_patches(Batch& self, const py::object& ids) {
-  const auto wanted = py::cast<py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>>(ids);
+void reset_patches(Batch& self,
+                   const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>& ids) {
   const Batch::Turn turn(self);
-  for (py::ssize_t i = 0; i < wanted.size(); ++i)
-    if (!self.batch.reset({wanted.data()[i]}))
-      throw bristle::Error("reset: there is no patch with id " + std::to_string(wanted.data()[i]));
+  for (py::ssize_t i = 0; i < ids.size(); ++i)
+    if (!self.batch.reset({ids.data()[i]}))
+      throw bristle::Error("reset: there is no patch with id " + std::to_string(ids.data()[i]));
 }
 
 void define_report(py::module_& module) {
@@ -205,10 +202,10 @@ void define_batch(py::module_& module) {
            "The response of the last step(dt): a record with the fields of bristle.responses.")
       .def(
           "find_force",
-          [](Batch& self, double dt, const py::object& motions, const py::object& responses) {
+          [](Batch& self, double dt, const py::array& motions, const std::optional<py::array>& responses) {
             const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
-            const py::object array =
-                responses.is_none() ? new_responses(static_cast<py::ssize_t>(in.size())) : responses;
+            const py::array array =
+                responses ? *responses : new_responses(static_cast<py::ssize_t>(in.size()));
             const auto out = elements<Response>(array, response_dtype(), "responses", true);
             if (in.size() != out.size()) throw bristle::Error("responses: as many as motions are needed");
             const Batch::Turn turn(self);
@@ -236,10 +233,9 @@ void define_batch(py::module_& module) {
           py::arg("id"), "Elastic energy of the bristles in contact, J.")
       .def(
           "state_hash",
-          [](Batch& self, const py::object& id) {
+          [](Batch& self, const std::optional<std::uint64_t>& id) {
             const Batch::Turn turn(self);
-            return id.is_none() ? self.batch.state_hash()
-                                : self.batch.state_hash({py::cast<std::uint64_t>(id)});
+            return id ? self.batch.state_hash({*id}) : self.batch.state_hash();
           },
           py::arg("id") = py::none(), "Of one patch, or of all: the same on every machine.")
       .def("read_bristles", &read_bristles, py::arg("id"),

@@ -37,8 +37,8 @@ py::dict series_of(const cli::ExperimentResult& result) {
   return series;
 }
 
-py::object experiment(const std::string& name, const std::optional<std::vector<std::string>>& models,
-                      const py::kwargs& parameters) {
+py::dict experiment(const std::string& name, const std::optional<std::vector<std::string>>& models,
+                    const py::kwargs& parameters) {
   const cli::Experiment& experiment = cli::find_experiment(name);
   cli::Settings settings(experiment.parameters);
   for (const auto& [key, value] : parameters)
@@ -54,7 +54,7 @@ py::object experiment(const std::string& name, const std::optional<std::vector<s
   }
   const py::dict series = series_of(result);
   const cli::ExperimentReport report{&experiment, settings, input.models, std::move(result)};
-  const py::object found = report_of(cli::experiment_json({report}, {}))["experiments"][py::int_(0)];
+  const py::dict found = report_of(cli::experiment_json({report}, {}))["experiments"][py::int_(0)];
   found["title"] = experiment.title;
   found["columns"] = experiment.columns;
   found["series"] = series;

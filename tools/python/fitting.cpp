@@ -50,11 +50,12 @@ struct Held {
   std::optional<double> residual, renewal;
 };
 
-void require_within(const char* name, const std::optional<double>& value, double highest) {
-  if (!value || (*value >= 0.0 && *value <= highest)) return;
-  throw bristle::Error(std::string(name) + " is " + py::cast<std::string>(py::repr(py::float_(*value))) +
-                       "; allowed: 0 to " + py::cast<std::string>(py::repr(py::float_(highest))) +
-                       ", or None to fit it");
+void require_between(const char* name, const std::optional<double>& value, double low, double high,
+                     const char* unit) {
+  if (!value || (*value >= low && *value <= high)) return;
+  const auto text = [](double number) { return py::cast<std::string>(py::repr(py::float_(number))); };
+  throw bristle::Error(std::string(name) + " is " + text(*value) + "; allowed: " + text(low) + " to " +
+                       text(high) + " " + unit);
 }
 
 cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load, const Held& held) {
@@ -65,13 +66,9 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
                                       {"uniform", SnapLaw::uniform},
                                       {"exponential", SnapLaw::exponential},
                                       {"free", SnapLaw::table}};
-  constexpr double least_load = 1e-9;
-  if (load && !(*load >= least_load && *load <= cli::most_force)) {
-    throw bristle::Error("load is " + py::cast<std::string>(py::repr(py::float_(*load))) +
-                         " N; allowed: 1e-9 to 1e9");
-  }
-  require_within("residual", held.residual, cli::widest_residual);
-  require_within("renewal", held.renewal, cli::most_renewed);
+  require_between("load", load, 1e-9, cli::most_force, "N");
+  require_between("residual", held.residual, 0.0, cli::widest_residual, "or None to fit it");
+  require_between("renewal", held.renewal, 0.0, cli::most_renewed, "or None to fit it");
   cli::FitOptions options;
   options.load = load;
   options.residual = held.residual;
@@ -85,39 +82,21 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Facts that the data lack (such as the speed), and fixed terms of the measurement between contact and
-/// sensors.
-struct Between {
-  std::optional<double> speed = {}, stroke = {}, radius = {}, disc = {}, compliance = {}, delay = {};
-  double mass = 0.0, clip_load = 0.0;
-};
-
-void require_between(const char* name, double value, double low, double high, const char* unit) {
-  if (value >= low && value <= high) return;
-  const auto text = [](double number) { return py::cast<std::string>(py::repr(py::float_(number))); };
-  throw bristle::Error(std::string(name) + " is " + text(value) + "; allowed: " + text(low) + " to " +
-                       text(high) + " " + unit);
-}
-
-void set_between(cli::FitOptions& options, const Between& b) {
-  if (b.speed) require_between("speed", *b.speed, -1e3, 1e3, "m/s");
-  if (b.stroke) require_between("stroke", *b.stroke, 1e-9, 1e3, "m");
-  if (b.radius) require_between("radius", *b.radius, 1e-9, 1e3, "m");
-  if (b.disc) require_between("disc", *b.disc, 1e-9, 1e3, "m");
-  if (b.radius && b.disc)
-    throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
-  if (b.compliance) require_between("compliance", *b.compliance, 0.0, 1.0, "m/N");
-  if (b.delay) require_between("delay", *b.delay, 0.0, 1e3, "s");
-  require_between("mass", b.mass, 0.0, 1e6, "kg");
-  require_between("clip_load", b.clip_load, 0.0, 1e9, "N");
-  options.reading.speed = b.speed;
-  options.reading.stroke = b.stroke;
-  options.reading.radius = b.disc ? b.disc : b.radius;
-  options.reading.disc = b.disc.has_value();
-  options.reading.clip_load = b.clip_load;
-  options.compliance = b.compliance;
-  options.delay = b.delay;
-  options.mass = b.mass;
+/// Sets the fixed terms of the measurement between contact and sensors. Checks them, and the facts that the
+/// data lack.
+void set_measurement(cli::FitOptions& options, double mass, const std::optional<double>& compliance,
+                     const std::optional<double>& delay) {
+  options.mass = mass;
+  options.compliance = compliance;
+  options.delay = delay;
+  const cli::FitReading& reading = options.reading;
+  require_between("speed", reading.speed, -1e3, 1e3, "m/s");
+  require_between("stroke", reading.stroke, 1e-9, 1e3, "m");
+  require_between(reading.disc ? "disc" : "radius", reading.radius, 1e-9, 1e3, "m");
+  require_between("compliance", options.compliance, 0.0, 1.0, "m/N");
+  require_between("delay", options.delay, 0.0, 1e3, "s");
+  require_between("mass", options.mass, 0.0, 1e6, "kg");
+  require_between("clip_load", reading.clip_load, 0.0, 1e9, "N");
 }
 
 using Words = std::map<std::string, std::string>;
@@ -150,14 +129,14 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
               const std::optional<double>& disc, double mass, const std::optional<double>& compliance,
               const std::optional<double>& delay) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
-  set_between(options, {.speed = speed,
-                        .stroke = stroke,
-                        .radius = radius,
-                        .disc = disc,
-                        .compliance = compliance,
-                        .delay = delay,
-                        .mass = mass,
-                        .clip_load = clip_load});
+  if (radius && disc)
+    throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
+  options.reading.speed = speed;
+  options.reading.stroke = stroke;
+  options.reading.radius = disc ? disc : radius;
+  options.reading.disc = disc.has_value();
+  options.reading.clip_load = clip_load;
+  set_measurement(options, mass, compliance, delay);
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -194,7 +173,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
-  set_between(options, {.compliance = compliance, .delay = delay, .mass = mass});
+  set_measurement(options, mass, compliance, delay);
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);

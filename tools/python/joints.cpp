@@ -1,9 +1,8 @@
 // Binds JointMaterial and JointFriction, over numpy arrays in place.
 #include <array>
 #include <string>
+#include <variant>
 #include <vector>
-
-#include <pybind11/stl.h>
 
 #include "tools/python/owned.hpp"
 
@@ -21,6 +20,7 @@ using Pair = std::array<double, 2>;
 using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
+using Room = std::optional<py::array>;  // array of the caller that a step writes
 
 /// Number of joints from which a step releases the interpreter's lock. With fewer, acquiring the lock again
 /// takes longer than the step.
@@ -28,46 +28,38 @@ constexpr std::size_t lets_go_from = 64;
 
 /// Returns the memory of the caller's array, to be written in place; an empty span for None.
 template <class T>
-bristle::Span<T> room_of(const py::object& array, std::size_t size, const char* name) {
-  if (array.is_none()) return {};
+bristle::Span<T> room_of(const Room& array, std::size_t size, const char* name) {
+  if (!array) return {};
   if (!py::isinstance<py::array_t<std::conditional_t<std::is_same_v<T, double>, double, std::uint32_t>>>(
-          array))
+          *array))
     throw bristle::Error(std::string(name) + ": a numpy array of " +
                          (std::is_same_v<T, double> ? "float64" : "uint32") +
                          " is needed: it is written in place");
-  auto its = py::reinterpret_borrow<py::array>(array);
-  if (static_cast<std::size_t>(its.size()) != size || (its.flags() & py::array::c_style) == 0 ||
-      !its.writeable())
+  if (static_cast<std::size_t>(array->size()) != size || (array->flags() & py::array::c_style) == 0 ||
+      !array->writeable())
     throw bristle::Error(std::string(name) + ": a writeable array of " + std::to_string(size) +
                          " numbers, one after the other, is needed");
-  return {static_cast<T*>(its.mutable_data()), size};
+  return {static_cast<T*>(const_cast<void*>(array->data())), size};
 }
 
-struct Given {
-  Numbers array;
-  bristle::Span<const double> span;
-  Given(const py::object& given, std::size_t size, const char* name) {
-    if (given.is_none()) return;
-    array = Numbers::ensure(given);
-    if (!array || static_cast<std::size_t>(array.size()) != size) {
-      PyErr_Clear();
-      throw bristle::Error(std::string(name) + ": one number for each of " + std::to_string(size) +
-                           " joints is needed");
-    }
-    span = {array.data(), size};
-  }
-};
+bristle::Span<const double> numbers_in(const std::optional<Numbers>& array, std::size_t size,
+                                       const char* name) {
+  if (!array) return {};
+  if (static_cast<std::size_t>(array->size()) != size)
+    throw bristle::Error(std::string(name) + ": one number for each of " + std::to_string(size) +
+                         " joints is needed");
+  return {array->data(), size};
+}
 
 template <bristle::StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept>
-py::object step(Joints& self, const py::object& angle, const py::object& speed, const py::object& motor,
-                const py::object& outside, py::object torque, const py::object& mean,
-                const py::object& by_angle, const py::object& by_speed, const py::object& by_motor,
-                const py::object& by_outside, const py::object& gradient, const py::object& status) {
+py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>& speed,
+               const std::optional<Numbers>& motor, const std::optional<Numbers>& outside, Room torque,
+               const Room& mean, const Room& by_angle, const Room& by_speed, const Room& by_motor,
+               const Room& by_outside, const Room& gradient, const Room& status) {
   const std::size_t n = self.batch.joint_count();
-  if (angle.is_none()) throw bristle::Error("angle: one number for each joint is needed");
-  const Given angles(angle, n, "angle"), speeds(speed, n, "speed"), motors(motor, n, "motor"),
-      outsides(outside, n, "outside");
-  if (torque.is_none()) torque = Numbers(static_cast<py::ssize_t>(n));
+  const JointInput in{numbers_in(angle, n, "angle"), numbers_in(speed, n, "speed"),
+                      numbers_in(motor, n, "motor"), numbers_in(outside, n, "outside")};
+  if (!torque) torque = Numbers(static_cast<py::ssize_t>(n));
   const JointOutput out{room_of<double>(torque, n, "torque"),
                         room_of<double>(mean, n, "mean"),
                         room_of<double>(by_angle, n, "by_angle"),
@@ -76,7 +68,6 @@ py::object step(Joints& self, const py::object& angle, const py::object& speed, 
                         room_of<double>(by_outside, n, "by_outside"),
                         room_of<bristle::Status>(status, n, "status"),
                         room_of<double>(gradient, n * bristle::joint_parameters, "gradient")};
-  const JointInput in{angles.span, speeds.span, motors.span, outsides.span};
   const Joints::Turn turn(self);
   bristle::StepReport report;
   if (n < lets_go_from) {
@@ -86,7 +77,7 @@ py::object step(Joints& self, const py::object& angle, const py::object& speed, 
     report = (self.batch.*go)(in, out);
   }
   if (report.tasks == 0) throw bristle::Error("gradient: JointFriction(gradients=True) is needed");
-  return torque;
+  return *torque;
 }
 
 Material& numbers_of(JointMaterial& material) { return reinterpret_cast<Material&>(material); }
@@ -152,13 +143,11 @@ void define_joints(py::module_& module) {
       module, "JointFriction",
       "Friction of robots' joints: arrays of one number a joint, read and written in place.");
   joints.def(
-      py::init([](std::size_t count, const py::object& materials, int bristles, double spread, bool gradients,
-                  int threads, const char* isa) {
-        std::vector<JointMaterial> list;
-        if (py::isinstance<JointMaterial>(materials))
-          list.push_back(py::cast<JointMaterial>(materials));
-        else
-          for (const py::handle& its : materials) list.push_back(py::cast<JointMaterial>(its));
+      py::init([](std::size_t count, const std::variant<JointMaterial, std::vector<JointMaterial>>& materials,
+                  int bristles, double spread, bool gradients, int threads, const char* isa) {
+        const auto* const one = std::get_if<JointMaterial>(&materials);
+        const auto list =
+            one != nullptr ? std::vector{*one} : std::get<std::vector<JointMaterial>>(materials);
         JointOptions options;
         options.bristles = bristles;
         options.spread = spread;
@@ -190,11 +179,11 @@ void define_joints(py::module_& module) {
   define_step("find_torque", &step<&JointFriction::find_torque>, "As step, without changing the state.");
   joints.def(
       "reset",
-      [](Joints& self, const py::object& joint) {
+      [](Joints& self, const std::optional<std::size_t>& joint) {
         const Joints::Turn turn(self);
-        if (joint.is_none())
+        if (!joint)
           self.batch.reset();
-        else if (!self.batch.reset(py::cast<std::size_t>(joint)))
+        else if (!self.batch.reset(*joint))
           throw bristle::Error("JointFriction.reset: there is no such joint");
       },
       py::arg("joint") = py::none(), "Straightens one joint, or all.");

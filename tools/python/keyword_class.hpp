@@ -58,14 +58,20 @@ class KeywordClass {
     fields_.emplace_back(name);
     return *this;
   }
-  /// Adds constructor, comparison and repr. Call it after all fields. Python: T(a=1, b=2); fields left out
-  /// keep their defaults, which help() shows.
-  void done() {
+  /// Returns the fields with their types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
+  std::string keywords() const {
     const py::object by_default = py::cast(T{});
-    std::string signature = name_ + "(*";
-    for (const std::string& field : fields_)
-      signature += ", " + field + "=" + py::cast<std::string>(py::repr(by_default.attr(field.c_str())));
-    signature += ")";
+    std::string all;
+    for (const std::string& field : fields_) {
+      const py::object value = by_default.attr(field.c_str());
+      all += (all.empty() ? "" : ", ") + field + ": " + Py_TYPE(value.ptr())->tp_name + " = " +
+             py::cast<std::string>(py::repr(value));
+    }
+    return all;
+  }
+  /// Adds constructor, comparison and repr. Call it after all fields. Python: T(a=1, b=2); fields left out
+  /// keep their defaults.
+  void done() {
     const auto make = [name = name_, fields = fields_](const py::dict& given) {
       T value;
       const py::object self = py::cast(&value, py::return_value_policy::reference);
@@ -74,18 +80,16 @@ class KeywordClass {
         if (!py::hasattr(self, key))
           throw py::type_error(name + "() has no parameter '" + parameter + "'" +
                                cli::meant(parameter, fields));
-        try {
-          py::setattr(self, key, item);
-        } catch (const py::error_already_set& error) {
-          if (!error.matches(PyExc_TypeError)) throw;
-          throw py::type_error(name + "(): " + parameter + " is " + py::cast<std::string>(py::repr(item)) +
-                               ", of type " + Py_TYPE(item.ptr())->tp_name + "; it takes one as " +
-                               py::cast<std::string>(py::repr(self.attr(key))));
-        }
+        py::setattr(self, key, item);
       }
       return value;
     };
-    type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
+    {
+      py::options options;
+      options.disable_function_signatures();
+      const std::string signature = "__init__(self: bristle." + name_ + ", *, " + keywords() + ") -> None";
+      type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
+    }
     // Pickles the fields with their names, so that a later version may have more fields.
     type.def(py::pickle(
         [fields = fields_](const py::object& self) -> py::object {

@@ -114,7 +114,8 @@ Material material_of(const Coefficients& c) {
   return Material::from_coefficients(c);
 }
 
-void define_coefficients(py::module_& module) {
+/// Returns the keywords of the constructor, for help().
+std::string define_coefficients(py::module_& module) {
   KeywordClass<Coefficients> coefficients(
       module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
   coefficients.field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
@@ -159,9 +160,10 @@ void define_coefficients(py::module_& module) {
           "typical", [](const std::string& name) { return bristle::typical_coefficients(name.c_str()); },
           py::arg("name"),
           "Coefficients to start from: a name of typical_materials(), e.g. \"wood on wood\".");
+  return coefficients.keywords();
 }
 
-void define_material(py::module_& module) {
+void define_material(py::module_& module, const std::string& keywords_of_coefficients) {
   KeywordClass<Material> material(
       module, "Material", "Bristle parameters, SI units. Checked by validate() and by PatchBatch.add.");
   material.field("bristle_stiffness", &Material::bristle_stiffness, "sigma0, N/m: one bristle, tangential.")
@@ -195,10 +197,11 @@ void define_material(py::module_& module) {
       .def_static(
           "from_coefficients",
           [](const py::kwargs& given) {
+            if (given.contains("coefficients")) throw py::reference_cast_error();  // of the overload above
             const py::object type = py::type::of<Coefficients>();
             return material_of(py::cast<Coefficients>(type(**given)));
           },
-          "The same with the parameters of Coefficients as keywords.")
+          ("The same of keywords: " + keywords_of_coefficients).c_str())
       .def_static(
           "typical",
           [](const std::string& name) { return material_of(bristle::typical_coefficients(name.c_str())); },
@@ -227,8 +230,7 @@ void define_material(py::module_& module) {
 
 void define_materials(py::module_& module) {
   define_snap_length(module);
-  define_coefficients(module);
-  define_material(module);
+  define_material(module, define_coefficients(module));
   module.def(
       "typical_materials",
       [] {

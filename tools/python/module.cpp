@@ -1,5 +1,76 @@
 // Defines the extension module, which `import bristle` loads.
+#include <cstring>
+
 #include "tools/python/module.hpp"
+
+namespace bristle_python {
+namespace {
+
+/// pybind11's C function behind every function of the module.
+PyCFunctionWithKeywords dispatch = nullptr;
+
+/// Replaces pybind11's error, a list of all signatures, by one line that names the argument that does not
+/// fit.
+void explain(py::handle function, py::handle arguments, py::handle keywords) {
+  py::error_already_set error;
+  const std::string text = py::cast<std::string>(py::str(error.value()));
+  if (text.find("The following argument types are supported") == std::string::npos) {
+    error.restore();
+    return;
+  }
+  try {
+    const py::object line = py::module_::import("bristle._calls")
+                                .attr("explain")(function, text, arguments, keywords ? keywords : py::dict());
+    PyErr_SetObject(PyExc_TypeError, line.ptr());
+  } catch (py::error_already_set& failure) {
+    failure.restore();
+  }
+}
+
+PyObject* call(PyObject* function, PyObject* arguments, PyObject* keywords) {
+  PyObject* const result = dispatch(function, arguments, keywords);
+  if (result == nullptr && PyErr_ExceptionMatches(PyExc_TypeError) != 0)
+    explain(function, arguments, keywords);
+  return result;
+}
+
+/// Makes a function of pybind11 explain its errors. Removes the line "name(*args, **kwargs)" that pybind11
+/// writes above the signatures of overloads.
+void finish_function(py::handle member) {
+  const py::handle function = py::detail::get_function(member);
+  if (!function || !PyCFunction_Check(function.ptr())) return;
+  PyMethodDef& method = *reinterpret_cast<PyCFunctionObject*>(function.ptr())->m_ml;
+  // Leaves out __new__, whose m_self is a class.
+  if (method.ml_flags != (METH_VARARGS | METH_KEYWORDS) || PyType_Check(PyCFunction_GET_SELF(function.ptr())))
+    return;
+  const auto ours = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
+  if (method.ml_meth == ours) return;
+  dispatch = reinterpret_cast<PyCFunctionWithKeywords>(reinterpret_cast<void (*)()>(method.ml_meth));
+  method.ml_meth = ours;
+  const std::string head = std::string(method.ml_name) + "(*args, **kwargs)\nOverloaded function.\n\n";
+  char* const doc = const_cast<char*>(method.ml_doc);  // memory of pybind11's own, which it frees
+  if (doc != nullptr && std::strncmp(doc, head.c_str(), head.size()) == 0)
+    std::memmove(doc, doc + head.size(), std::strlen(doc + head.size()) + 1);
+}
+
+/// Finishes the functions of the module, and the methods and properties of its classes.
+void finish_functions(py::handle owner) {
+  for (const auto& [name, member] : py::dict(owner.attr("__dict__"))) {
+    if (PyObject_TypeCheck(member.ptr(), py::detail::get_internals().default_metaclass)) {
+      finish_functions(member);
+    } else if (py::isinstance<py::staticmethod>(member)) {
+      finish_function(member.attr("__func__"));
+    } else if (PyObject_TypeCheck(member.ptr(), &PyProperty_Type)) {
+      finish_function(member.attr("fget"));
+      finish_function(member.attr("fset"));
+    } else {
+      finish_function(member);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bristle_python
 
 // Defines the extension module. Its classes say that they belong to the package `bristle`
 // (package/__init__.py), since pickles and messages name that.
@@ -30,5 +101,6 @@ PYBIND11_MODULE(_bristle, module) {
         return sets;
       },
       "Instruction sets of this build, best first, and whether this machine runs them.");
+  finish_functions(module);
   module.attr("__name__") = own_name;
 }

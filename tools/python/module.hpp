@@ -63,8 +63,12 @@ const py::dtype& motion_dtype();
 const py::dtype& response_dtype();
 
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
-py::object new_motions(py::ssize_t size);
-py::object new_responses(py::ssize_t size);
+py::array new_motions(py::ssize_t size);
+py::array new_responses(py::ssize_t size);
+/// One element of new_responses().
+struct Record : py::object {
+  explicit Record(py::object element) : py::object(std::move(element)) {}
+};
 /// Sets outputs that the patch does not compute to NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
@@ -99,6 +103,12 @@ void define_tools(py::module_& module);
 }  // namespace bristle_python
 
 namespace pybind11::detail {
+
+/// Names the type of a Record in help().
+template <>
+struct handle_type_name<bristle_python::Record> {
+  static constexpr auto name = const_name("bristle.Response");
+};
 
 /// Refuses Python objects without a C++ object, for which pybind11 would use uninitialized memory.
 template <class T>

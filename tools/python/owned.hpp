@@ -3,9 +3,12 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <pybind11/stl.h>
 
 #include "tools/python/module.hpp"
 
@@ -82,10 +85,9 @@ void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id
   using Turn = typename Self::Turn;
   type.def(
           "state_hash",
-          [id](Self& self, const py::object& of) {
+          [id](Self& self, const std::optional<std::uint64_t>& of) {
             const Turn turn(self);
-            return of.is_none() ? self.batch.state_hash()
-                                : self.batch.state_hash(id(py::cast<std::uint64_t>(of)));
+            return of ? self.batch.state_hash(id(*of)) : self.batch.state_hash();
           },
           py::arg(argument) = py::none(), "Of one, or of all: equal on every machine.")
       .def(

@@ -138,12 +138,28 @@ constexpr const char* run_doc =
     "about 220 bytes a step each; None = as many as the scene says. Lets go of the interpreter's lock; "
     "Ctrl-C ends it. Raises bristle.Error.";
 
+/// Binds run(), which takes its scene or the scene's file as `first` of its arguments.
+template <class Owner, class Run, class... First>
+void define_run(Owner& owner, const char* name, const Run& run, const First&... first) {
+  owner.def(name, run, first..., py::kw_only(), py::arg("steps") = py::none(),
+            py::arg("threads") = py::none(), py::arg("isa") = py::none(), py::arg("bristles") = py::none(),
+            py::arg("trace") = py::none(), py::arg("clip_load") = 0.0, py::arg("out_patches") = py::none(),
+            run_doc);
+}
+/// Makes of run() a function that reads the scene from a file.
+template <class... Options>
+auto from_file(SceneRun (*run)(cli::Scene, Options...)) {
+  return
+      [run](const Path& path, Options... options) { return run(cli::read_scene(path.string()), options...); };
+}
+
 void define_scene(py::module_& module) {
   using cli::Scene;
-  py::class_<Scene>(
-      module, "Scene",
-      "A scene file: materials, contact patches and what moves them (tools/scenes/README.md). Never changes.")
-      .def(py::init([](const Path& path) { return cli::read_scene(path.string()); }), py::arg("path"),
+  py::class_<Scene> type(module, "Scene",
+                         "A scene file: materials, contact patches and what moves them "
+                         "(tools/scenes/README.md). Never changes.");
+  define_run(type, "run", &run);
+  type.def(py::init([](const Path& path) { return cli::read_scene(path.string()); }), py::arg("path"),
            "Reads a scene file, TOML. Raises bristle.Error with file, line and key.")
       .def_readonly("file", &Scene::file, "As it was given.")
       .def_readonly("name", &Scene::name, "Of the scene.")
@@ -163,9 +179,6 @@ void define_scene(py::module_& module) {
             return materials;
           },
           "Materials by name.")
-      .def("run", &run, py::kw_only(), py::arg("steps") = py::none(), py::arg("threads") = py::none(),
-           py::arg("isa") = py::none(), py::arg("bristles") = py::none(), py::arg("trace") = py::none(),
-           py::arg("clip_load") = 0.0, py::arg("out_patches") = py::none(), run_doc)
       .def("__repr__", [](const Scene& scene) {
         return "<bristle.Scene '" + scene.name + "': " + std::to_string(scene.patch_count()) +
                " patches, dt " + py::cast<std::string>(py::repr(py::float_(scene.dt))) + " s>";
@@ -205,12 +218,7 @@ void define_scene_run(py::module_& module) {
 void define_scenes(py::module_& module) {
   define_scene_run(module);
   define_scene(module);
-  module.def(
-      "run_scene",
-      [](const Path& path, const py::kwargs& options) {
-        return py::cast(cli::read_scene(path.string())).attr("run")(**options);
-      },
-      py::arg("path"), "The same as Scene(path).run(...).");
+  define_run(module, "run_scene", from_file(&run), py::arg("path"));
 }
 
 }  // namespace bristle_python

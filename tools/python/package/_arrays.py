@@ -3,9 +3,11 @@
 import numpy
 
 from ._bristle import Error, Status, motion_dtype, response_dtype
+from ._calls import checked
 
 
-def motions(ids, normal_load=0.0):
+@checked
+def motions(ids: "numpy.ndarray[numpy.uint64]", normal_load: "numpy.ndarray[numpy.float64]" = 0.0):
     """Returns an array of motions for these patches, at rest under `normal_load` (N, one or one per patch).
 
     Columns are views: motions.displacement[:, 0] = dx, or motions["displacement"]. displacement: m over the step;
@@ -74,7 +76,8 @@ class Responses(_Outputs, numpy.recarray):
         return item.view(numpy.ndarray) if is_column else item
 
 
-def responses(size):
+@checked
+def responses(size: "int"):
     """Returns an array for the responses to `size` motions: bristle.Responses."""
     array = numpy.zeros(size, numpy.dtype((Response, response_dtype))).view(Responses)
     for name in ("mean", "dissipated", "contact_loss", "damper_work"):

@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from ._bristle import Error, _check_table_file, _SweepRows, _SweepStudy
+from ._calls import checked
 
 _DTYPES = {"number": np.float64, "whole": np.int64, "hash": np.uint64, "text": object}
 
@@ -57,7 +58,8 @@ class SweepTable:
     def __len__(self):
         return len(self._columns["index"])
 
-    def write(self, path):
+    @checked
+    def write(self, path: "os.PathLike"):
         """Writes the table as CSV. For NetCDF: to_xarray().to_netcdf(path)."""
         self._rows.write(os.fspath(path))
 
@@ -123,8 +125,12 @@ def _settings(values):
     return [f"{key}={_text(value)}" for key, value in (values or {}).items()]
 
 
-def sweep(scene, vary, *, sample="grid", points=0, repeat=1, seed=None, set=None, reference=None, report=(), window=None,
-          steps=None, out=None, journal=None, threads=0, isa=None, client=None):
+@checked
+def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, sample: "str" = "grid", points: "int" = 0,
+          repeat: "int" = 1, seed: "int" = None, set: "Dict" = None, reference: "Dict" = None,
+          report: "Union[str, List[str]]" = (), window: "List[float]" = None, steps: "int" = None,
+          out: "Union[os.PathLike, List[os.PathLike]]" = None, journal: "os.PathLike" = None, threads: "int" = 0,
+          isa: "str" = None, client: "distributed.Client" = None):
     """Runs a scene once for every point of the ranges and returns a SweepTable, as `bristle sweep` does.
 
     vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.
