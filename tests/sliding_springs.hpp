@@ -53,6 +53,7 @@ struct SlidingSprings {
   // Compliance c (m/N) and softening q (m/N^2): at the recorded place x and force F, the contact is at x - (c
   // + q F) F.
   double compliance = 0.0, softening = 0.0;
+  double damping = 0.0, stribeck = 1e-3;  // damper over load, s/m, and the speed over which it fades, m/s
   std::function<double(double)> motion = loops_and_strokes;
   std::function<double(double)> growth = [](double) { return 1.0; };  // factor of the friction over time, s
 
@@ -80,7 +81,9 @@ struct SlidingSprings {
       springs.move(moved(f));
       force = f;
       x = next;
-      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + offset + sensor(generator));
+      const double v = (motion(t + 1e-4) - motion(t - 1e-4)) / 2e-4;
+      const double damper = 2.0 * damping * v * std::exp(-std::abs(v) / stribeck);
+      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + damper + offset + sensor(generator));
     }
     return text;
   }

@@ -159,4 +159,34 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
   CHECK_THAT(refusal(csv, free), Contains("--law free is for --rule slide"));
 }
 
+TEST_CASE("Lengths and the damper beside them are found together", "[fit]") {
+  SlidingSprings damped;
+  damped.damping = 700.0;  // at most 0.15 N, beside 0.7 N of the springs
+  damped.stribeck = 3e-4;
+  const std::string csv = damped.csv(12);
+  for (const SnapLaw law : {SnapLaw::lognormal, SnapLaw::table}) {
+    CAPTURE(static_cast<int>(law));
+    cli::FitOptions options = of_rule(SnapRule::slide);
+    options.law = law;
+    const Fitted fitted = fit(csv, options);
+    check_recovered(fitted[cli::fit_damping], damped.damping, 60.0);
+    check_recovered(fitted[cli::fit_stribeck], damped.stribeck, 3e-5);
+    check_recovered(fitted[cli::fit_kinetic], damped.kinetic, 0.004);
+    CHECK(fitted.result.residual_rms < 1.1 * damped.noise);
+  }
+}
+
+TEST_CASE("A free law of two lengths finds the damper beside them", "[fit]") {
+  SlidingSprings damped;
+  damped.of.assign(500, 3e-6);
+  damped.of.resize(700, 60e-6);
+  damped.damping = 700.0;
+  damped.stribeck = 3e-4;
+  cli::FitOptions options = of_rule(SnapRule::slide);
+  options.law = SnapLaw::table;
+  const Fitted fitted = fit(damped.csv(13), options);
+  check_recovered(fitted[cli::fit_damping], damped.damping, 60.0);
+  CHECK(fitted.result.residual_rms < 1.15 * damped.noise);
+}
+
 }  // namespace bristle_test::test_fit_slide

@@ -31,6 +31,13 @@ inline void take_out(FitParameterSet& set, FitParameter p) {
 
 inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
+/// Returns the Stribeck velocities that are tried, in geometric progression around the record's speeds.
+inline std::vector<double> trial_stribeck_velocities(const FitData& data) {
+  std::vector<double> all;
+  for (double speed = data.slow / 4.0; speed < 4.0 * data.fast; speed *= 1.8) all.push_back(speed);
+  return all;
+}
+
 /// Fitted point, and the reason for each parameter that was not fitted.
 struct Found {
   FitPoint point;

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "tools/files/user_error.hpp"
+#include "tools/fitting/fitter.hpp"
 #include "tools/fitting/least_squares.hpp"
-#include "tools/fitting/solve.hpp"
 
 namespace cli {
 namespace {
@@ -77,23 +77,93 @@ std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& pro
   return quantiles;
 }
 
+/// Lists the point without lubricant and damper, and with each of them or both that the record's speeds can
+/// show; their coefficients are still 0.
+std::vector<FitPoint> with_terms_of_speed(const FitData& data, const FitPoint& bare) {
+  const bool several_speeds = data.ratio_of_speeds >= one_speed;
+  std::vector<FitPoint> all{bare};
+  if (several_speeds) {
+    all.push_back(bare);
+    all.back().free.push_back(fit_viscous);
+  }
+  if (!several_speeds && data.fast < one_speed * data.slow) return all;
+  for (const FitPoint& from : std::vector<FitPoint>(all)) {
+    for (const double speed : trial_stribeck_velocities(data)) {
+      all.push_back(from);
+      all.back().values[fit_stribeck] = speed;
+      all.back().free.push_back(fit_damping);
+    }
+  }
+  return all;
+}
+
+/// Weights of the bins, then coefficients of the linear terms, and the error of held-out parts.
+struct Weighed {
+  FitPoint terms;
+  std::vector<FitParameter> linear;
+  VectorXd weights;
+  double held_out = std::numeric_limits<double>::infinity();  // N^2
+};
+
+/// Finds the weights of the bins beside the terms of a point, with the smoothness that has the least error on
+/// held-out parts. Weights, lubricant and damper are not negative.
+Weighed weigh(FitModel& model, const MatrixXd& of_bins, const VectorXd& force, const FitPoint& terms) {
+  Weighed found{terms, {}, {}};
+  Eigen::Index positive = bins;
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_offset, fit_drift}) {
+    if (!contains(terms.free, p)) continue;
+    found.linear.push_back(p);
+    if (p == fit_viscous || p == fit_damping) ++positive;
+  }
+  const auto unknowns = bins + static_cast<Eigen::Index>(found.linear.size());
+  MatrixXd columns(of_bins.rows(), unknowns);
+  columns.leftCols(bins) = of_bins;
+  for (std::size_t i = 0; i < found.linear.size(); ++i)
+    columns.col(bins + static_cast<Eigen::Index>(i)) = model.derivative(terms.values, found.linear[i]);
+
+  const std::size_t samples = model.data().samples();
+  std::vector<Normal> of_fold(folds);
+  Normal whole{MatrixXd::Zero(unknowns, unknowns), VectorXd::Zero(unknowns)};
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    std::vector<Eigen::Index> held;
+    for (Eigen::Index row = 0; row < columns.rows(); ++row)
+      if (static_cast<std::size_t>(row) % samples * mixed_blocks / samples % folds == fold)
+        held.push_back(row);
+    const MatrixXd part = columns(held, Eigen::all);
+    const VectorXd of_part = force(held);
+    of_fold[fold] = {part.transpose() * part, part.transpose() * of_part, of_part.squaredNorm()};
+    whole.matrix += of_fold[fold].matrix;
+    whole.side += of_fold[fold].side;
+  }
+  const MatrixXd penalty = roughness(unknowns) * (whole.matrix.topLeftCorner(bins, bins).trace() / bins);
+  const auto solved = [&](const Normal& of, double smoothness) {
+    return solve_nonnegative(of.matrix + smoothness * penalty, of.side, positive);
+  };
+  double smoothness = 0.0;
+  for (const double tried : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0}) {
+    double left = 0.0;
+    for (const Normal& held : of_fold)
+      left += held.left(solved({whole.matrix - held.matrix, whole.side - held.side}, tried));
+    if (left < found.held_out) {
+      found.held_out = left;
+      smoothness = tried;
+    }
+  }
+  found.weights = solved(whole, smoothness);
+  return found;
+}
+
 }  // namespace
 
-/// Finds the law of snap lengths with the other parameters of `about` fixed, except those in which the force
-/// is linear. Chooses the smoothness with the least error on held-out samples.
+/// Finds the law of snap lengths and the parameters in which the force is linear, with the others of `about`
+/// fixed. Chooses the smoothness, lubricant and damper with the least error on held-out samples.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about) {
   assume(model, about);
   const FitData& data = model.data();
-  const std::size_t samples = data.samples();
   const Bins all = make_bins(model, about.values[fit_length]);
 
-  // Columns: for each bin, the force of bristles of its length that carry all the load; then one for each
-  // linear parameter.
-  std::vector<FitParameter> linear;
-  for (const FitParameter p : about.free)
-    if (p == fit_viscous || p == fit_damping || p == fit_offset || p == fit_drift) linear.push_back(p);
-  const auto unknowns = static_cast<Eigen::Index>(static_cast<std::size_t>(bins) + linear.size());
-  MatrixXd columns(static_cast<Eigen::Index>(data.force.size()), unknowns);
+  // Columns of the bins: the force of bristles of each bin's length that carry all the load.
+  MatrixXd of_bins(static_cast<Eigen::Index>(data.force.size()), bins);
   FitOptions uniform = options;
   uniform.law = bristle::SnapLaw::uniform;
   FitModel single(data, uniform, model.detail());
@@ -104,46 +174,34 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   for (int i = 0; i < bins; ++i) {
     values[fit_length] = all.middle(i);
     values[fit_spread] = (all.high(i) - all.low(i)) / (all.high(i) + all.low(i)) / std::sqrt(3.0);
-    columns.col(i) = single.derivative(values, fit_kinetic);
+    of_bins.col(i) = single.derivative(values, fit_kinetic);
   }
-  VectorXd rest = Eigen::Map<const VectorXd>(data.force.data(), columns.rows()) - model.force(about.values) +
+  VectorXd rest = Eigen::Map<const VectorXd>(data.force.data(), of_bins.rows()) - model.force(about.values) +
                   model.derivative(about.values, fit_kinetic);
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    const FitParameter p = linear[i];
-    const VectorXd column = model.derivative(about.values, p);
-    columns.col(bins + static_cast<Eigen::Index>(i)) = column;
-    rest += about.values[p] / model.scale(about.values, p) * column;
+  FitPoint bare = about;  // the point without lubricant and damper
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_offset, fit_drift}) {
+    if (!contains(about.free, p)) continue;
+    rest += about.values[p] / model.scale(about.values, p) * model.derivative(about.values, p);
+    bare.values[p] = 0.0;
   }
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) take_out(bare.free, p);
 
-  std::vector<Normal> of_fold(folds);
-  Normal whole{MatrixXd::Zero(unknowns, unknowns), VectorXd::Zero(unknowns)};
-  for (std::size_t fold = 0; fold < folds; ++fold) {
-    std::vector<Eigen::Index> held;
-    for (Eigen::Index row = 0; row < columns.rows(); ++row)
-      if (static_cast<std::size_t>(row) % samples * mixed_blocks / samples % folds == fold)
-        held.push_back(row);
-    const MatrixXd part = columns(held, Eigen::all);
-    const VectorXd force = rest(held);
-    of_fold[fold] = {part.transpose() * part, part.transpose() * force, force.squaredNorm()};
-    whole.matrix += of_fold[fold].matrix;
-    whole.side += of_fold[fold].side;
-  }
-  const MatrixXd penalty = roughness(unknowns) * (whole.matrix.topLeftCorner(bins, bins).trace() / bins);
-  const auto solved = [&](const Normal& of, double smoothness) {
-    return solve_nonnegative(of.matrix + smoothness * penalty, of.side, bins);
+  Weighed best;
+  const auto attempt = [&](const FitPoint& terms) {
+    Weighed tried = weigh(model, of_bins, rest, terms);
+    if (tried.held_out < best.held_out) best = std::move(tried);
   };
-  double best = std::numeric_limits<double>::infinity(), smoothness = 0.0;
-  for (const double tried : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0}) {
-    double left = 0.0;
-    for (const Normal& held : of_fold)
-      left += held.left(solved({whole.matrix - held.matrix, whole.side - held.side}, tried));
-    if (left < best) {
-      best = left;
-      smoothness = tried;
+  for (const FitPoint& terms : with_terms_of_speed(data, bare)) attempt(terms);
+  // Refines the damper's velocity, which the trial velocities meet within a factor of 1.34.
+  for (const double factor : {1.34, 1.16, 1.08, 1.04}) {
+    if (!contains(best.terms.free, fit_damping)) break;
+    for (const FitPoint from = best.terms; const double by : {factor, 1.0 / factor}) {
+      FitPoint terms = from;
+      terms.values[fit_stribeck] *= by;
+      attempt(terms);
     }
   }
-  const VectorXd weights = solved(whole, smoothness);
-
+  const VectorXd& weights = best.weights;
   FreeLaw found;
   // Number of bristles in each bin: proportional to stiffness, which is force over length.
   std::vector<double> probability;
@@ -157,13 +215,15 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
     throw UserError(data.columns.name +
                     ": --law free: no law of lengths explains the force better than none");
   found.quantiles = quantiles_of(all, probability);
-  found.point = about;
+  found.point = best.terms;
   found.point.values[fit_kinetic] = kinetic;
   found.point.values[fit_length] = kinetic / stiffness;
-  for (std::size_t i = 0; i < linear.size(); ++i)
-    found.point.values[linear[i]] =
-        weights[bins + static_cast<Eigen::Index>(i)] * model.scale(about.values, linear[i]);
+  for (std::size_t i = 0; i < best.linear.size(); ++i) {
+    const FitParameter p = best.linear[i];
+    found.point.values[p] = weights[bins + static_cast<Eigen::Index>(i)] * model.scale(best.terms.values, p);
+  }
   FitParameterSet& free = found.point.free;
+  if (contains(free, fit_damping)) free.push_back(fit_stribeck);
   free.erase(std::remove(free.begin(), free.end(), fit_spread), free.end());
   return found;
 }

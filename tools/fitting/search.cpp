@@ -447,8 +447,8 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
   return changed ? minimise(model_, point) : point;
 }
 
-/// Returns candidates with lubricant (viscous friction), damper, or both added to the brush of `core`. The
-/// brush keeps its shape, so that it need not be stepped.
+/// Returns candidates with lubricant (viscous friction), damper, or both added to the brush of `core`. A
+/// brush that redraws or keeps its lengths also keeps its shape, so that it need not be stepped.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
@@ -461,6 +461,8 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     for (const FitParameter p : all) {
       if (!contains(point.free, p)) point.free.push_back(p);
     }
+    // A brush that slides shows a damper only with lengths that are fitted beside it, and is quickly stepped.
+    if (options_.rule == SnapRule::slide) point = minimise_all(point);
     candidates.push_back(point);
   };
   if (several_speeds()) {
@@ -475,7 +477,7 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     if (both) linear.push_back(fit_viscous);
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (double stribeck = data_.slow / 4.0; stribeck < 4.0 * data_.fast; stribeck *= 1.8) {
+    for (const double stribeck : trial_stribeck_velocities(data_)) {
       FitValues bent = core.values;
       bent[fit_stribeck] = stribeck;
       const FitPoint point = linear_start(bent, linear);

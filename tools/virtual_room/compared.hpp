@@ -18,7 +18,7 @@ struct ComparedScene {
   bool driven;         ///< whether a carriage holds and moves all blocks
   const char* names[1 + most_compared];
 };
-inline constexpr std::array<ComparedScene, 4> compared_scenes = {{
+inline constexpr std::array<ComparedScene, 5> compared_scenes = {{
     {"Level floor", "no", "one block, and your hand", 0, false, {"", "", ""}},
     {"Models, tapped",
      "models",
@@ -38,6 +38,12 @@ inline constexpr std::array<ComparedScene, 4> compared_scenes = {{
      2,
      true,
      {"brush that ages", "brush", "LuGre"}},
+    {"Ratchet, tapped",
+     "ratchet",
+     "a floor with a nap (velvet, skis, scales) and one without, tapped to and fro: which block walks?",
+     1,
+     false,
+     {"on the nap", "no nap", ""}},
 }};
 inline const ComparedScene& scene_of(Comparison which) {
   return compared_scenes[std::min(static_cast<std::size_t>(which), compared_scenes.size() - 1)];
@@ -58,6 +64,9 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
     case Comparison::rest:
       other.growth_per_decade = 0.0;
       if (i == 1) other.model = FrictionModel::lugre;
+      break;
+    case Comparison::ratchet:
+      other.nap = 1.0;
       break;
   }
   return other;

@@ -76,7 +76,7 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
 
 // Returns the text behind a block's name: its creep, or the strength of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
-  if (room.settings.compare == Comparison::models) {
+  if (!scene_of(room.settings.compare).driven) {
     if (!std::isfinite(moved)) return room.time < 6.5 ? " settles" : ": settles again";
     return std::abs(moved) < 1e-8 ? ": crept < 0.01 µm" : ": crept " + with_unit(moved, "m");
   }
@@ -261,6 +261,8 @@ static const char* title_of(const Snapshot& room) {
       return "Both rub to and fro: one stays as it is, the other grips harder and harder";
     case Comparison::rest:
       return "The longer a block rests, the harder it is to move, if its contact ages";
+    case Comparison::ratchet:
+      return "The same taps to and fro: on a nap the block walks the easier way";
   }
   return "";
 }

@@ -171,16 +171,20 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
   panel.slider("Stribeck speed", s.stribeck_velocity, 1e-3, 0.01, 1000, "%.2f mm/s", true,
                "above it the dampers of the bristles fade", works.stribeck);
   ImGui::BeginDisabled(!works.bristles);
-  panel.begin_row("after a snap", "redraw: another bristle with another snap length; keep: the same again");
+  panel.begin_row("after a snap", "or at the snap length: redraw, keep, slide");
   ImGui::PopID();
-  static constexpr const char* rules[] = {"redraw", "keep"};
+  static constexpr const char* rules[] = {"redraw", "keep", "slide"};
   static constexpr const char* rules_say[] = {"another bristle with another snap length",
-                                              "the same snap length again"};
-  if (const int rule = panel.choice(rules, rules_say, 2, s.keep ? 1 : 0); rule >= 0) {
-    s.keep = rule == 1;
+                                              "the same snap length again",
+                                              "no snap: the bristle slides, bent by its snap length"};
+  if (const int rule = panel.choice(rules, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
+    s.rule = static_cast<bristle::SnapRule>(rule);
     panel.changed = true;
   }
   ImGui::EndDisabled();
+  panel.slider("nap", s.nap, 1, 0.2, 5.0, "%.2f", true,
+               "friction to the right over that to the left, with bristles that slide: velvet, skis, scales",
+               works.bristles);
   double percent = 100.0 * s.residual_share;
   panel.slider("left by a snap", percent, 1, 0.0, 95.0, "%.0f %%", false,
                "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law",
@@ -444,7 +448,7 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"- and =", "slow motion to 1 : 100, and back"},
       {"R", "reset the block"},
       {"1, 2, 3", "brush, LuGre, Coulomb"},
-      {"K", "blocks compared: models, rubbing, slide-hold-slide, and back"},
+      {"K", "blocks compared: models, rubbing, slide-hold-slide, ratchet, and back"},
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
       {"E, S", "plots as CSV, settings and material as scripts; drop one on the window to load it"},
@@ -553,7 +557,8 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
   const bool compares = room.compared > 0;
   if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
-  if (button("Compare", "K: blocks beside each other: models, rubbing, slide-hold-slide, and back")) {
+  if (button("Compare",
+             "K: blocks beside each other: models, rubbing, slide-hold-slide, ratchet, and back")) {
     ImGui::OpenPopup("scenes");
   }
   if (compares) ImGui::PopStyleColor();

@@ -10,6 +10,8 @@
 namespace room {
 namespace {
 
+using bristle::SnapRule;
+
 // N, loads at which all representatives are in contact; a greater load raises each one's force, not their
 // number.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
@@ -27,6 +29,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
                                    : wall_load)
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
+      .with_lay(bristle::Lay{}.with_to_over_fro(floor ? s.nap : 1.0))
       // The floor's energy output counts snaps.
       .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)
       .with_seed(static_cast<std::uint32_t>(patch + 1))
@@ -51,7 +54,7 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
 std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
 
 bool same_material(const Settings& a, const Settings& b) {
-  return a.keep == b.keep && a.pad_friction == b.pad_friction &&
+  return a.rule == b.rule && a.nap == b.nap && a.pad_friction == b.pad_friction &&
          std::all_of(surface_ranges().begin(), surface_ranges().end(),
                      [&](const SettingRange& range) { return a.*range.member == b.*range.member; });
 }
@@ -88,7 +91,8 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     }
   }
   if (static_cast<unsigned>(s.model) > static_cast<unsigned>(FrictionModel::coulomb)) s.model = before.model;
-  if (static_cast<unsigned>(s.compare) > static_cast<unsigned>(Comparison::rest)) s.compare = before.compare;
+  if (static_cast<unsigned>(s.compare) > static_cast<unsigned>(Comparison::ratchet))
+    s.compare = before.compare;
   if (s.bristles < fewest_bristles || s.bristles > most_bristles) {
     const std::uint32_t given = s.bristles;
     s.bristles = std::clamp(given, fewest_bristles, most_bristles);
@@ -98,11 +102,25 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
-  if (s.keep && s.infinite) {
-    // Of two choices that exclude each other, keeps the one made last.
-    (before.infinite ? s.infinite : s.keep) = false;
-    say(s.infinite ? "infinitely many bristles are replaced at each snap: rule redraw taken"
-                   : "rule keep is for a number of bristles: representatives taken");
+  // Of two choices that exclude each other, keeps the one made last.
+  if (s.nap != 1.0 && s.rule != SnapRule::slide) {
+    if (s.nap == before.nap) {
+      s.nap = 1.0;
+      say("a nap is for bristles that slide: nap 1 taken");
+    } else {
+      s.rule = SnapRule::slide;
+      say("a nap is for bristles that slide: rule slide taken");
+    }
+  }
+  if (s.rule != SnapRule::redraw && s.infinite) {
+    if (before.infinite) {
+      s.infinite = false;
+      say("rules keep and slide are for a number of bristles: representatives taken");
+    } else {
+      s.rule = SnapRule::redraw;
+      s.nap = 1.0;
+      say("infinitely many bristles are replaced at each snap: rule redraw taken");
+    }
   }
   if (same_material(s, before)) return s;
   try {
@@ -111,9 +129,10 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
   } catch (const bristle::Error& error) {
     say(error.what());
     for (const SettingRange& range : surface_ranges()) s.*range.member = before.*range.member;
-    s.keep = before.keep;
+    s.rule = before.rule;
+    s.nap = before.nap;
     s.pad_friction = before.pad_friction;
-    if (s.keep) s.infinite = false;
+    if (s.rule != SnapRule::redraw) s.infinite = false;
   }
   return s;
 }
@@ -122,15 +141,15 @@ bristle::Material material_of(const Settings& s) {
   return bristle::Material::from_coefficients(
       bristle::Coefficients{}
           .with_kinetic(s.kinetic)
-          .with_peak(s.peak)
+          .with_peak(s.nap == 1.0 ? s.peak : s.kinetic)
           .with_presliding_length(s.presliding_length)
-          .with_rule(s.keep ? bristle::SnapRule::keep : bristle::SnapRule::redraw)
+          .with_rule(s.rule)
           .with_damping_per_newton(s.damping_per_newton)
           .with_viscous_friction(s.viscous_friction)
           .with_stribeck_velocity(s.stribeck_velocity)
           .with_residual_share(s.residual_share)
           .with_shared_renewal(s.shared_renewal)
-          .with_growth_per_decade(s.growth_per_decade)
+          .with_growth_per_decade(s.nap == 1.0 ? s.growth_per_decade : 0.0)
           .with_ageing_time(s.ageing_time));
 }
 
@@ -145,7 +164,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   const bristle::Material of_tool = same ? tool_material_ : tool_material_of(next.settings);
   next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles ||
                      next.settings.infinite != now_.settings.infinite ||
-                     next.settings.model != now_.settings.model ||
+                     next.settings.model != now_.settings.model || next.settings.nap != now_.settings.nap ||
+                     next.settings.rule != now_.settings.rule ||
                      (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
     Made made = add_patches(next.settings, material, of_tool);

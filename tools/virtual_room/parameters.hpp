@@ -21,7 +21,7 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
-inline constexpr std::array<SettingRange, 18> setting_ranges = {{
+inline constexpr std::array<SettingRange, 19> setting_ranges = {{
     {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
     {"peak", &Settings::peak, 0.01, 3.0, ""},
     {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
@@ -40,6 +40,7 @@ inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
     {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
+    {"nap", &Settings::nap, 0.1, 10.0, ""},
 }};
 /// Number of setting_ranges that describe the surface, snap rule included; they come first.
 inline constexpr std::size_t surface_numbers = 10;
@@ -91,8 +92,8 @@ class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
   /// Makes the parameters of checked settings; materials of the patches change at once. It makes new patches
-  /// if the number of bristles or the model changed, the tool's contact became a disc or a point, or `anew`
-  /// is set. The old patches stay until remove_old(), and stay in use if this throws.
+  /// if the number of bristles, the model or the nap changed, the tool's contact became a disc or a point, or
+  /// `anew` is set. The old patches stay until remove_old(), and stay in use if this throws.
   Parameters make(const Settings& wanted, bool anew);
   /// Removes replaced patches. Call it once the haptic loop has taken the new ones.
   void remove_old();

@@ -52,6 +52,12 @@ inline Settings settings_of(Comparison scene) {
   // Ages twice as fast as wood, to be visible, and uses cohorts, which have no sampling noise.
   if (scene == Comparison::rest) s.growth_per_decade = 0.10;
   s.infinite = scene == Comparison::rest;
+  if (scene == Comparison::ratchet) {
+    s.rule = bristle::SnapRule::slide;
+    s.nap = 2.0;
+    s.bristles = 256;
+    s.tapping = 1.5;
+  }
   return s;
 }
 
@@ -67,8 +73,9 @@ inline void apply(const Preset& preset, Settings& s) {
   s.shared_renewal = c.shared_renewal;
   s.growth_per_decade = c.growth_per_decade;
   s.ageing_time = c.ageing_time;
-  s.keep = c.rule == bristle::SnapRule::keep;
-  if (s.keep) s.infinite = false;
+  s.rule = c.rule;
+  s.nap = 1.0;
+  if (s.rule != bristle::SnapRule::redraw) s.infinite = false;
   s.bristles = preset.bristles;
 }
 

@@ -16,7 +16,7 @@ namespace room {
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
 /// Scenes in which other blocks stand beside the first and are moved as it is (compared.hpp).
-enum class Comparison : unsigned char { none, models, rubbing, rest };
+enum class Comparison : unsigned char { none, models, rubbing, rest, ratchet };
 
 /// Settings that a person can change while the loops run. The graphic loop sends the struct whole; the desk
 /// makes patches and materials from the newest and hands them to the haptic loop (haptic_loop.cpp).
@@ -32,7 +32,10 @@ struct Settings {
   /// Growth of static friction at rest per decade of time, over kinetic; 0: no ageing.
   double growth_per_decade = 0.0;
   double ageing_time = 0.1;  ///< s, time of rest from which on static friction grows
-  bool keep = false;         ///< whether bristles keep their lengths (SnapRule::keep) or redraw them
+  bristle::SnapRule rule = bristle::SnapRule::redraw;
+  /// Friction of the floor towards +x over that towards -x (bristle::Lay::to_over_fro). Other than 1 it needs
+  /// bristles that slide; then peak and growth_per_decade are ignored.
+  double nap = 1.0;
 
   /// Whether the brush is infinite (Population::infinite); `bristles` is then ignored.
   bool infinite = false;

@@ -21,16 +21,20 @@ using cli::TomlTable;
 constexpr double degree = 3.14159265358979323846 / 180.0;
 constexpr Range seconds_range{0.0, 1e6, false, "s"};
 constexpr const char* model_names[] = {"brush", "lugre", "coulomb"};
+constexpr const char* rule_names[] = {"redraw", "keep", "slide"};
+const char* name_of(bristle::SnapRule rule) { return rule_names[static_cast<std::size_t>(rule)]; }
 
 void read_settings(const TomlTable& table, Settings& s) {
   s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
                                                     static_cast<std::size_t>(s.model)));
-  s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
+  s.rule = static_cast<bristle::SnapRule>(
+      table.choice("rule", {rule_names[0], rule_names[1], rule_names[2]}, static_cast<std::size_t>(s.rule)));
   s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
-  s.compare = static_cast<Comparison>(table.choice(
-      "compare",
-      {compared_scenes[0].key, compared_scenes[1].key, compared_scenes[2].key, compared_scenes[3].key},
-      static_cast<std::size_t>(s.compare)));
+  s.compare = static_cast<Comparison>(
+      table.choice("compare",
+                   {compared_scenes[0].key, compared_scenes[1].key, compared_scenes[2].key,
+                    compared_scenes[3].key, compared_scenes[4].key},
+                   static_cast<std::size_t>(s.compare)));
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
   for (const SettingRange& r : setting_ranges) {
@@ -151,7 +155,7 @@ std::string as_toml(const SettingRange& range, const Settings& s) {
 }  // namespace
 
 std::string material_as_toml(const Settings& s) {
-  std::string text = fmt::format("rule = \"{}\"\n", s.keep ? "keep" : "redraw");
+  std::string text = fmt::format("rule = \"{}\"\n", name_of(s.rule));
   for (std::size_t i = 0; i < surface_numbers; ++i) text += as_toml(setting_ranges[i], s);
   return text;
 }
@@ -159,7 +163,7 @@ std::string material_as_toml(const Settings& s) {
 std::string settings_as_toml(const Settings& s) {
   std::string text =
       fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\ncompare = \"{}\"\n",
-                  model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw",
+                  model_names[static_cast<std::size_t>(s.model)], name_of(s.rule),
                   s.infinite ? "infinite" : "representatives", s.bristles, scene_of(s.compare).key);
   for (const SettingRange& r : setting_ranges) text += as_toml(r, s);
   return text;
