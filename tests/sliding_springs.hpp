@@ -55,6 +55,7 @@ struct SlidingSprings {
   double compliance = 0.0, softening = 0.0;
   std::function<double(double)> motion = loops_and_strokes;
   std::function<double(double)> growth = [](double) { return 1.0; };  // factor of the friction over time, s
+  std::function<double(double)> drift = [](double) { return 0.0; };   // of the sensor over time, s to N
 
   double mean_limit() const {
     double sum = 0.0;
@@ -80,7 +81,7 @@ struct SlidingSprings {
       springs.move(moved(f));
       force = f;
       x = next;
-      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + offset + sensor(generator));
+      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + offset + drift(t) + sensor(generator));
     }
     return text;
   }
