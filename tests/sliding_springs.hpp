@@ -56,6 +56,7 @@ struct SlidingSprings {
   double damping = 0.0, stribeck = 1e-3;  // damper over load, s/m, and the speed over which it fades, m/s
   std::function<double(double)> motion = loops_and_strokes;
   std::function<double(double)> growth = [](double) { return 1.0; };  // factor of the friction over time, s
+  std::function<double(double)> drift = [](double) { return 0.0; };   // of the sensor over time, s to N
 
   double mean_limit() const {
     double sum = 0.0;
@@ -83,7 +84,8 @@ struct SlidingSprings {
       x = next;
       const double v = (motion(t + 1e-4) - motion(t - 1e-4)) / 2e-4;
       const double damper = 2.0 * damping * v * std::exp(-std::abs(v) / stribeck);
-      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, f + damper + offset + sensor(generator));
+      const double shown = f + damper + offset + drift(t) + sensor(generator);
+      text += fmt::format("{:.17g},{:.17g},2,{:.17g}\n", t, x, shown);
     }
     return text;
   }

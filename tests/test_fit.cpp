@@ -16,6 +16,7 @@
 #include "tests/brute_rubbing.hpp"
 #include "tests/fit_helpers.hpp"
 #include "tests/reference_table.hpp"
+#include "tests/sliding_springs.hpp"
 #include "tests/stress.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/files/text_file.hpp"
@@ -282,6 +283,28 @@ TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly know
   CHECK(s.length + s.residual < length.high);
 }
 
+TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fitted", "[fit]") {
+  // The offset rises by 0.2 N in the first half, and falls back in the second: its mean is that of both
+  // halves.
+  SlidingSprings springs;
+  springs.motion = [](double t) { return 60e-6 * std::sin(4.0 * M_PI * t); };
+  springs.seconds = 4.0;
+  springs.drift = [](double t) { return 0.1 * std::min(t, 4.0 - t); };
+  cli::FitOptions options;
+  options.quiet = true;
+  options.rule = SnapRule::slide;
+  const cli::Judgements all =
+      cli::judge_rivals(cli::parse_fit_columns(springs.csv(3), "data.csv"), options, 2.0);
+  const auto brush = std::find_if(all.models.begin(), all.models.end(), [](const cli::Judgement& j) {
+    return j.model.find("as fitted") != j.model.npos;
+  });
+  REQUIRE(brush != all.models.end());
+  // A stroke is 120 um long, of which 30 um, two mean lengths, are a reversal: a third of the time.
+  CHECK(all.reversal_samples > 50);
+  CHECK(all.reversal_samples < 90);
+  CHECK(brush->judged.all < 0.1);  // 0.2 N / sqrt(12) and the noise; a drift continued leaves 0.2 N
+}
+
 TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
           "[fit]") {
   // 20 s of strokes of growing length under 1 N, with the friction of two Maxwell-slip elements.
@@ -516,6 +539,15 @@ TEST_CASE("What the data do not determine is named and stays at its default", "[
         s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);
     check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
   }
+}
+
+TEST_CASE("Strokes of three mean lengths show that bristles slide", "[fit]") {
+  SyntheticFriction s = usual();
+  s.motion = [](double t) { return 22e-6 * std::sin(2.0 * M_PI * t); };
+  const Fitted fitted = fit(record(s, 1).csv());
+  REQUIRE(fitted.data.range < 3.5 * s.length);
+  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.05 * s.kinetic);
+  check_recovered(fitted[cli::fit_length], s.length, 0.2 * s.length);
 }
 
 TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
@@ -769,6 +801,7 @@ TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
   const Fitted fitted = fit(csv);
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   CHECK(fitted.result.curve.size() == 40000);
+  CHECK(fitted.result.fluctuating_bristles == Approx(200.0).epsilon(0.5));  // 400 at 2 N
   check_below(seconds, 30.0, "processor time of a fit of 40,000 rows, s");
 }
 

@@ -4,7 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "command_line.hpp"
 #include "expect.hpp"
 #include "made_up_joint.hpp"
 #include "tools/files/user_error.hpp"
@@ -84,6 +89,44 @@ TEST_CASE("A fit of a joint to a part of its log does not look at the rest", "[f
   }
 }
 
+TEST_CASE("Each interval of a joint's log weighs by its time", "[fit][joints]") {
+  // Samples in the middle of intervals, on the straight line between their neighbours, change no torque
+  // averaged over time.
+  const JointLog log = made_up_log(1.0);
+  JointLog split = log;
+  for (std::vector<double> JointLog::*column :
+       {&JointLog::t, &JointLog::angle, &JointLog::speed, &JointLog::motor, &JointLog::outside}) {
+    std::vector<double>& to = split.*column;
+    to.clear();
+    for (std::size_t k = 0; k < log.t.size(); ++k) {
+      const std::vector<double>& from = log.*column;
+      if (k > 0 && k % 10 < 5) to.push_back(0.5 * (from[k - 1] + from[k]));
+      to.push_back(from[k]);
+    }
+  }
+  const JointFit whole = cli::fit_joint(log), other = cli::fit_joint(split);
+  CHECK(other.fitted_rms == Approx(whole.fitted_rms).epsilon(0.02));
+  CHECK(number_of(other, "inertia").value == Approx(number_of(whole, "inertia").value).epsilon(0.002));
+}
+
+TEST_CASE("A joint's models are judged on what follows --fit-until", "[fit][joints]") {
+  const JointLog log = made_up_log(1.0);
+  std::string csv = "t,angle,speed,motor,outside\n";
+  for (std::size_t k = 0; k < log.t.size(); ++k)
+    csv +=
+        fmt::format("{},{},{},{},{}\n", log.t[k], log.angle[k], log.speed[k], log.motor[k], log.outside[k]);
+  const bristle_test::TemporaryFolder folder;
+  const bristle_test::Outcome outcome = bristle_test::run_cli(
+      folder, "fit '" + folder.write("log.csv", csv) + "' --joint --rivals --fit-until 0.6 --json -");
+  REQUIRE(outcome.code == 0);
+  const auto report = nlohmann::json::parse(outcome.out);
+  CHECK(report.at("fit_until_s") == 0.6);
+  CHECK_FALSE(report.contains("held_out_parts"));
+  const JointFit same = cli::fit_joint(log, {false, 0.6});
+  CHECK(report.at("models").back().at("judged_rms_nm").get<double>() ==
+        Approx(same.judged_rms).epsilon(1e-6));
+}
+
 TEST_CASE("Logs of joints are read with units, currents and pendulums, and refused by name",
           "[fit][joints]") {
   std::string rows;
@@ -95,7 +138,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.angle[2] == Approx(2.0 * 0.017453292519943295));
   CHECK(log.motor[2] == Approx(1.0));
   CHECK(log.outside[2] == Approx(-3.0 * std::sin(log.angle[2])));
-  CHECK(log.speed[2] == Approx((log.angle[3] - log.angle[1]) / 0.002));
+  CHECK(log.speed[7] == Approx((log.angle[8] - log.angle[6]) / 0.002));  // where angles begin anew at 0
   // The caller gives names and units of columns, for logs that other programs write.
   cli::FitReading reading;
   reading.columns = {{"angle", "q"}, {"motor", "3"}};

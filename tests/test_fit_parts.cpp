@@ -317,6 +317,24 @@ TEST_CASE("Another start, or another force on the stage, is another force", "[fi
   }
 }
 
+TEST_CASE("A stage as soft as straight bristles leaves them half of the motion, whatever was measured",
+          "[fit]") {
+  cli::FitData data = made_record(1, 40, [](double) { return 1e-6; });
+  data.force.assign(40, 0.5);
+  const cli::FitOptions options;
+  cli::FitModel model(data, options, cli::Detail::finish);
+  cli::FitValues p = cli::fit_defaults;
+  // Stiffness of bristles that are renewed: mean deflection in sliding is half the mean length, more by the
+  // spread.
+  const double stiffness = 2.0 * p[cli::fit_kinetic] /
+                           (0.5 * (1.0 + p[cli::fit_spread] * p[cli::fit_spread]) * p[cli::fit_length]);
+  p[cli::fit_compliance] = 1.0 / stiffness;
+  model.settle_stage(p);
+  const Eigen::VectorXd force = model.force(p);
+  for (Eigen::Index i = 0; i < 40; ++i)  // steps of 10 nm
+    CHECK(force[i] == Approx(0.5 * stiffness * 1e-8 * static_cast<double>(i)).margin(2e-4));
+}
+
 TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
   cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
   data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // m, position a quarter of the way

@@ -169,6 +169,7 @@ TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   const bristle::Material& m = fitted.result.material;
   CHECK(m.ageing_strength > 0.0);
   CHECK(m.kinetic_coefficient(frame.speed) == Approx(fitted[cli::fit_kinetic].value).epsilon(1e-6));
+  CHECK(fitted.result.peak.value == Approx(m.peak_coefficient(frame.age)).epsilon(1e-6));
   const std::string scene = cli::fit_toml(fitted.data, {}, fitted.result);
   CHECK_THAT(scene, Contains("ageing_form = \"logarithmic\"") && Contains("fall_per_decade = "));
   CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("this form is") && Contains("notes"));
