@@ -72,7 +72,7 @@ struct JointStep {
   std::uint32_t bristles;
   const double* share;   ///< share of each bristle in the joint's stiffness
   const double* length;  ///< limit of each bristle, relative to the mean limit
-  const double* in;      ///< joint_inputs rows of input; row in_writes is 1 if the state changes, else 0
+  const double* in;      ///< joint_inputs rows; in_writes is 1 for joints whose state changes, else 0
   double* out;           ///< joint_outputs rows of output; only kernels with gradients fill the last ones
   const double* constants;
   double* columns;

@@ -24,7 +24,7 @@ bool can_watch() noexcept;
 /// function.
 Counts counts_so_far() noexcept;
 
-/// Events that the watch saw in a child process.
+/// Allocations, locks, exceptions and system calls seen in a child process.
 struct Sighting {
   bool finished = false;          ///< whether the child ran to its end
   bool trapped = false;           ///< whether the kernel accepted the filter, so that system calls were

@@ -634,7 +634,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     AgedBrush brush(aged(lognormal, beta));
     brush.hold(1e-6);
     double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // finds the motion at which the force grows at `rate` per second
+    for (int i = 0; i < 150; ++i) {  // steps take so long that the force grows at `rate` per second
       const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
       rise = f / 0.6 - last;
       last = f / 0.6;

@@ -192,8 +192,7 @@ TEST_CASE("Overload to 1e15 N and back, again and again, keeps force and energy 
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     for (int k = 0; k < 20; ++k) step_along(patch, kind, 0.41 * dbar, n);
     for (int round = 0; round < 40; ++round) {
-      // Under a rising load at rest no force arises. Each round shrinks the deflections by n / 1e15, finally
-      // to zero.
+      // A rising load at rest changes no force. Each round shrinks the deflections by 1e-12, finally to zero.
       double before = friction_along(patch.step(0.0, 0.0, n), kind);
       for (double load = n; load < 1e15; load *= 1000.0) {
         const double energy = patch.energy();

@@ -425,8 +425,8 @@ TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit
   CHECK(thin.samples() < steps.samples());
   CHECK(std::count(thin.load.begin(), thin.load.end(), 2.5) == 10);
   for (std::size_t i = 115; i < 285; ++i) CHECK(steps.velocity[i] == 0.0);
-  // A contact that is lifted for one sample of 900 has a load whose deviation is 1.8 %, below the 2 % of a
-  // steady one.
+  // One sample of 900 at 0.9 N of 2 N lifts the contact, though the load's deviation, 1.8 %, is below the 2 %
+  // of a steady load.
   CHECK_FALSE(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 0.9 : 2.0; })).steady_load);
   CHECK(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 1.98 : 2.0; })).steady_load);
 }

@@ -255,8 +255,8 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
     for (int k = 0; k < 15; ++k) {
       INFO("after " << 11 + k << " s");
       const Force f = model.step(10.0 * direction, 1.0, 1.0);
-      // The margin is half a unit of the tables' last digit, 1e-8. The library integrates friction to 1e-7 of
-      // a, and the state psi likewise (times b/a in the speed).
+      // The margin is one unit of the tables' last digit, 1e-8. The model integrates friction over load to
+      // 1e-7 of a, and psi to 1e-7 (b/a times that in the speed).
       CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
       CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
       CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);

@@ -80,7 +80,7 @@ struct Random {
   }
   double share() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   unsigned below(unsigned count) { return static_cast<unsigned>((bits() >> 32) * count >> 32); }
-  /// Returns a random number from 2^low to 2^high, uniform in its logarithm.
+  /// Returns a random number from 2^low to 2^high; all octaves are equally likely.
   double octaves(int low, int high) {
     return std::ldexp(1.0 + share(), low + static_cast<int>(below(static_cast<unsigned>(high - low))));
   }

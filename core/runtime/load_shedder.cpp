@@ -74,8 +74,7 @@ struct LoadShedder::Impl {
   double rate = 0.0;       ///< s per visited bristle or its equivalent; 0 = not yet known
   double last_rate = 0.0;  ///< s per bristle in the last step that was long enough to time
 
-  // Costs of the last survey, in bristles: fixed cost of the patches, visits of representatives, visits of
-  // cohorts.
+  // Estimates of the last survey, in visits to a bristle: fixed costs of patches, representatives, cohorts.
   double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;
   double looked_at =
       1.0;  ///< share of `of_cohorts` that a step visits; patches that glide or stick visit none

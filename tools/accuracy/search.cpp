@@ -246,8 +246,7 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
-  // Gives no spread if all runs are equal, as without random seeds; the rounding of their mean would give
-  // one.
+  // Gives no spread if all runs are equal (no random seeds), where rounding of the mean would give one.
   if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;

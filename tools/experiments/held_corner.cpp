@@ -1,4 +1,4 @@
-// Experiment: a square plate held at one corner, turned about it, and left to hang under a wavering moment.
+// Experiment: a square plate rubbing on a floor is turned about one corner, then holds a wavering moment.
 #include <algorithm>
 #include <cmath>
 

@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Returns the friction torque (N m) at rated motor torque; the other models have it at any torque.
+/// Returns the friction (N m) of lifting the rated weight; the other models have it under any weight.
 double full_friction(const Settings& s) { return s.number("kinetic") * s.number("load"); }
 
 bristle::JointMaterial gear_of(const Settings& s, bool drops) {

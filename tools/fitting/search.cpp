@@ -102,7 +102,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   FitParameterSet linear = linear_set();
   FitParameterSet free = linear;
   free.insert(free.end(), bending.begin(), bending.end());
-  // At one speed a lubricant would distort the brush's force.
+  // Records of one speed do not tell a lubricant from the brush.
   if (several_speeds()) linear.push_back(fit_viscous);
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());

@@ -561,7 +561,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Adds the mean deflection of steady sliding for the path on which bristles are only carried.
+  // Counts the path on which bristles are only carried, with the mean deflection of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
