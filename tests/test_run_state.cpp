@@ -1,6 +1,8 @@
 // `bristle run --save-state` and `--restore-state`: a run in two parts gives the results of one.
 #include <catch2/catch.hpp>
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -82,6 +84,38 @@ TEST_CASE("A run taken up again lasts to the end of its scene, on any number of 
   CHECK(rest.state_hash == whole.state_hash);
   CHECK_THAT(message_of<cli::UserError>([&] { cli::run_scene(scene, options); }),
              Contains("20 steps") && Contains("--steps"));
+}
+
+TEST_CASE("Friction of strokes along y is counted from each turn, through a saved state as in one run",
+          "[cli][state]") {
+  const TemporaryFolder folder;
+  const auto scene_of = [](double load) {
+    return cli::parse_scene(
+        "[scene]\nname = \"strokes\"\ndt = 1e-3\nduration = 1\n"
+        "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
+        "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 1\nbristles = 50\naxes = 2\n"
+        "outputs = [\"mean\", \"energy\"]\n"
+        "[[motion]]\npatch = \"tip\"\ntype = \"sine\"\namplitude = [0, 3e-4]\nfrequency = 1\nload = " +
+            std::to_string(load) + "\n",
+        "strokes.toml");
+  };
+  const cli::Scene scene = scene_of(0.8);
+  // A step slides once the patch is ten mean lengths from its last turn, at a quarter and at three quarters.
+  const double far = 10.0 * scene.materials[0].material.snap_length.mean();
+  std::uint64_t sliding = 0;
+  for (int k = 1; k <= 1000; ++k) {
+    const double y = 3e-4 * std::sin(2e-3 * M_PI * k);
+    sliding += std::abs(y - (k <= 250 ? 0.0 : k <= 750 ? 3e-4 : -3e-4)) > far ? 1 : 0;
+  }
+  const cli::PatchResult whole = cli::run_scene(scene, options_of({})).patches[0];
+  CHECK(whole.sliding_steps == sliding);
+  CHECK(whole.work == Approx(whole.dissipated + whole.stored).epsilon(1e-6));
+  const cli::PatchResult first =
+      cli::run_scene(scene, options_of(500, "", "", folder.at("state"))).patches[0];
+  const cli::PatchResult rest = cli::run_scene(scene, options_of({}, "", folder.at("state"))).patches[0];
+  CHECK(first.sliding_steps + rest.sliding_steps == sliding);
+  CHECK(whole.highest_coefficient > 0.0);
+  CHECK(cli::run_scene(scene_of(0.05), options_of({})).patches[0].highest_coefficient == 0.0);  // a twentieth
 }
 
 TEST_CASE("A paced run, which has the next motion ready when it stops, is taken up with the same bits",
