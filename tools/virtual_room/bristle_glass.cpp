@@ -79,7 +79,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   if (cohorts_) {
     update_cohorts(room, passed);
   } else {
-    update_hairs(room, elapsed, passed);
+    // Fades flashes by the simulated time where none passes for the user: a pause that shows another moment.
+    update_hairs(room, elapsed > 0.0f ? elapsed : passed, passed);
   }
   for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
   before_ = room.bristles;

@@ -31,7 +31,7 @@ class BristleGlass {
   /// Lean in hair lengths at a deflection of one mean snap length.
   static constexpr float lean_per_length = 0.8f;
 
-  /// Updates the hairs. `elapsed` is the real time (s) since the last call; 0 while nothing moves.
+  /// Updates the hairs. `elapsed` is the real time (s) since the last call; 0 in a pause.
   void update(const Snapshot& room, float elapsed);
 
   const std::vector<Hair>& hairs() const { return hairs_; }
