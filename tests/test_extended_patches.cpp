@@ -1223,6 +1223,8 @@ TEST_CASE("An outline to the left alone has an extent, and a cell that is gone s
   batch.remove(pads.cell_patches(pad)[0]);
   pads.step(tick, {&turn, 1}, {&out, 1});
   CHECK(out.status == Status::unknown_id);
+  CHECK(out.stiffness[0][0] == 0.0);
+  CHECK(out.force_limit == 0.0);
   CHECK(pads.info(pad).along[1] == along);
 }
 
