@@ -25,11 +25,11 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns the part of a program between the marks `// begin` and `// end`, or all of it.
+/// Returns the lines of a program between the marks `// begin` and `// end`, or all of it.
 std::string shown_part(const std::string& program) {
   const auto begin = program.find("// begin\n"), end = program.find("// end\n");
   if (begin == std::string::npos) return program;
-  return program.substr(begin + 9, end - begin - 9);
+  return program.substr(begin + 9, program.rfind('\n', end) - begin - 8);
 }
 
 /// Returns the cells of the rows of a Markdown table, which begin after the line `header`.

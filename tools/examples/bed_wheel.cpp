@@ -20,19 +20,17 @@ int main() {
   for (int tick = 0; tick < 8000; ++tick) {
     BedMotion motion;
     motion.id = contact;
-    motion.displacement[0] = (speed - radius * spin) * dt;  // m, path by which the tyre slides over the road
-                                                            // in this step
-    motion.rolled[0] = radius * spin * dt;                  // m, length of tread that passes through the
-                                                            // contact in this step
+    motion.displacement[0] = (speed - radius * spin) * dt;  // m, how far the tyre slides over the road
+    motion.rolled[0] = radius * spin * dt;                  // m, how far its tread has been carried on
     motion.normal_load = load;
-    // Implicit solution: takes the force that this motion would give, and its change with the motion.
+    // Implicit: the force that this motion would give, and how it changes with the motion.
     const BedResponse trial = beds.find_force(motion);
     const double stiffness = trial.tangent[0][0];
     const double per_force = dt * dt * (1.0 / mass + radius * radius / inertia);
     const double force = trial.force[0] / (1.0 + stiffness * per_force);
     speed += dt * (force - slope) / mass;
     spin -= dt * radius * force / inertia;
-    // The brake holds the wheel if the torque needed is within the brake's limit.
+    // The brake holds the wheel as far as its torque reaches.
     const double stop = inertia * spin / dt;
     const double torque = stop > brake ? brake : stop < -brake ? -brake : stop;
     spin -= dt * torque / inertia;

@@ -10,16 +10,13 @@
 
 constexpr double dt = 1e-3, mass = 2.0, slope = 0.3, half = 0.05;  // s, kg, rad, m
 
-// The engine's part: returns positions and loads of the contacts, in any order. bristle does not compute
-// normal forces.
+// The engine's part: positions and loads of the contacts, in any order. Normal forces are its own affair.
 struct EngineContact {
-  double x, y, load;  // m, place of the contact from the centre of mass, in the plane of the slope; N, its
-                      // load
+  double x, y, load;  // m from the centre of mass in the plane of the slope, N
 };
 std::vector<EngineContact> find_contacts(double along) {
   const double weight = mass * 9.81 * std::cos(slope) / 4, shift = along * 0.02 / (4 * half);
-  return {{half, half, weight + shift},  // `along` acts 0.02 m above the feet, so the front feet carry more
-                                         // load
+  return {{half, half, weight + shift},  // `along` acts 0.02 m above the feet: those in front carry more
           {-half, half, weight - shift},
           {half, -half, weight + shift},
           {-half, -half, weight - shift}};
@@ -36,7 +33,7 @@ struct Engine {
                                     .with_resolution(4)
                                     .with_cohorts(24),
                                 bristle::KeyedOptions{}.with_capacity(64)};
-  bristle::MovingBody<3> block;  // velocities of the block: along x, along y, about the normal
+  bristle::MovingBody<3> block;  // along x, along y, about the normal
   double position[3] = {0.0, 0.0, 0.0};
 
   void step(double push) {  // N, along x

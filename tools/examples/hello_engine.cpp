@@ -11,10 +11,9 @@ int main() {
                            .with_resolution(4)
                            .with_cohorts(24);
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
-                                bristle::KeyedOptions{}.with_capacity(1000));  // allocates all memory for the
-                                                                               // contacts
+                                bristle::KeyedOptions{}.with_capacity(1000));  // all memory is taken here
   batch.warm_up();
-  bristle::ContactFrames frames(patches);  // tangent axes of each contact, kept as long as its key is in use
+  bristle::ContactFrames frames(patches);  // one for each contact, kept as long as its key
   for (int step = 0; step < 300; ++step) {
     // From the engine: contact 42 between two bodies, its normal (from the other body to the moving one), its
     // force, and the velocity of the one relative to the other where they touch.
@@ -24,9 +23,8 @@ int main() {
     const bristle::ContactFrame& frame = frames.carry(contact, normal);
     frame.set_displacement(1e-3 /* s */ * velocity, motion);
     bristle::Response response;
-    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // steps the patches of all contacts in one call
-    patches.end_step();                                      // frees the patches of contacts that were not
-                                                             // seen in this step
+    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // all contacts in one call
+    patches.end_step();                                      // contacts not seen in this step go back
     if (has(response.status, bristle::Status::no_capacity)) {
       std::printf("%llu contacts found no patch: raise the capacity\n",
                   static_cast<unsigned long long>(patches.refused()));

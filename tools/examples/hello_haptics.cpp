@@ -13,7 +13,7 @@ int main() {
   motion.id = batch.add(skin, bristle::PatchOptions{}
                                   .with_max_normal_load(3.3 /* N */)
                                   .with_population(bristle::Population::infinite));
-  batch.warm_up();  // makes every allocation, so that the loop below allocates nothing
+  batch.warm_up();  // from here on nothing allocates
   bristle::HapticPoint point(
       bristle::HapticOptions{}.with_force_limit(3.3 /* N */).with_peak_coefficient(skin.peak_coefficient()));
   for (int tick = 0; tick < 1000; ++tick) {              // the servo callback

@@ -14,7 +14,7 @@ struct SoftFinger {
   bristle::ExtendedPatches pads{batch};
   bristle::ExtendedMotion motion;
   bristle::ExtendedResponse response;
-  bristle::ContactFrame frame{Eigen::Vector3d::UnitZ()};  // m/s, velocity of the surface, which stands still
+  bristle::ContactFrame frame{Eigen::Vector3d::UnitZ()};  // of the surface, which stands still
 
   SoftFinger() {
     const auto skin = bristle::Material::from_coefficients(
@@ -32,8 +32,7 @@ struct SoftFinger {
   // tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
   bristle::ContactFrame::Wrench tick(const Eigen::Vector3d& moved, const Eigen::Vector3d& turned,
                                      double load) {
-    const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // m, place of the surface where the finger
-                                                              // touches it
+    const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the surface where it is touched
     frame.carry_with_surface(normal, Eigen::Vector3d::Zero());
     frame.set_displacement(moved, turned, motion);
     motion.normal_load = load;
@@ -69,7 +68,7 @@ int main() {
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  // Slides at v = omega a: the speed of the centre equals the speed of the rim due to spin.
+  // Slides at v = omega a: speed of the centre equal to that of the rim by spin.
   const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);
