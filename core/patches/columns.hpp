@@ -20,8 +20,8 @@ enum class Filler : unsigned char {
                  ///< time
   first_length,  ///< first snap length for a bristle out of contact. State, saved; kept under a new material
                  ///< of the same law
-  draw_state,    ///< value that stays when the bristle is out of contact. State, saved; computed from the
-                 ///< seed
+  draw_state,    ///< value that stays when the bristle is out of contact. State, saved; its first value is
+                 ///< computed from the seed
   from_seed,     ///< values computed from seed and material (first snap lengths), which no step changes; not
                  ///< saved
   block,         ///< bookkeeping of blocks, which other functions reset and save

@@ -63,17 +63,17 @@ struct ContactModel {
   void (*read_bristles)(const Patch&, std::size_t count, Span<double> zx, Span<double> zy,
                         Span<double> delta) noexcept;
 
-  // --- saved state of the model, beside that of the shared part (saved_state.hpp)
+  // --- saved state of the model, which follows that of the shared part (saved_state.hpp)
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
                                                       ///< must agree with
-  std::size_t (*saved_size)(const Patch&) noexcept;   ///< Calls for the saved state of the model, which
-                                                      ///< follows that of the shared part (saved_state.hpp).
+  std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes that `save` writes, which depends
+                                                      ///< on options and material alone
   void (*save)(const Patch&, ByteWriter&) noexcept;
   /// Checks bytes of a saved state. `contact`: saved shared part of the patch. Returns null, or the name of a
   /// value that no patch can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
-  /// Checks the bytes of a saved state. `contact`: the patch's shared part as saved. Returns null, or the
-  /// name of a value that no patch can have.
+  /// Restores the state from bytes in which find_fault found nothing. The shared part of the patch must be
+  /// restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 

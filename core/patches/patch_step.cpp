@@ -41,8 +41,8 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the reach within which a patch counts as being at its anchor, so that a rest ends with the next
-  // slide.
+  // Share of the reach within which a patch counts as being at its anchor, so that a rest counts only until
+  // the slide after it.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;

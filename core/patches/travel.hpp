@@ -12,8 +12,8 @@ namespace bristle::detail {
 /// Returns the largest rounding error, in s, of `sums` sums of times up to `end`, and of `end` itself.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s, that a batch's clock can show. There it stops, and a longer step ages a patch by this
-/// much only.
+/// Longest time, s. A batch's clock stops once it has counted this far, and a longer step ages a patch by
+/// this much only.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));

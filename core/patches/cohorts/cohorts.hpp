@@ -19,10 +19,10 @@ constexpr double highest_resolution = 128.0;
 constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch of default_resolution
 constexpr double bound_margin = 0x1p-40;        ///< scaled length that exceeds the rounding error of any
                                                 ///< deflection
-constexpr double least_cohort_spread = 0.05;    ///< least spread of a law for an infinite brush; with less
-                                                ///< spread, too many bristles snap at once
-constexpr double full_mass = 70368744177664.0;  ///< 2^46, the units of mass (bristles) of a patch at the
-                                                ///< highest load
+constexpr double least_cohort_spread = 0.05;    ///< least cv of a law for an infinite brush; with a smaller
+                                                ///< one, too many bristles snap at once
+constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass, the mass of all bristles of a
+                                                ///< patch at the highest load
 
 /// Units of mass that Patch::whole counts as one bristle. At the highest load the count is 256, the cost of a
 /// step in bristles.
@@ -86,7 +86,7 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
-  /// Returns the number of cache lines to request ahead: the record and the rows in use, at most 63.
+  /// Returns the number of cache lines to request ahead: the record and the rows in use, at most 64.
   std::uint8_t fetched_lines() const noexcept {
     const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
     return static_cast<std::uint8_t>(lines < 64 ? lines : 64);

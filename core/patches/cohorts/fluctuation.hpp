@@ -14,8 +14,8 @@ namespace bristle::detail {
 void set_fluctuation(Cohorts& r) noexcept;
 
 /// Distributes the n bristles to the cohorts at random, after a slide so long that its start is forgotten.
-/// Without shared renewal the bristles are independent of each other then. The change of stored energy is
-/// counted as lost.
+/// Without shared renewal the bristles are independent of each other then. The stored energy that this
+/// takes away is counted as lost.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
@@ -28,7 +28,7 @@ double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) no
 double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
 
 /// Samples how many bristles leave each cohort when the load falls: `kept` is the mean mass that each cohort
-/// keeps. The total number that leaves is fixed; which bristles came into contact last is random. Changes the
+/// keeps. The total number that leaves is fixed; which bristles of a cohort came last is random. Changes the
 /// entries of `kept`, not their sum.
 void draw_cut(Cohorts& r, double* kept) noexcept;
 

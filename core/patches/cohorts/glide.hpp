@@ -30,8 +30,8 @@ struct Glide : Course {
   // deflection along it less l_r^2. `squares`: how the mean |z|^2 changes with the curvature, to first and
   // second order.
   double along = 0.0, across = 0.0, square = 0.0;
-  double chord_share = 0.0;  ///< Cohorts::chord_share over the magnitude of the mean deflection; it turns the
-                             ///< last step's direction into the tangent
+  double chord_share = 0.0;  ///< Cohorts::chord_share over the magnitude of the mean deflection, for the
+                             ///< angle from the last step to the tangent of the path
   double squares[2] = {0.0, 0.0};
 };
 

@@ -123,8 +123,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Scales deflections when a load above the maximum rises further: the bristles in contact then carry more
-/// load each, and at rest the force must not change.
+/// Scales deflections when the load rises above the maximum, or further above it: the bristles in contact
+/// then carry more load each, and at rest the force must not change.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};

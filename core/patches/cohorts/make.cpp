@@ -190,7 +190,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Moves merged cohorts apart to pairs of Gauss points only if S has no corners (a uniform slide needs the
-  // distance 1.33).
+  // factor 1.33 of the squared distance).
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;

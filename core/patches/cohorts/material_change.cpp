@@ -23,7 +23,7 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
   return mass;
 }
 
-/// Lets bristles bent beyond their snap length slip at once, each against its own deflection, until it is
+/// Lets bristles bent beyond their snap length slip at once, each along its own deflection, until it is
 /// straight or bent by the residual of the law. They form one cohort. With `fresh` every cohort first gets
 /// fresh snap lengths of the new law.
 void slip_all(Patch& p, bool fresh) noexcept {

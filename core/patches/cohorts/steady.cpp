@@ -12,7 +12,7 @@ namespace {
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
 /// Finds by how much pieces of path must grow per length of distance so that `room` cohorts suffice. Under a
-/// wide law pieces grow with the distance from their cohort.
+/// wide law pieces grow with their distance behind the patch.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
@@ -36,7 +36,7 @@ struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
   double per_length;  ///< time per scaled length of path, s; 0 where the material does not age
-  double end;         ///< path after which all bristles have snapped
+  double end;         ///< path since bristles were straight after which all have snapped
 
   double reach_at(double path) const noexcept {
     return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
@@ -106,7 +106,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the patch until all bristles of a cohort have snapped once, as sums over the bristles.
+/// Path of the patch from now until a bristle of a cohort snaps, as means over the bristles.
 struct Passage {
   double path;         ///< mean of the path to the snap over the bristles
   double half_square;  ///< half the mean square of the path to the snap over the bristles
@@ -216,7 +216,7 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_high) = s.mass;
     ++i;
   };
-  // Writes the youngest cohort last, because it takes the rounding remainder of the masses.
+  // Writes the youngest cohort first, because row 0 takes the rounding remainder of the masses.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
   // Puts a mass of a few units, too small to be divided among all cohorts, into one cohort at the mean age of

@@ -131,7 +131,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
   return slide;
 }
 
-/// Moves the base of the cohorts' places to the patch. `to`: place of the patch relative to the base.
+/// Moves the base of the cohorts' places near the patch. `to`: place of the patch relative to the base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -215,7 +215,7 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
 /// Stores speed and time of a committed step of an ageing patch.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Adds to all births the time of the path along which cohorts stay the same, so that their ages stay too.
+  // Moves all births, by their base, later by the time of the path on which cohorts and their ages stay.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {

@@ -68,7 +68,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales every deflection down when a load above the maximum rises further, so that the force stays.
+/// Scales deflections down when the load rises above the maximum, or further above it: the force stays.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);

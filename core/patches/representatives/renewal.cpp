@@ -384,8 +384,8 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
 }
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // ln 1000, the factor by which a disturbance decays over
-                                                    // the path `forget`
+  constexpr double per_forget = 6.907755278982137;  // ln 1000: over the path `forget` a disturbance decays to
+                                                    // a thousandth
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);

@@ -84,8 +84,8 @@ struct PieceSums {
   double young_run = 0.0;              ///< length of the slide that its young bristles continue
   double apart = 0.0;  ///< path on which young bristles are followed separately, times their share of the
                        ///< weight; a part of `carried`
-  double lag = 0.0;    ///< energy by which bristles carried round a corner dissipate less than in steady
-                       ///< sliding, in the unit of `squares`
+  double lag = 0.0;    ///< energy that bristles carried round a corner dissipate, less that of steady
+                       ///< sliding (so below 0), in the unit of `squares`
   double twice_integral[2] = {0.0, 0.0};  ///< twice the path integral of the sum of deflections, in units of
                                           ///< StepSums x scaled length
   double squares = 0.0;                   ///< energy dissipated, as a sum of scaled squared deflections
@@ -295,8 +295,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates state and sums after the kernels, as finish() does, but without renewals, bounds and the response,
-/// for a step in pieces.
+/// Updates the state and the sums of deflections after the kernels of a step or a piece; energy, snaps and
+/// bounds are left to the caller.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
 /// Fills the kernels' constants for a step or a piece of it.

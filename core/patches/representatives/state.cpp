@@ -88,8 +88,8 @@ constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Checks a saved block. A renewed bristle's deflection is stored relative to its place of renewal, so there
-/// are two bounds: `longest` for deflections, and `farthest` for stored values.
+/// Checks a saved block. Stored values count from the block's position and, after a renewal, may exceed every
+/// deflection, so there are two bounds: `longest` for deflections, and `farthest` for stored values.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;

@@ -344,7 +344,7 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
-  // Drops the stored sums of the strata of another law, in which equal deflections have other weights.
+  // Counts as lost the difference of energy to strata of another law, where deflections weigh differently.
   if (has(to.outputs, Outputs::energy))
     to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);
