@@ -53,8 +53,8 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, which a light step (is_light()) writes
-                                              // for damping
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, because a light step (is_light())
+                                              // writes 0 for damping
     sum[2][2] = square * (size * size);
   }
 };

@@ -154,8 +154,8 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // no lengthening can reach the mean square of a very wide law, so its longest lengths stay
-               // uncorrected
+      return;  // a law too wide for this keeps its longest lengths uncorrected, because the correction would
+               // be more than half of their length or exceed the longest length
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);

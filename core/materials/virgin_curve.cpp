@@ -91,7 +91,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     atoms_below = a * a * (k1 - k0);
   } else {
     inverse_squares = tail_of_inverse_squares(k0);
-    if (a > 0.0) atoms_below = a * x;  // k1 a = x, exactly in spite of rounding
+    if (a > 0.0) atoms_below = a * x;  // k1 a equals x to rounding
   }
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
