@@ -828,8 +828,8 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Grid step of the curves without shared renewal for laws with atoms; twice as large for other laws, for
-  /// which extrapolation is possible.
+  /// Returns a grid step: for laws with atoms the step of the curves without shared renewal; twice that for
+  /// other laws, for which extrapolation is possible.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// Returns a grid step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
