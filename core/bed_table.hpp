@@ -34,7 +34,7 @@ enum BedColumn : std::uint32_t {
               ///< cell's row
   bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
               ///< length of the cell's row at full load
-  bed_share,  ///< relative pressure factor of the cell; in a rolling bed the inverse of bed_outer
+  bed_share,  ///< factor of the cell's relative pressure; in a rolling bed the inverse of bed_outer
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -55,7 +55,7 @@ struct BedPlaces {
 
   // Data of a rolling bed:
   bool chords;        ///< Whether the rows of cells end on an ellipse; if not, all rows end at `edge`.
-  float edge;         ///< half length of the rows in contact, if all are equally long
+  float edge;         ///< half length of all rows in contact, relative to full load
   float rolled;       ///< distance rolled, in half lengths of a row of length 1; positive is forward
   float over_rolled;  ///< inverse of the magnitude of `rolled`
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
@@ -98,8 +98,8 @@ struct BedSums {
   double dissipated;                                   ///< energy dissipated by sliding: stiffness x distance
                                                        ///< slid x deflection
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of
-                                                       ///< their stiffness, and of stiffness times x, y and
-                                                       ///< their products
+                                                       ///< their stiffness, and of stiffness times x, y,
+                                                       ///< x^2 and y^2
 };
 
 /// Bits of the index by which a step's kernel is chosen.

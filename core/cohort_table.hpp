@@ -60,8 +60,8 @@ constexpr double longest_piece_share = 0.6;
 struct CohortLaw {
   const SurvivalCell* cells;
   double end;             ///< snap length from which S is 0; longer lengths count as this one
-  double sure;            ///< snap length up to which no noticeable share of bristles snaps (S = 1); a
-                          ///< cohort's R is at least this
+  double sure;            ///< snap length up to which S is 1 to the last unit of mass; a cohort's R is
+                          ///< at least this
   double mean;            ///< mean snap length, scaled
   double piece;           ///< longest piece of path that is computed at once, scaled
   double forget;          ///< path of a straight slide after which the force does not depend on how the slide
@@ -191,7 +191,7 @@ struct CohortKernels {
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Returns the least margin, over all cohorts, by which the deflection with the patch at `at` stays below
-  /// the cohort's reach R, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
+  /// l_r + R of the cohort, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging loses least energy, so that there is room for more cohorts.
   /// Returns twice the energy lost. Index: 1 for laws that age.
@@ -204,8 +204,8 @@ struct CohortKernels {
   /// lost if they join another cohort. Index: 1 for laws that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
-  /// Gives the bristles of cohort i fresh snap lengths that exceed its reach (raised to at least `bent`);
-  /// fewer bristles of its mass floor(u) have such lengths. Returns the mass that remains.
+  /// Sets the reach of cohort i to `bent` (at least CohortLaw::sure), and gives its mass floor(u) fresh snap
+  /// lengths; those not above the reach are removed. Returns the mass that remains.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 

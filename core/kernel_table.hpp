@@ -105,9 +105,9 @@ struct PatchView {
   Block* blocks;
   Reach* groups;
   std::uint32_t bristles;  ///< number of bristles allocated
-  std::uint32_t whole;     ///< number of bristles that count fully in contact
-  T fraction;              ///< weight of bristle number `whole`, the last one, which counts in part; 0 = it
-                           ///< is not in contact
+  std::uint32_t whole;     ///< number of bristles that are fully in contact
+  T fraction;              ///< weight of bristle number `whole`, which is in contact in part; 0 = it is not
+                           ///< in contact
   const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
 
   // Null without ageing. The present age of a bristle is age + (now - since of its block) / ageing_time.
@@ -157,8 +157,8 @@ struct Advance : Travel {
 /// sums are kept apart.
 struct Totals {
   Int128 stored[2];      ///< change of the sum of deflections (Block::stored), over full blocks
-  Int128 offset[2];      ///< change, by rewriting, of the sum of (present position - Block::position), over
-                         ///< full blocks
+  Int128 offset[2];      ///< change, by rewriting, of the sum of (Travel::to - Block::position), over full
+                         ///< blocks
   Int128 twice_mean[2];  ///< twice the mean deflection over the step in excess of that of bristles that do
                          ///< not snap, 2 stored + 256 (from + to - 2 position); over full blocks with snaps
   Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /
@@ -166,7 +166,7 @@ struct Totals {
   std::uint64_t snaps;
   std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
-  std::int64_t tail_stored[2];      ///< sum of deflections over the tail after the step
+  std::int64_t tail_stored[2];      ///< sum of deflections over the tail after the step, of a trial step too
   std::int64_t tail_twice_mean[2];  ///< twice the sum of the mean deflections of the tail over the step
   std::uint32_t tail_snapped;
 };

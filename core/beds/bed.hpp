@@ -45,8 +45,8 @@ struct Bed {
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false, turns_rows = false, has_chords = false, resists_spin = false, all_outputs = false,
        drops = false;
-  bool isotropic = true;        ///< Whether the three gains are all 1 (equal stiffness along x, y and spin),
-                                ///< as the kernels' energy sums assume.
+  bool isotropic = true;        ///< Whether the gain along y and both gains of spin are 1, as the energy
+                                ///< sums of the kernels assume. (The gain along x is always 1.)
   double half[2] = {0.0, 0.0};  ///< m, half widths at full load
   double length = 0.0;          ///< m, length by which places are divided in the columns
   double deflection = 0.0;      ///< m, length by which deflections are divided

@@ -293,7 +293,7 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.longest_piece = options.longest_piece * 2.0 * shape.half[0];
   const bool rings = shape.kind == BedShape::Kind::ellipse && !shape.rolls;
   const bool shaped = is_sphere || rings || shape.rolls;  // whether the shape determines the pressure;
-                                                          // otherwise the cells' shares of the load do
+                                                          // otherwise Cell::share of each cell does
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
   if (shape.rolls) bed.cell = 2.0 / (shape.cells[0] - 1);

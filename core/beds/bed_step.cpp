@@ -9,8 +9,8 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance, in units of deflection, of a bristle's root from where it was when its tip was last stored,
-/// beyond which tips are rewritten: further away single precision loses digits of the deflection (5e-7).
+/// Distance, in units of deflection, of a bristle's root from where it was when its tip was last rewritten,
+/// beyond which tips are rewritten: further away single precision does not hold the deflection to 5e-7.
 constexpr double farthest_root = 8.0;
 /// Friction limit, in units of deflection, below which a bristle counts as frictionless.
 constexpr double least_limit = 1e-12;

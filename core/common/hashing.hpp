@@ -1,4 +1,4 @@
-// A 64-bit hash of a patch's state: every bit and the order of the numbers count, padding does not.
+// A 64-bit hash of a state or a material: every bit and the order of the numbers count, padding does not.
 #pragma once
 
 #include <cstdint>

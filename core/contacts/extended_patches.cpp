@@ -53,8 +53,8 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, which a light step (is_light()) writes
-                                              // for damping
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, because a light step (is_light())
+                                              // writes 0 for damping
     sum[2][2] = square * (size * size);
   }
 };
@@ -206,7 +206,7 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes the outputs that depend on load, material and angle alone: stiffness, damping and limits.
+/// Writes the outputs that depend on load, material, angle and size alone: stiffness, limits and status.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -381,7 +381,7 @@ struct Stepped : Room {
   }
 
   /// Writes the response of an outline whose cells were stepped along p.course, and stores its new angle and
-  /// size.
+  /// load.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
     const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
@@ -394,8 +394,8 @@ struct Stepped : Room {
     return status;
   }
 
-  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle and
-  /// size.
+  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. The
+  /// load is that of the step before.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };

@@ -59,8 +59,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  constexpr double step = 1e-3;  // step of ln v (v: speed) for a difference quotient; it gives the slope an
-                                 // error of 1e-7, through the third derivative
+  constexpr double step = 1e-3;  // difference in ln v (v: speed); causes a relative error of 1e-7 of the
+                                 // fall, through the third derivative
   const auto force = [&](double factor) {
     WayAgeing other = ageing;
     other.path *= factor;

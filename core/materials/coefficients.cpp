@@ -22,7 +22,7 @@ constexpr double ln10 = 2.302585092994046;
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
   double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; if it is 0,
-                        ///< `growth` is given instead
+                        ///< `growth` determines the ageing
   double growth = 0.0;  ///< growth of static friction per e-fold of rest, over kinetic friction
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
@@ -500,7 +500,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.residual_length = c.presliding_length * residual_share;
   material.shared_renewal = renewal;
   material.snap_rule = c.rule;
-  material.asperity_height_deviation = 1e-6;  // a height that suits most industrial surfaces (paper, section
+  material.asperity_height_deviation = 1e-6;  // a value that suits most industrial surfaces (paper, section
                                               // 2.3)
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;

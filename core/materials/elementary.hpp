@@ -137,7 +137,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       4.05706442433535364e-17,  7.00640077281459613e-18};
   double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
   for (int i = 0; i < n; ++i) {
-    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps the division below from overflowing
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division below
     t[i] = (within - 4.0) / (within + 4.0);
   }
   for (int k = 25; k >= 1; --k)

@@ -154,8 +154,8 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // no lengthening can reach the mean square of a very wide law, so its longest lengths stay
-               // uncorrected
+      return;  // a law too wide for this keeps its longest lengths uncorrected, because the correction would
+               // be more than half of their length or exceed the longest length
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
@@ -290,8 +290,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // Below this spread the higher moments have no correct digits, because their differences lose 1e-16 / cv^4;
-  // the sum of lengths then counts as normally distributed.
+  // Below this spread the higher moments lose too many digits, 1e-16 / cv^4, in their differences; the sum
+  // of lengths then counts as normally distributed.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;

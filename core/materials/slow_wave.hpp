@@ -17,8 +17,8 @@ struct SlowWave {
 /// at first, and each then has a fresh length, so the rate obeys the renewal equation. Its waves are the
 /// roots s = -decay + i frequency of p(s) = 1, s != 0, where p is the Laplace transform of the density of
 /// lengths. Returns an infinite decay if it finds no wave: then none lasts longer than the longest bristles.
-/// `cells`: the cells of a survival table, the last one its end. The shortest wave length that is searched is
-/// 1/24 of the mean length.
+/// `cells`: the cells of a survival table, the last one its end. Searches wave lengths down to 1/24 of the
+/// mean length; under a law whose longest length is above 16 means, only down to a longer one.
 SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean);
 
 }  // namespace bristle::detail

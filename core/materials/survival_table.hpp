@@ -24,8 +24,8 @@ struct SurvivalTable {
   double cube = 0.0;    ///< E[delta^3]
   double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force of steady
                         ///< sliding
-  double finest = 1.0;  ///< factor by which the law needs more pieces of path per mean length than a law of
-                        ///< spread 0.25 or more
+  double finest = 1.0;  ///< length of the pieces of path that the law needs, over that for a law of spread
+                        ///< 0.25 or more; at most 1
   bool smooth = true;   ///< whether S is smooth; if not, it has corners where the density of the law jumps
   double forget = 0.0;  ///< path of straight sliding after which the force does not depend on how the slide
                         ///< began

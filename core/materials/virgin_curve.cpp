@@ -91,7 +91,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
     atoms_below = a * a * (k1 - k0);
   } else {
     inverse_squares = tail_of_inverse_squares(k0);
-    if (a > 0.0) atoms_below = a * x;  // k1 a = x, exactly in spite of rounding
+    if (a > 0.0) atoms_below = a * x;  // k1 a equals x to rounding
   }
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
@@ -828,8 +828,8 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Grid step of the curves without shared renewal for laws with atoms; twice as large for other laws, for
-  /// which extrapolation is possible.
+  /// Returns a grid step: for laws with atoms the step of the curves without shared renewal; twice that for
+  /// other laws, for which extrapolation is possible.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// Returns a grid step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {

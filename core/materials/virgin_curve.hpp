@@ -14,7 +14,7 @@ double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renew
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
 /// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest, for bristles that stick up
-/// to `growth` times their length and then slide at (1 - drop) of it.
+/// to `growth` times their length and then slide at (1 - drop) of their length.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
 /// Returns the highest value of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {

@@ -168,7 +168,7 @@ struct BedMaterial {
   double shear_modulus = 0.0;   ///< Pa, combined modulus G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
   double radius = 0.0;          ///< m, combined radius R: 1/R = 1/R1 + 1/R2; 0 where the shape states its
                                 ///< size
-  /// m^3/N, Kalker's flexibilities L1 (x), L2 (y) and L3 (spin) at full load
+  ///@}
   double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's flexibilities L1, L2, L3 (x, y, spin) at full
                                             ///< load
   double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip, along x and y at full load, for a shape that
