@@ -30,7 +30,7 @@ struct CohortMotion {
   const char* label;
   double stroke;  ///< path of a step in mean snap lengths
   double turn;    ///< turn of the direction from step to step, rad
-  double noise;   ///< random change of the load from step to step, relative to its mean
+  double noise;   ///< relative deviation of the load from its mean, up and down in turn
 };
 constexpr CohortMotion motions[] = {
     {"slide", "0.1 dbar a step, straight", 0.1, 0.0, 0.0},

@@ -57,9 +57,9 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether Newton's method needs another iteration, because its place differs from the root by more than
-/// rounding. After a correction by `fall` the remaining error is half curve fall^2 / (1 - slope), with slope
-/// and curve the first and second derivative of the limit at the start of that iteration.
+/// Whether Newton's method needs another iteration: its error after a correction by `fall` exceeds rounding.
+/// The error is half curve fall^2 / (1 - slope), by the limit's derivatives before the correction; or at most
+/// `fall`, if the path only just touches the limit, because each correction then halves the error.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -125,8 +125,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // The slope is below 0.33 at and beyond the root (AGEING.md); this bound only keeps lanes without a
-    // bristle from dividing by zero.
+    // The slope is below 0.33 at and beyond the root (AGEING.md); this bound only keeps the divisor
+    // positive in lanes without a bristle.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);

@@ -52,7 +52,7 @@ inline double deviation_of(std::uint64_t random) {
 /// Returns a random number of bristles that leave, of n (a whole number), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  // Requires n chance / (1 - chance) >= 12; then the mean less root(12) deviations is at least 0.
+  // From n chance / (1 - chance) = 12 on, the mean less root(12) standard deviations is at least 0.
   constexpr double bound = 12.0;
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);

@@ -84,7 +84,7 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
 /// Moves a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
 /// end, `state` its random state. With ageing at constant velocity the paths from snap to snap are
 /// independent too, but have another law: l = delta g(l / v). `law` then has the moments of l (core,
-/// aged_law.cpp).
+/// aged_law.cpp), beside the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {

@@ -33,8 +33,8 @@ struct AfterSnaps {
   T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
 };
 
-/// Moves a bristle along the path R left after its first snap, by SnapRule::keep: it snaps n = 1 + floor(R /
-/// delta) times, and the rest of the path bends it.
+/// Moves a bristle along the path R left after its first snap, by SnapRule::keep: in all it snaps
+/// n = 1 + floor(R / delta) times, and the rest of the path bends it.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;

@@ -72,7 +72,7 @@ class Stepper {
   // up to where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  /// Length of a step from which two random lengths are sampled for every bristle that snaps; below it one.
+  /// Step length from which two random lengths are sampled before either is known to be needed; below it one.
   static constexpr double two_looked_up = 1.0;
 
   template <bool is>

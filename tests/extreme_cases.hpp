@@ -8,7 +8,7 @@
 
 namespace bristle_test {
 
-/// Checks that every output of a step is finite, and not negative where it cannot be.
+/// Checks that every output of a step is finite, and not negative where it must not be.
 inline void check_finite(const Response& r) {
   for (int axis = 0; axis < 2; ++axis) {
     expect(std::isfinite(r.end[axis]), "end is finite");

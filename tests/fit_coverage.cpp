@@ -364,7 +364,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   std::fprintf(stderr, "\n");
 }
 
-/// Returns the 95 % interval of a share, of which `held` of `count` were observed, by Wilson's formula.
+/// Returns the 95 % interval of a share that was observed as `held` of `count`, by Wilson's formula.
 std::pair<double, double> share_interval(int held, int count) {
   const double n = count, p = held / n, z = 1.96, z2 = z * z;
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -372,7 +372,7 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Prints the table as Markdown. It marks a percentage whose own 95 % interval does not overlap 90 to 98 %.
+/// Prints the table as Markdown. Marks shares of intervals whose own 95 % interval lies outside 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

@@ -101,7 +101,7 @@ void __cxa_throw(void* object, std::type_info* type, void (*destroy)(void*)) {
   static auto* const next =
       reinterpret_cast<void (*)(void*, void*, void (*)(void*))>(dlsym(RTLD_NEXT, "__cxa_throw"));
   next(object, type, destroy);
-  std::abort();  // calls the C library's function, which does not return
+  std::abort();  // never reached: the library's __cxa_throw does not return
 }
 }
 #endif

@@ -345,7 +345,7 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   reference.finish();
   CHECK(reference.runs() == 4);
   CHECK(reference.mean().end[0] == Approx(1.0));
-  // Expects half the difference of two runs, relative to the forces of the second half.
+  // Expects half the difference of the halves' means, relative to the forces of the second half.
   CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));
 }
 

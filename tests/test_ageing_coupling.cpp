@@ -161,7 +161,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
       before = sled.energy();
     }
-    // Expects friction at 0.1 m/s and at a hundredth of that to lie between these two values.
+    // Between 0.1 m/s and a hundredth of that, friction lies between these two values.
     const Material m = ageing_material();
     const double work = 0.1 * 0.01 / load;
     CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);

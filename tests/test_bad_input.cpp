@@ -387,8 +387,8 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
 }
 
 TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
-  // Clears energies and mean force if the patch computes them, or if no patch has this id. A step leaves
-  // other outputs as they are.
+  // A refusal clears energies and mean force if the patch computes them, or if no patch has this id;
+  // otherwise it leaves these two as they are.
   Trio trio;
   Response used;
   used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;

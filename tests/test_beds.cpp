@@ -1244,7 +1244,7 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
   bristle_id id = 0;
-  // Checks that the motion is refused, because `rolls` is not set.
+  // Checks that the bed is refused, because it has a slip stiffness but `rolls` is not set.
   CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;

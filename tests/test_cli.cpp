@@ -771,7 +771,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
   const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
 
-  // A simulated clock of 1 ns per bristle; probes and the confirming run are slower by the given factors.
+  // A simulated clock of 1 ns per bristle; late steps of probes and confirming run take these factors of it.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
       const double factor = steps <= 300 ? probes : bristles >= late_from ? confirming : 1.0;

@@ -509,7 +509,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  // Stays out of contact while the other patch rests.
+  // Stays out of contact while the other patch is stepped and rests.
   const PatchId idle = batch.add(material, infinite_options());
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});

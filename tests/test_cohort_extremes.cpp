@@ -28,8 +28,8 @@ double deflection(const Response& r, double load) { return -r.elastic[0] / (load
 }  // namespace
 
 TEST_CASE("Three million steps of 1e-12 m end where hundred of 3e-8 m do", "[cohorts][extreme][creep]") {
-  // Makes a motion first, so that no later step is the first of its kind. The law's weakest bristles snap
-  // from the start.
+  // Both patches make the same path, beginning with straight bristles. Under the exponential law the weakest
+  // bristles snap from the start.
   for (const SnapLength& law : {lognormal, SnapLength::exponential(dbar)}) {
     OnePatch slow = make_brush(law, infinite_options(16.0, 64, 1));
     OnePatch fast = make_brush(law, infinite_options(16.0, 64, 1));

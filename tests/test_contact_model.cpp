@@ -224,7 +224,7 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
   int taken = 0;
   while (commands.take(last) != nullptr) {
     ++taken;
-    commands.push(std::make_unique<Command>());  // adds a patch as another thread would that never pauses
+    commands.push(std::make_unique<Command>());  // hands over a change, as a thread that never pauses would
     REQUIRE(taken <= 3);
   }
   CHECK(taken == 3);

@@ -100,7 +100,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // Near their snap length a few bristles snap in the first counts; later counts snap none.
+          // In the first counts a few bristles near their snap length snap; in later counts none does.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);

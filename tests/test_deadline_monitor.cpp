@@ -199,7 +199,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // this tick has the longest step time so far
+  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step of all ticks, that of tick 3
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {

@@ -516,7 +516,7 @@ TEST_CASE("Limits of force and torque are those of a first loading and a first t
 
 TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
           "[extended]") {
-  // Cells that all lie to one side of the centre, so that a spin changes the force.
+  // Cells whose weighted mean place is not the centre, so that a spin changes the force.
   Outline outline;
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
@@ -930,7 +930,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   const ExtendedResponse changed = stick(pads, pad, load_n);
   CHECK(changed.stiffness[0][0] == Approx(2.0 * load_n));
   CHECK(changed.stiffness[1][1] == Approx(2.0 * load_n));
-  // A uniform disc has R^2 / 2 of its stiffness against spin.
+  // The stiffness of a uniform disc against spin is R^2 / 2 times that against displacement.
   CHECK(changed.stiffness[2][2] == Approx(2.0 * load_n * 0.5e-6));
   CHECK(changed.force_limit == Approx(2.0 * limit));
   CHECK(changed.torque_limit > 0.0);

@@ -73,7 +73,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
   const struct {
     const char* what;
     Strokes motion;
-    double sign, rate, begin;  // s of the record's beginning that are cut off
+    double sign, rate, begin;  // begin: s of the record that are cut off at its start
   } cases[] = {{"from rest", {}, 1.0, 200.0, 0.0},
                {"on the body, from the far end", {0.503, -0.2e-3, 0.4e-3, 0.0}, -1.0, 200.0, 0.0},
                {"rests at both ends", {0.503, 0.2e-3, 0.4e-3, 0.7}, 1.0, 200.0, 0.0},
@@ -138,7 +138,7 @@ TEST_CASE("Force and motion of two loggers are merged by time", "[fit][files]") 
   // The loggers have other rates, begin and end at other times, and one clock shows 100 s more.
   const struct {
     const char* what;
-    int every;  // s, time between rows: of 1000 rows of force a second, one of this many is kept
+    int every;  // of 1000 rows of the force a second, one of this many is kept
     double rate, ahead, encoder;
     // m, largest error of a position: half of an encoder's count, or what a chord of the motion cuts off,
     // 0.4 mm (pi / s)^2 (1 / rate)^2 / 8.

@@ -337,7 +337,7 @@ TEST_CASE("A stage as soft as straight bristles leaves them half of the motion, 
 
 TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
   cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
-  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // m, position a quarter of the way
+  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // a point a quarter of the way
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
   cli::FitValues p = cli::fit_defaults;

@@ -621,8 +621,8 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   stuck.go(0.1, 0, 0, 0);
   CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
   CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
-  // At high speed the static part of friction falls, but only in the joint that slides; the joint at rest
-  // keeps it.
+  // At high speed the static part of friction falls, but only in the joint that slid before; the joint that
+  // was stuck for a step keeps it.
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
