@@ -109,7 +109,7 @@ struct AccuracyResult {
   /// [patch], error of the reference against a closed form.
   std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;
-  bool own_mean = false;               ///< whether the error is that of the force averaged over a step
+  bool own_mean = false;               ///< whether the scene uses the force averaged over a step
   std::vector<double> way;             ///< m, per patch: longest path of its copies
   std::vector<double> step_over_snap;  ///< [patch], mean snap lengths per step of the scene, while moving
   std::uint64_t copies_compared = 0, copies = 0;

@@ -17,7 +17,7 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the study's time that the first round of runs may take
+constexpr double first_round_share = 0.4;  // share of the time of all rounds that the first one may take
 constexpr std::uint64_t pilot_steps = 20'000;
 constexpr double enough_timed_s = 0.2;  // s of run time of a setting beyond which disturbances by the machine
                                         // are negligible

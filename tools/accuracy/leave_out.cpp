@@ -23,7 +23,7 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // increase of the error beyond which a feature counts as needed
+constexpr double fair_rise = 1.1;  // factor up to which errors with and without a feature count as equal
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)

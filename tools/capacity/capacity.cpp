@@ -140,8 +140,8 @@ void capacity_command(const CapacityOptions& options) {
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
 #endif
-    double done = 0.05;  // share of the progress line that this part of the study takes; the parts below are
-                         // short
+    double done = 0.05;  // share of the whole study that is done, for the progress line; the parts below
+                         // are short
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
 #if !BRISTLE_MINIMAL
     if (everything) {

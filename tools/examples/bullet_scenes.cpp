@@ -190,7 +190,7 @@ Scene tapped_block(double dt_s) {
   };
   scene.drive = [](World& world) {
     const bool tap = world.time() < 2.0 && std::fmod(world.time() + 1e-9, 0.2) < 0.01;
-    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // N, sideways, into the slope
+    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // N, sideways and into the slope
   };
   return scene;
 }

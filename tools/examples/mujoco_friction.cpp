@@ -58,7 +58,7 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 
 /// Returns the smaller geom of a contact; a plane counts as the larger one.
 int smaller_geom(const mjModel& model, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // m
+  const auto radius = [&](int geom) {  // m; a plane has none and counts as the larger one
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
@@ -405,7 +405,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
     for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
-      motions_[cell].has_velocity = 1;  // m/s, zero velocity for the dampers, so that they give no force
+      motions_[cell].has_velocity = 1;  // zero velocity, so that dampers give no force
   }
   constexpr double no_time = 1e-300;  // s
   batch_.step(no_time, motions_, responses_);

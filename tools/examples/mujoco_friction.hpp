@@ -138,7 +138,7 @@ class BristleFriction {
   const bristle::KeyedPatches& points() const { return points_; }
   const bristle::KeyedPatches* discs() const {
     return discs_ ? &*discs_ : nullptr;
-  }  ///< Jacobian row of the spin; null if no contact may spin
+  }  ///< patches of the contacts that are discs; null if no contact may spin
 
  private:
   /// Cell of a contact's patch: a point contact has one, a disc several.
@@ -203,7 +203,7 @@ class BristleFriction {
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
-  std::vector<int> trees_, column_;      // for each kinematic tree, whether it has contacts; for each degree
+  std::vector<int> trees_, column_;      // trees in contact, in the order of their columns; for each degree
                                          // of freedom, its matrix column or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   bristle_example::Skyline system_;

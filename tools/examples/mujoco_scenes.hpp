@@ -61,9 +61,9 @@ inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, 
 std::vector<Scene> all_scenes();
 
 struct Sample {
-  double t, travel, turn;  ///< time, s; position along the scene's direction and across it, m; angle about z,
-                           ///< rad
-  double place[3];         ///< m
+  double t, travel, turn;  ///< s, time; m, displacement of the observed point along the scene's direction;
+                           ///< rad, angle of the body about z
+  double place[3];         ///< m, displacement of the observed point
 };
 
 struct Run {

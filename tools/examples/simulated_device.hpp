@@ -25,7 +25,7 @@ void set_doublev(Parameter what, const double* values);  // hdSetDoublev
 
 void schedule_asynchronous(Callback callback, void* user);  // hdScheduleAsynchronous, default priority
 void start_scheduler();                                     // hdStartScheduler: the servo thread begins
-bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): whether the callback still runs
+bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): whether a callback is scheduled
 void stop_scheduler();  // hdStopScheduler: waits until the callback has ended
 
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)

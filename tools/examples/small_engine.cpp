@@ -203,7 +203,7 @@ class World {
     const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
     c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
     c.damping = now.damping;
-    c.slope = h * now.stiffness + now.damping;  // makes the force that at the end of the step
+    c.slope = h * now.stiffness + now.damping;  // so that the force is that at the end of the step
     c.limit = now.force_limit;
     c.clipped = true;
   }
@@ -227,8 +227,8 @@ class World {
 
   /// bristles: finds the friction impulse that is consistent with the slip it leaves.
   void rub(Contact& c, double h) {
-    const double time = c.normal_impulse / c.at_load;  // s, time step h times the change of load since the
-                                                       // model was made
+    const double time = c.normal_impulse / c.at_load;  // s, time step h times the ratio of the load to the
+                                                       // load of the model
     const Vector2d free = slip(c) - c.mobility * c.impulse;
     const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
       return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));

@@ -14,9 +14,9 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // m, length of a step; no multiple or fraction of the
-                                                      // snap length, so that steps and snaps do not fall in
-                                                      // with each other
+  const double step = 0.37 * s.number("presliding");  // m, length of a step; neither a multiple of the
+                                                      // snap length nor a whole part of it, so that steps
+                                                      // and snaps do not fall in with each other
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;

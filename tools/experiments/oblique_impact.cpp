@@ -49,7 +49,7 @@ Speeds strike(const Sphere& sphere, Speeds speeds) {
   const double law = 4.0 / 3.0 * sphere.normal_modulus * std::sqrt(sphere.radius);
   const double deepest = std::pow(1.25 * sphere.mass * sphere.approach * sphere.approach / law, 0.4);
   const double dt = 2.95 * deepest / sphere.approach / steps;
-  const double per_load = 3.5 / sphere.mass * dt;  // m/s, change of slip velocity per unit of friction force
+  const double per_load = 3.5 / sphere.mass * dt;  // m/s per N, change of slip velocity per friction force
                                                    // in a step
   bristle::BedBatch beds;
   bristle::BedMotion motion;

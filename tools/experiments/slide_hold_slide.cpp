@@ -49,7 +49,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
 }
 
 struct Line {
-  double slope = 0.0, worst = 0.0;  // largest distance of a measured point from the fitted line
+  double slope = 0.0, worst = 0.0;  // worst: largest distance of a measured point from the fitted line
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {

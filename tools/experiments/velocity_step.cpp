@@ -62,7 +62,7 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   // Range of the immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
-  double smallest_fall = INFINITY;            // smallest fall of friction after its peak, over all speeds
+  double smallest_fall = INFINITY;            // smallest fall by a step up in speed, per e-fold
   double shortest = INFINITY, longest = 0.0;  // smallest and largest path over which friction falls after its
                                               // peak
   const std::vector<double>& speeds = s.numbers("speeds");

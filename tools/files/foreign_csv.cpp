@@ -12,8 +12,8 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t most_preface = 100;  // number of lines in which the header is searched
-constexpr std::size_t probed_rows = 50;    // number of rows in which decimal commas are searched
+constexpr std::size_t most_preface = 100;  // number of lines in which a header is looked for
+constexpr std::size_t probed_rows = 50;    // number of rows searched for decimal commas
 
 struct Line {
   std::string_view text;

@@ -8,7 +8,7 @@
 namespace cli {
 
 struct MotionRow {
-  double t = 0.0;     ///< s, time of the row, ascending over the rows
+  double t = 0.0;     ///< s, time of the row, strictly ascending over the rows
   double x = 0.0;     ///< m
   double y = 0.0;     ///< m, second coordinate; 0 without a column y
   double load = 0.0;  ///< N, normal load; 0 without a column load

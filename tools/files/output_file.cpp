@@ -78,7 +78,7 @@ void forget_unfinished(const char* name) {
 
 /// Opens a path that is not a regular file. The error ENXIO means a FIFO without a reader.
 int open_special(const std::string& path) {
-  constexpr int pause_ms = 20, patience_ms = 1000;  // s, wait for a reader before a message says so
+  constexpr int pause_ms = 20, patience_ms = 1000;  // ms between trials; ms until a message says so
   int file = -1;
   for (int waited = 0; waited < patience_ms; waited += pause_ms) {
     file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);

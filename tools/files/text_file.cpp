@@ -22,7 +22,7 @@ namespace {
 
 /// Waits until the FIFO has data, or its writer has closed it.
 void wait_for_writer(int file, const std::string& path) {
-  constexpr int patience_ms = 1000;  // s, wait for a writer before a message says so
+  constexpr int patience_ms = 1000;  // ms, wait for a writer before a message says so
   struct pollfd wanted = {file, POLLIN, 0};
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {

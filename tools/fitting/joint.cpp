@@ -61,8 +61,8 @@ struct Model {
   /// Computes friction on the joint for each interval between samples, N m, and on request its derivatives by
   /// the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< number of runs along the log in which friction and its derivatives were
-                             ///< computed
+  int runs_with_slopes = 1;  ///< number of runs along the log that computing friction with its derivatives
+                             ///< takes
 };
 
 double size(const std::vector<double>& x) {

@@ -19,7 +19,7 @@ struct PathPoint {
   bool wanted = true;   ///< whether the caller wants the force at this point; if not, it is a turning point
   double t = 0.0;       ///< s, time of the point, needed for contacts that age
   double y = 0.0;       ///< m, second coordinate, in the plane only
-  bool begins = false;  ///< whether a new record begins here, with fresh bristles
+  bool begins = false;  ///< whether a new record begins here, with no memory of the one before
 };
 
 /// State of the bristles at the first point.

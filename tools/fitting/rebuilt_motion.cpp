@@ -90,7 +90,7 @@ double find_lag(const std::vector<double>& t, const std::vector<double>& force, 
   std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
   const double rise = rises[rises.size() / 2];
 
-  std::vector<std::pair<double, double>> near;  // s, time after a crossing over `rise`, and force scaled to
+  std::vector<std::pair<double, double>> near;  // time after a crossing over `rise`, and force scaled to
                                                 // -1 to 1
   for (std::size_t k = 0; k < crossings.t.size(); ++k) {
     const double from = crossings.t[k] - 6.0 * rise, to = crossings.t[k] + 0.2 * rise;
@@ -220,7 +220,7 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
     x = smoothed_positions(motion, motion.x, data.quantum);
     noise = position_noise(x, 0.2 * data.quantum);
   }
-  std::vector<double> times, places;  // the motion at the file's rows, and its turning points
+  std::vector<double> times, places;  // s and m, of the motion's rows and its turning points
   for (const PathPoint& point : make_path(t, x, std::vector<double>(t.size()), noise)) {
     times.push_back(point.t);
     places.push_back(point.x);

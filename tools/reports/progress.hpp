@@ -32,7 +32,7 @@ class Progress {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);
     shown_ = true;
-    char text[80];  // cut to the terminal's width, because a line that wraps could not be erased
+    char text[80];  // cut to 79 characters, because a line that wraps could not be erased
     std::snprintf(text, sizeof text, "%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
     std::fprintf(stderr, "\r\033[K%s", text);
     std::fflush(stderr);

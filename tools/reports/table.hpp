@@ -64,7 +64,7 @@ class Table {
 /// Column of a table, computed from rows of type Row: rows of a JSON report, or a struct.
 template <class Row>
 struct Column {
-  enum Where { everywhere, wide_only };  ///< if true, the column is shown only with the option --wide
+  enum Where { everywhere, wide_only };  ///< wide_only: shown only with the option --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;

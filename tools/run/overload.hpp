@@ -25,9 +25,9 @@ struct OverloadResult {
   bool replayed = false;
   std::uint64_t decisions = 0;  ///< number of changes in how many bristles a patch uses
   std::uint64_t late_steps = 0;
-  std::uint64_t most_bristles = 0, bristles = 0;  ///< smallest share of its bristles that a patch kept
-  double least_share = 1.0;                       ///< smallest share of its pieces that an infinite brush
-                                                  ///< kept
+  std::uint64_t most_bristles = 0, bristles = 0;  ///< number of bristles left out: the highest of the run,
+                                                  ///< and that at its end
+  double least_share = 1.0;                       ///< least share of its bristles that a patch kept
   double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush kept
   std::uint32_t patches = 0;                      ///< number of patches that lack bristles at the end of the
                                                   ///< run

@@ -257,8 +257,8 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // because one step may take a second or
-                                                                   // more
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // bytes; one step may then take a
+                                                                   // second or more
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
@@ -291,7 +291,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // leaves in the count only the misses that the machine caused
+      left_out -= by_tool;  // leaves in the count only the ticks skipped because of the machine
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);

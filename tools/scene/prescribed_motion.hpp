@@ -33,8 +33,8 @@ struct PrescribedMotion {
   std::shared_ptr<const MotionFile> trace;  ///< rows of a motion file, moved so that they start at t = 0;
                                             ///< several motions may share them
   std::vector<LoadStep> load_steps;         ///< normal loads over time; empty: the rows have the loads
-  double turn_per_copy = 0.0;               ///< turns, by which the directions of copy i are rotated, times i
-  double delay_per_copy = 0.0;              ///< s, by which copy i moves later, times i
+  double turn_per_copy = 0.0;               ///< turns; copy i moves in directions rotated by i times this
+  double delay_per_copy = 0.0;              ///< s; copy i moves later by i times this
 
   /// Returns the rows of keyframes or motion file; none in other motions. Linear between rows; the last row
   /// holds on.

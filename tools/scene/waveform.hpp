@@ -35,7 +35,7 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // number of the quarter of the circle: 0, or 4 just below a whole turn
+      return sine;  // quarter 0, or 4 just below a whole turn
   }
 }
 

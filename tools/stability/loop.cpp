@@ -19,7 +19,7 @@ constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below
 constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which motion counts as
                                          // growing without bound
 constexpr double lasting_energy = 0.8;   // ratio of the energy in the last quarter of the run to that in the
-                                         // quarter before, below which the loop settles
+                                         // quarter before, above which snapping lasts
 
 // Peak-to-peak motion, in mean snap lengths, above which snapping lasts: the snap length of the shortest
 // bristle.

@@ -39,7 +39,7 @@ struct PullResult {
   double slowest = 0.0;  ///< lowest speed of the mass over that of the pull; at or below 0: stick-slip
   double fastest = 0.0;
   double highest_force = 0.0, lowest_force = 0.0;  ///< N, spring force in the second half of the run
-  double energy_error = 0.0;  ///< J, largest energy of mass and contact in excess of the work of the spring
+  double energy_error = 0.0;  ///< J, largest gain of energy in a step beyond the spring's work in that step
   double work = 0.0;          ///< J, work that the spring has done
 };
 /// Simulates a pull. `push` is the extra stretch of the spring at the start, `lengths` the distance that its

@@ -45,7 +45,7 @@ struct WindowSums {
 struct SweepRun {
   const Scene& scene;
   const RunResult& result;
-  std::vector<WindowSums> windows;  ///< values of a patch, by the index of the patch
+  std::vector<WindowSums> windows;  ///< sums over the time window, by the index of the patch
   double cpu_s = 0.0;
 };
 

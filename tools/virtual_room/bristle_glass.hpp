@@ -17,7 +17,7 @@ struct Hair {
   float bent = 0;                ///< deflection over snap length of a hair; for a cohort, over the mean snap
                                  ///< length
   float flash = 0;               ///< brightness of a flash: 1 at a snap, then fading
-  float half[2] = {thin, thin};  ///< half of the sheet's thickness in x and y
+  float half[2] = {thin, thin};  ///< half of the thickness of hair or sheet in x and y
   float age_colour = 0;          ///< place of `age` on the colour scale, 0 to 1, for the renderer
   float age = 0;                 ///< s since the hair was last straight, as far as observed
   static constexpr float thin = 0.030f;

@@ -50,7 +50,7 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  Vector3 out = centre - closest;  // vector from the centre of the block to the tool
+  Vector3 out = centre - closest;  // vector to the tool's centre from the nearest point of the block
   double distance = out.norm();
   if (distance > 0.0) {
     out /= distance;

@@ -688,7 +688,7 @@ struct HapticLoop::Impl {
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // hand_recorded: whether the recording includes the hand or the forces alone
+  // hand_recorded: whether the recording includes the hand, not the forces alone
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force that is sent to the device

@@ -27,8 +27,8 @@ template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // the packets' layout needs a little-endian machine, as the
-                                             // library does
+  std::memcpy(&bits, &value, sizeof value);  // gives a packet's layout on little-endian machines
+                                             // only
   std::memcpy(to, &bits, sizeof value);
 }
 template <class T>

@@ -128,7 +128,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   find_touches(measures_, block_, tool_, found_);
 
   // 3. Friction: steps every patch along its displacement in this tick, then sets the velocity that the
-  // forces give.
+  //    forces give.
   friction_.step(dt, coupled_, external, contacts);
   body_.velocity = coupled_.velocity;
   keep_forces(dt, mean);

@@ -109,7 +109,7 @@ class World {
   bool held_ = false;        // whether the hand's spring has pulled since the reset
   bool caught_up_ = false;   // whether the spring's end has reached the hand since the tool was taken
   Body body_;                // velocities of block and tool, and their mass
-  Body coupled_;             // mass of body_ with the hand's spring and the normal contacts added
+  Body coupled_;             // body_ with the hand's spring and the normal contacts added to its mass
   Touches touches_, found_;  // contacts that act in this tick, and contacts found at its end for the next
                              // tick
   std::array<Place, touch_keys> places_{};
