@@ -88,7 +88,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
     a.in_double = 1;
   }
   if (p.ages) prepare_ageing<T>(p, a);
-  if (p.literal || p.renews || p.ages || has(p.outputs, Outputs::energy)) {
+  // Kernels with a residual length compute energies even where nobody asks for them.
+  if (p.literal || p.renews || p.ages || m.residual > 0.0 || has(p.outputs, Outputs::energy)) {
     const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
     a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual, p.literal);
   }
