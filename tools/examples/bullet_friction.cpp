@@ -443,9 +443,10 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
     const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
     const Vector2d slip = slip_of(contact);
     const double limit = bed_friction_ * load;
-    const double change = dt_s * find_force(contact, Vector2d::Zero(), load, dt_s).stiffness * slip.norm();
+    const Response rest = find_force(contact, Vector2d::Zero(), load, dt_s);
+    const double change = dt_s * rest.stiffness * slip.norm();
     const double back = change > 0.0 ? std::min(1.0, small * limit / change) : 0.0;
-    set_secant(contact, -back * slip, load, dt_s);
+    set_secant(contact, -back * slip, rest, load, dt_s);
     answer.damping = 0.0;
     answer.limit = contact.scale * limit;
     return;
@@ -473,14 +474,11 @@ Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip,
 }
 
 /// Sets the contact's linear force model from the force of its patch or bed at a slip; the slope is the
-/// secant from zero slip.
-void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, double load, double dt_s) {
+/// secant from `rest`, the response to no slip under this load.
+void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Response& rest, double load,
+                               double dt_s) {
   const Vector2d d = dt_s * slip;
   const Response trial = find_force(contact, slip, load, dt_s);
-  // A bed that rolls loses force even without slip.
-  const Response rest = load == contact.normal_load && !contact.bed
-                            ? contact.response
-                            : find_force(contact, Vector2d::Zero(), load, dt_s);
   const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
   const double way = d.squaredNorm();
   const double stiffness =
@@ -495,7 +493,11 @@ void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, double lo
 void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
-  set_secant(contact, slip_of(contact), load, dt_s);
+  // A bed that rolls loses force even without slip.
+  const Response rest = load == contact.normal_load && !contact.bed
+                            ? contact.response
+                            : find_force(contact, Vector2d::Zero(), load, dt_s);
+  set_secant(contact, slip_of(contact), rest, load, dt_s);
   contact.answer.clipped = false;
 }
 

@@ -149,7 +149,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void set_sides(Contact& contact, const btManifoldPoint& point);
   void guess_answer(Contact& contact, double dt_s);
   bristle::Response find_force(const Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
-  void set_secant(Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
+  void set_secant(Contact& contact, const Eigen::Vector2d& slip, const bristle::Response& rest, double load,
+                  double dt_s);
   void ask_patch(Contact& contact, double dt_s);
   double rub(Contact& contact, double dt_s);
   void push(Contact& contact, const Eigen::Vector2d& impulse);
