@@ -106,7 +106,7 @@ int c_program_reads_and_restores(const char* path) {
          BRISTLE_OK);
   bristle_init_patch_info(&info, sizeof info);
   EXPECT(bristle_find_info(batch, id, &info) == BRISTLE_OK);
-  EXPECT(info.key == 77 && info.bristles == n && info.normal_load == n && info.active == n);
+  EXPECT(info.key == 77 && info.representatives == n && info.normal_load == n && info.active == n);
   EXPECT(strstr(info.kernel, "1 axis, keep") == info.kernel);
   EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, n) == n);
   for (i = 0; i < n; ++i) {
@@ -491,7 +491,7 @@ int c_program_sheds_and_replays(void) {
   /* After a step of four times the budget the shedder leaves bristles out before the next step. */
   EXPECT(bristle_shedder_after_step(shedder, batch, &motion, sizeof motion, 1, 4e-3, &report) == 1);
   EXPECT(bristle_find_info(batch, motion.id, &info) == BRISTLE_OK);
-  EXPECT(info.bristles == n && info.detail < n / 2 && info.detail >= 64);
+  EXPECT(info.representatives == n && info.detail < n / 2 && info.detail >= 64);
   EXPECT(bristle_shedder_find_report(shedder, batch, &shed) == BRISTLE_OK);
   EXPECT(shed.patches == 1 && shed.bristles == n - info.detail && shed.late_steps == 1 &&
          shed.decisions == 1);

@@ -204,7 +204,7 @@ TEST_CASE("An id that was never given, was removed, or is none is flagged as unk
   CHECK(bad.batch.stored_energy(removed) == 0.0);
   double z[3];
   CHECK(bad.batch.read_bristles(removed, z, {}, {}) == 0);
-  CHECK(bad.batch.info(removed).bristles == 0);
+  CHECK(bad.batch.info(removed).representatives == 0);
   CHECK_THROWS_AS(bad.batch.remove(removed), bristle::Error);
   CHECK_THROWS_AS(bad.batch.remove(PatchId{}), bristle::Error);
   CHECK_THROWS_AS(bad.batch.set_material(removed, Material{}), bristle::Error);

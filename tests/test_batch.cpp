@@ -248,17 +248,17 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   batch.step(tick);
   bristle::PatchInfo info = batch.info(one);
   CHECK(info.key == 0x123456789abcdefu);
-  CHECK(info.bristles == 500);
+  CHECK(info.representatives == 500);
   CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
   CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at a weight of 4
   CHECK(info.normal_load == 0.5);
-  CHECK(info.memory_bytes >= 500u * info.bytes_per_bristle);
-  CHECK(info.bytes_per_bristle >= 8);
+  CHECK(info.memory_bytes >= 500u * info.bytes_per_representative);
+  CHECK(info.bytes_per_representative >= 8);
   CHECK(std::strlen(info.kernel) > 0);
-  CHECK(batch.info(natural).bristles == 2000);
+  CHECK(batch.info(natural).representatives == 2000);
   CHECK(batch.info(natural).weight == Approx(1.0).epsilon(1e-12));
-  CHECK(batch.info(capped).bristles == 4096);
-  CHECK(batch.info(small).bytes_per_bristle < info.bytes_per_bristle);
+  CHECK(batch.info(capped).representatives == 4096);
+  CHECK(batch.info(small).bytes_per_representative < info.bytes_per_representative);
   CHECK(batch.patch_count() == 4);
 }
 
@@ -447,7 +447,7 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
   ::feenableexcept(FE_INEXACT);
   const bristle::PatchInfo info = batch.info(id);
   ::fedisableexcept(FE_INEXACT);
-  CHECK(info.bristles == 7);
+  CHECK(info.representatives == 7);
 }
 
 TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {

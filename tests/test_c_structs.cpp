@@ -284,8 +284,8 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   bristle_init_patch_info(&info, sizeof info);
   REQUIRE(bristle_find_info(c.batch, c.motion.id, &info) == BRISTLE_OK);
   CHECK(info.key == expected.key);
-  CHECK(info.bristles == 800);
-  CHECK(info.bristles == expected.bristles);
+  CHECK(info.representatives == 800);
+  CHECK(info.representatives == expected.representatives);
   CHECK(info.detail == 300);
   CHECK(info.detail == expected.detail);
   CHECK(info.weight == expected.weight);
@@ -295,7 +295,7 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   CHECK(info.max_normal_load == expected.max_normal_load);
   CHECK(info.max_normal_load == Approx(1.0).epsilon(1e-12));
   CHECK(info.memory_bytes == expected.memory_bytes);
-  CHECK(info.bytes_per_bristle == expected.bytes_per_bristle);
+  CHECK(info.bytes_per_representative == expected.bytes_per_representative);
   CHECK(std::string(info.kernel) == expected.kernel);
 }
 

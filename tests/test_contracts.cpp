@@ -131,7 +131,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const PatchId after = batch.add(material, options);
   CHECK(static_cast<std::uint32_t>(after.value) < 200);
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
-  CHECK(batch.info(before).bristles == 0);
+  CHECK(batch.info(before).representatives == 0);
   batch.remove(after);
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
                          .with_outputs(Outputs::all));
       patch.step(0.0, 0.0, zeta);
       const bristle::PatchInfo info = patch.batch.info(patch.id);
-      CHECK(info.bristles == std::min(std::max(std::ceil(zeta), 1.0), 4096.0));
+      CHECK(info.representatives == std::min(std::max(std::ceil(zeta), 1.0), 4096.0));
       CHECK(info.weight * info.active == Approx(zeta).epsilon(1e-14));
       Response r = step_along(patch, kind, 0.4 * dbar, zeta);
       expect_near(friction_along(r, kind), zeta * 0.4 * dbar, 1e-6 * zeta * dbar, "force in stick");

@@ -67,7 +67,7 @@ TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in
             expect_near(stored - stored_then, after.contact_loss, 1e-13 * stored, "the energy booked");
             expect(farthest_beyond(patch, detail) <= 0.0, "every bristle is within its snap length");
             const bristle::PatchInfo info = patch.batch.info(patch.id);
-            expect(info.detail == detail && info.bristles == n, "the numbers reported");
+            expect(info.detail == detail && info.representatives == n, "the numbers reported");
             expect_near(info.weight * detail, n, 1e-9, "the bristles that representatives stand for");
             expect_near(info.active, std::min(load, double(n)) / n * detail, 1e-9, "the active count");
           }
@@ -220,7 +220,7 @@ TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determi
         if (k == 25) batch.set_material(ids[i], cases[i].later);
         motions[i] = scripted_motion(i, k, cases[i].options.axes);
         motions[i].id = ids[i];
-        const std::uint32_t n = batch.info(ids[i]).bristles;
+        const std::uint32_t n = batch.info(ids[i]).representatives;
         if ((static_cast<std::size_t>(k) + i) % 3 == 0)
           batch.set_detail(ids[i], 1 + static_cast<std::uint32_t>(
                                            (static_cast<std::uint64_t>(k) * 7919 + i * 104729) % n));
@@ -340,7 +340,8 @@ class Loop {
       ids.push_back(batch.add(material, plain_options(bristles[i], 1, Precision::single, Outputs::end)));
       shedder.add(ids.back(), priorities[i], least);
     }
-    for (PatchId id : ids) motions.push_back(same_motion({id}, 0.3 * dbar, 0.0, batch.info(id).bristles)[0]);
+    for (PatchId id : ids)
+      motions.push_back(same_motion({id}, 0.3 * dbar, 0.0, batch.info(id).representatives)[0]);
     responses.resize(ids.size());
     batch.warm_up();
   }

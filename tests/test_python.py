@@ -130,7 +130,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(len(fields), 10)
         info = self.batch.info(self.ids[0])
         self.assertEqual(list(info), fields)
-        self.assertEqual((info["detail"], info["bristles"]), (1800, 1800))
+        self.assertEqual((info["detail"], info["representatives"]), (1800, 1800))
         self.assertAlmostEqual(info["max_normal_load"], LOAD, delta=1e-12 * LOAD)
         stub = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
         typed = [c for c in ast.parse(stub.read_text()).body if getattr(c, "name", "") == "_PatchInfo"]

@@ -590,7 +590,7 @@ TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
   CHECK_THAT(message(with_literal_rule(PatchOptions{})), Catch::Contains("literal rule"));
   CHECK_THAT(message(PatchOptions{}.with_fluctuation(10)), Catch::Contains("fluctuation"));
   const PatchId id = batch.add(material, PatchOptions{});
-  CHECK(batch.info(id).bristles == 32);
+  CHECK(batch.info(id).representatives == 32);
   CHECK(std::string(batch.info(id).kernel) == "2 axes, slide, end, single");
 }
 TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {

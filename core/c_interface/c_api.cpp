@@ -306,7 +306,7 @@ BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status
                BRISTLE_FIELD(bristles_visited));
 BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 1, BRISTLE_FIELD(key), BRISTLE_FIELD(weight),
                BRISTLE_FIELD(active), BRISTLE_FIELD(normal_load), BRISTLE_FIELD(memory_bytes),
-               BRISTLE_FIELD(bristles), BRISTLE_FIELD(bytes_per_bristle), BRISTLE_FIELD(kernel),
+               BRISTLE_FIELD(representatives), BRISTLE_FIELD(bytes_per_representative), BRISTLE_FIELD(kernel),
                BRISTLE_FIELD(detail), BRISTLE_FIELD(max_normal_load));
 BRISTLE_MIRROR(bristle_shedder_options, LoadShedderOptions, 0, BRISTLE_FIELD2(budget, budget_s),
                BRISTLE_FIELD(shed_above), BRISTLE_FIELD(shed_to), BRISTLE_FIELD(restore_to),
@@ -782,7 +782,8 @@ bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const brist
 bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bristle_patch_info* info) {
   return with(batch, "batch", [&](auto& it) {
     const PatchInfo p = it.info({id});
-    if (p.bristles == 0) throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
+    if (p.representatives == 0)
+      throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
     write_struct(to_c<bristle_patch_info>(p), info, "info");
   });
 }

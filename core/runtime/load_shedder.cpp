@@ -42,9 +42,9 @@ bool is_infinite(const PatchInfo& info) noexcept { return info.weight == 0.0; }
 /// Returns the least number of representatives, or of pieces of an infinite brush, for a patch that was added
 /// with `least_bristles`.
 std::uint32_t find_floor(const PatchInfo& info, std::uint32_t least_bristles) noexcept {
-  if (!is_infinite(info)) return std::min(least_bristles, info.bristles);
-  const std::uint32_t half = std::max((info.bristles + 1) / 2, fewest_pieces);
-  return std::min(std::clamp(least_bristles, fewest_pieces, half), info.bristles);
+  if (!is_infinite(info)) return std::min(least_bristles, info.representatives);
+  const std::uint32_t half = std::max((info.representatives + 1) / 2, fewest_pieces);
+  return std::min(std::clamp(least_bristles, fewest_pieces, half), info.representatives);
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ struct LoadShedder::Impl {
     fixed = of_bristles = of_cohorts = 0.0;
     for (const Motion& motion : in) {
       const PatchInfo info = batch.info(motion.id);
-      if (info.bristles == 0) continue;
+      if (info.representatives == 0) continue;
       fixed += patch_overhead;
       const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
       const double share = std::min(motion.normal_load / info.max_normal_load, 1.0);
@@ -131,7 +131,7 @@ struct LoadShedder::Impl {
       entry->infinite = is_infinite(info);
       entry->glides = glides;
       entry->detail = entry->wanted = info.detail;
-      entry->bristles = info.bristles;
+      entry->bristles = info.representatives;
       entry->least = find_floor(info, entry->least_bristles);
     }
   }
@@ -357,13 +357,13 @@ ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
   double of_bristles = 1.0, of_pieces = 1.0;
   for (const Impl::Entry& entry : impl_->entries) {
     const PatchInfo info = batch.info(entry.id);
-    if (info.bristles == 0) continue;
+    if (info.representatives == 0) continue;
     if (info.detail <= find_floor(info, entry.least_bristles)) ++report.at_least;
-    if (info.detail >= info.bristles) continue;
+    if (info.detail >= info.representatives) continue;
     ++report.patches;
-    report.bristles += info.bristles - info.detail;
+    report.bristles += info.representatives - info.detail;
     double& least = is_infinite(info) ? of_pieces : of_bristles;
-    least = std::min(least, static_cast<double>(info.detail) / info.bristles);
+    least = std::min(least, static_cast<double>(info.detail) / info.representatives);
   }
   report.least_share = std::min(of_bristles, of_pieces);
   report.noise_growth = 1.0 / std::sqrt(of_bristles);

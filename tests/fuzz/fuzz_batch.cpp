@@ -259,12 +259,14 @@ class Session {
     check(batch_.state_hash() == twin_.state_hash(), "both batches are in the same state");
     for (const Model::Patch& patch : model_.patches) {
       const bristle::PatchInfo info = batch_.info(patch.id);
-      check(info.bristles == patch.options.bristles, "a patch has its bristles");
-      check(info.active >= 0.0 && info.active <= info.bristles, "no more of them touch than there are");
+      check(info.representatives == patch.options.bristles, "a patch has its bristles");
+      check(info.active >= 0.0 && info.active <= info.representatives,
+            "no more of them touch than there are");
       const double energy = batch_.stored_energy(patch.id);
       check(energy >= 0.0 && energy == twin_.stored_energy(patch.id), "stored energy is one number");
     }
-    for (const PatchId id : model_.gone) check(batch_.info(id).bristles == 0, "a removed id stays unknown");
+    for (const PatchId id : model_.gone)
+      check(batch_.info(id).representatives == 0, "a removed id stays unknown");
   }
 
   Input input_;

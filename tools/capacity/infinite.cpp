@@ -67,7 +67,7 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
       row.motion = motion;
       row.step = what.step.value_or(step_length(what.regime));
       row.kernel = what.kernel_name();
-      row.resolution = info.bristles;
+      row.resolution = info.representatives;
       row.bytes_per_patch = info.memory_bytes;
       rows.push_back(row);
     }

@@ -93,7 +93,7 @@ EMSCRIPTEN_KEEPALIVE const double* state() {
   values[kinetic] = now.kinetic_friction();
   values[peak] = now.peak_friction();
   values[steps] = static_cast<double>(now.steps());
-  values[bristles] = info.bristles;
+  values[bristles] = info.representatives;
   values[active] = info.active;
   return values;
 }

@@ -64,21 +64,21 @@ py::dict info_of(Batch& self, std::uint64_t id) {
   static_assert(bristle::detail::field_count<bristle::PatchInfo> == 10, "each field gets a key below");
   py::dict result;
   result["key"] = info.key;
-  result["bristles"] = info.bristles;
+  result["representatives"] = info.representatives;
   result["detail"] = info.detail;
   result["weight"] = info.weight;
   result["active"] = info.active;
   result["normal_load"] = info.normal_load;
   result["max_normal_load"] = info.max_normal_load;
   result["memory_bytes"] = info.memory_bytes;
-  result["bytes_per_bristle"] = info.bytes_per_bristle;
+  result["bytes_per_representative"] = info.bytes_per_representative;
   result["kernel"] = info.kernel;
   return result;
 }
 
 py::tuple read_bristles(Batch& self, std::uint64_t id) {
   const Batch::Turn turn(self);
-  const std::size_t size = self.batch.info({id}).bristles;
+  const std::size_t size = self.batch.info({id}).representatives;
   const auto column = [&] { return py::array_t<double>(static_cast<py::ssize_t>(size)); };
   py::array_t<double> x = column(), y = column(), delta = column();
   self.batch.read_bristles({id}, {x.mutable_data(), size}, {y.mutable_data(), size},

@@ -87,7 +87,7 @@ void Overload::read_decisions(const std::string& path) {
     if (copy == copy_of_name.end())
       throw UserError(fmt::format("{}: the scene has no patch '{}'", where(), cells[column_patch]));
     decision.patch = stepper_.motions()[copy->second].id;
-    const std::uint32_t most = stepper_.batch().info(decision.patch).bristles;
+    const std::uint32_t most = stepper_.batch().info(decision.patch).representatives;
     decision.bristles =
         static_cast<std::uint32_t>(parse_count(cells[column_bristles], "bristles", most, where()));
     if (decision.bristles == 0) throw UserError(fmt::format("{}: bristles = 0; at least one stays", where()));
@@ -114,9 +114,9 @@ void Overload::note_worst(int changed) {
   std::uint64_t left_out = 0;
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);
-    left_out += info.bristles - info.detail;
+    left_out += info.representatives - info.detail;
     double& least = info.weight == 0.0 ? result_.least_pieces : result_.least_share;
-    least = std::min(least, static_cast<double>(info.detail) / info.bristles);
+    least = std::min(least, static_cast<double>(info.detail) / info.representatives);
   }
   result_.most_bristles = std::max(result_.most_bristles, left_out);
   result_.decisions += static_cast<std::uint64_t>(changed);
@@ -145,9 +145,9 @@ OverloadResult Overload::finish() {
   if (result_.replayed) before_step();
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);
-    if (info.detail == info.bristles) continue;
+    if (info.detail == info.representatives) continue;
     ++result_.patches;
-    result_.bristles += info.bristles - info.detail;
+    result_.bristles += info.representatives - info.detail;
   }
   if (shedder_) {
     const bristle::ShedReport report = shedder_->report(stepper_.batch());

@@ -32,7 +32,7 @@ std::string joined(const std::vector<std::string>& texts) {
 /// Returns the pieces per mean snap length of an infinite patch. Asks the patch where the option is 0
 /// (automatic).
 double resolution_of(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
-  return options.resolution > 0.0 ? options.resolution : info.bristles;
+  return options.resolution > 0.0 ? options.resolution : info.representatives;
 }
 
 std::string name_of(const ScenePatch& patch) {
@@ -66,7 +66,7 @@ std::string population_text(const bristle::PatchOptions& options, const bristle:
                        options.fluctuation == 0
                            ? std::string()
                            : fmt::format(", noise of {} bristles", count_text(options.fluctuation)));
-  return fmt::format("{} representatives", count_text(info.bristles));
+  return fmt::format("{} representatives", count_text(info.representatives));
 }
 
 std::string head(const Scene& scene, const RunOptions& options, const RunResult& r) {
@@ -217,7 +217,7 @@ std::string feature_table(const Scene& scene, const RunResult& r) {
     table.add({name_of(patch), population_text(patch.options, info), info.kernel,
                patch.options.population == bristle::Population::infinite
                    ? fmt::format("{} a patch", count_text(info.memory_bytes))
-                   : fmt::format("{} a bristle", info.bytes_per_bristle),
+                   : fmt::format("{} a bristle", info.bytes_per_representative),
                joined(left_out(patch, scene.materials[patch.material].material))});
   }
   std::string text = table.text() + more_rows(r.patches.size());
@@ -254,9 +254,9 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
                 {"fluctuation", scene_patch.options.fluctuation},
                 {"kernel", r.info.kernel},
                 {"left_out", left_out(scene_patch, material)},
-                {"bristles", infinite ? Json(nullptr) : Json(r.info.bristles)},
+                {"bristles", infinite ? Json(nullptr) : Json(r.info.representatives)},
                 {"weight", infinite ? Json(nullptr) : Json(r.info.weight)},
-                {"bytes_per_bristle", infinite ? Json(nullptr) : Json(r.info.bytes_per_bristle)},
+                {"bytes_per_bristle", infinite ? Json(nullptr) : Json(r.info.bytes_per_representative)},
                 {"memory_bytes", r.memory_bytes},
                 {"load", statistics_json(r.load)}};
   Json force = {{"x", statistics_json(r.force[0])}};

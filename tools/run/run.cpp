@@ -214,14 +214,14 @@ void SceneRun::finish() {
   for (std::size_t c = 0; c < ways_.size(); ++c) {
     PatchResult& result = result_.patches[stepper_.copies()[c].patch];
     const bristle::PatchInfo info = stepper_.batch().info(stepper_.motions()[c].id);
-    if (result.info.bristles == 0) result.info = info;
+    if (result.info.representatives == 0) result.info = info;
     result.memory_bytes += info.memory_bytes;
     result.stored += stepper_.batch().stored_energy(stepper_.motions()[c].id);
     const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
     if (patch.options.population == bristle::Population::infinite)
       ++result_.infinite_patches;
     else
-      result_.bristles += info.bristles;
+      result_.bristles += info.representatives;
     result_.memory_bytes += info.memory_bytes;
   }
   for (std::size_t b = 0; b < holds_.size(); ++b) {

@@ -64,7 +64,7 @@ class Probe {
     try {
       bristle::PatchBatch batch;
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
-      return {info.memory_bytes, info.bytes_per_bristle};
+      return {info.memory_bytes, info.bytes_per_representative};
     } catch (const bristle::Error&) {
       return {};  // gives no estimate: the run itself reports the error with its place
     }

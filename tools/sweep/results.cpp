@@ -88,7 +88,7 @@ const Kind patch_kinds[] = {
     {"stored", "J", number, Kind::energies,
      [](const SweepRun& r, std::size_t p) { return finite(patch(r, p).stored); }},
     {"bristles", "", whole, Kind::never,
-     [](const SweepRun& r, std::size_t p) { return Json(patch(r, p).info.bristles); }},
+     [](const SweepRun& r, std::size_t p) { return Json(patch(r, p).info.representatives); }},
     {"sliding_steps", "", whole, Kind::never, steps<&PatchResult::sliding_steps>},
     {"contact_steps", "", whole, Kind::never, steps<&PatchResult::steps_in_contact>},
     {"overload_steps", "", whole, Kind::never, steps<&PatchResult::overload_steps>},

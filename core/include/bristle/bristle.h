@@ -334,12 +334,12 @@ typedef struct bristle_step_report {
 typedef struct bristle_patch_info {
   size_t struct_size;
   uint64_t key;
-  double weight;         /**< physical bristles per representative */
-  double active;         /**< representatives in contact, a real number */
-  double normal_load;    /**< N, load of the last step */
-  uint64_t memory_bytes; /**< bytes of this patch's state */
-  uint32_t bristles;     /**< representatives allocated */
-  uint32_t bytes_per_bristle;
+  double weight;            /**< physical bristles per representative */
+  double active;            /**< representatives in contact, a real number */
+  double normal_load;       /**< N, load of the last step */
+  uint64_t memory_bytes;    /**< bytes of this patch's state */
+  uint32_t representatives; /**< allocated; an infinite brush: its resolution, rounded up */
+  uint32_t bytes_per_representative;
   const char* kernel;     /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
   uint32_t detail;        /**< representatives in use: see bristle_set_detail */
   uint32_t reserved;      /**< 0 */

@@ -197,15 +197,14 @@ struct Response {
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t bristles = 0;      ///< n, representatives allocated; Population::infinite: the resolution,
-                                   ///< rounded up
-  std::uint32_t detail = 0;        ///< representatives in use, at most n: see PatchBatch::set_detail
-  double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
-  double active = 0.0;             ///< representatives in contact, a real number
-  double normal_load = 0.0;        ///< N, load of the last step
-  double max_normal_load = 0.0;    ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
-  std::uint32_t bytes_per_bristle = 0;
+  std::uint32_t representatives = 0;  ///< n, allocated; Population::infinite: the resolution, rounded up
+  std::uint32_t detail = 0;           ///< representatives in use, at most n: see PatchBatch::set_detail
+  double weight = 0.0;                ///< w = zeta_max / detail, physical bristles per representative
+  double active = 0.0;                ///< representatives in contact, a real number
+  double normal_load = 0.0;           ///< N, load of the last step
+  double max_normal_load = 0.0;       ///< N, load from which all representatives are in contact
+  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
+  std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };
 

@@ -24,7 +24,7 @@ struct SteppingModes {
 }  // namespace detail
 
 struct BatchOptions {
-  int threads = 1;            ///< number of threads that may step, the caller included; 0 = one per core
+  int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
   const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the
                               ///< best available
   int servo_core = -1;        ///< core that workers avoid; -1 = the system places them

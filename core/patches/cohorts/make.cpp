@@ -74,12 +74,12 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
                                             "1 axis, infinite, fluctuating, end + mean, energy, double",
                                             "2 axes, infinite, fluctuating, end + mean, energy, double"};
   const Cohorts& r = cohorts(p);
-  info.bristles = r.pieces;
+  info.representatives = r.pieces;
   info.detail = r.detail;
   info.weight = 0.0;
   info.max_normal_load = p.material().material.load_on_bristles(r.zeta_max());
   info.active = r.mass / full_mass * r.detail;
-  info.bytes_per_bristle = static_cast<std::uint32_t>(r.bytes / r.pieces);
+  info.bytes_per_representative = static_cast<std::uint32_t>(r.bytes / r.pieces);
   info.kernel = names[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
                       (has(p.outputs, Outputs::energy) ? 4u : 0u) | (r.noise != nullptr ? 8u : 0u)];
 }

@@ -196,7 +196,7 @@ void copy_patch(const Patch& from, Patch& to, std::byte* memory) noexcept {
 template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  info.bristles = r.bristles;
+  info.representatives = r.bristles;
   info.detail = r.detail;
   info.weight = r.weight;
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
@@ -206,7 +206,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
     if (rule.count > 0 && (is_saved(rule.filler) || rule.filler == Filler::from_seed))
       bytes += sizeof *column;
   });
-  info.bytes_per_bristle = static_cast<std::uint32_t>(bytes);
+  info.bytes_per_representative = static_cast<std::uint32_t>(bytes);
   const unsigned index =
       (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) | (has(p.outputs, Outputs::mean) ? 4u : 0u) |
       (has(p.outputs, Outputs::energy) ? 8u : 0u) | (sizeof(T) == sizeof(double) ? 16u : 0u) |

@@ -67,12 +67,12 @@ const std::array<std::string, 32>& slider_names() {
 template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  info.bristles = r.bristles;
+  info.representatives = r.bristles;
   info.detail = r.detail;
   info.weight = r.full_weight * r.bristles / r.detail;
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
   info.active = p.zeta > 0.0 ? r.detail : 0.0;
-  info.bytes_per_bristle =
+  info.bytes_per_representative =
       static_cast<std::uint32_t>(sizeof(T) * (p.axes + 5u) + (r.since != nullptr ? sizeof(double) : 0));
   info.kernel = slider_names()[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
                                (has(p.outputs, Outputs::energy) ? 4u : 0u) |

@@ -210,14 +210,14 @@ class StepReport:
 
 class _PatchInfo(TypedDict):
     key: int
-    bristles: int
+    representatives: int
     detail: int
     weight: float
     active: float
     normal_load: float
     max_normal_load: float
     memory_bytes: int
-    bytes_per_bristle: int
+    bytes_per_representative: int
     kernel: str
 
 class PatchBatch:
