@@ -67,7 +67,6 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
            {"core/guides/GUIDE_HAPTICS.md", "tools/examples/soft_finger.cpp"},
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/block_on_slope.cpp"},
-           {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_c.c"},
            {"core/guides/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"},
            {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_wheel.cpp"},
            {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_finger.cpp"},
@@ -75,9 +74,7 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
     INFO(guide << " and " << program);
     const std::string shown = shown_part(text_of(program));
     CHECK(shown.size() > 500);
-    const std::string fence =
-        program.size() > 2 && program.substr(program.size() - 2) == ".c" ? "```c\n" : "```cpp\n";
-    CHECK(text_of(guide).find(fence + shown + "```\n") != std::string::npos);
+    CHECK(text_of(guide).find("```cpp\n" + shown + "```\n") != std::string::npos);
   }
 }
 
