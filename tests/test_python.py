@@ -458,7 +458,17 @@ class Words(unittest.TestCase):
         self.assertEqual(repr(bristle.Coefficients()), "Coefficients()")
         self.assertEqual(repr(bristle.Coefficients(kinetic=0.3, rule="keep")), "Coefficients(kinetic=0.3, rule='keep')")
         made = bristle.Material.from_coefficients(kinetic=0.31, peak=0.4)
-        self.assertEqual(eval(repr(made), vars(bristle)), made)
+        again = eval(repr(made), vars(bristle))
+        for field in ("bristle_stiffness", "residual_length", "shared_renewal"):
+            self.assertAlmostEqual(getattr(again, field) / getattr(made, field), 1.0, delta=1e-15)
+        self.assertAlmostEqual(again.snap_length.mean / made.snap_length.mean, 1.0, delta=1e-15)
+
+    def test_a_repr_leaves_out_rounding_errors_but_no_digit_that_was_given(self):
+        self.assertNotEqual(0.1 * 20e-6, 2e-6)  # residual share times presliding length
+        wood = bristle.Material.from_coefficients(presliding_length=20e-6)
+        self.assertIn(" residual_length=2e-06,", repr(wood))
+        self.assertIn("kinetic=0.3333333333333333,", repr(bristle.Coefficients(kinetic=1 / 3, peak=0.5)))
+        self.assertEqual(repr(bristle.SnapLength.uniform(1e-6, 3 * 0.1e-6 + 1e-6)), "SnapLength.uniform(1e-06, 1.3e-06)")
 
     def test_a_material_says_what_it_does(self):
         wood = bristle.Material.from_coefficients(kinetic=0.40, peak=0.46, presliding_length=20e-6)

@@ -1,6 +1,10 @@
 // Binds a struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
 #pragma once
 
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +37,21 @@ E value_of(const Names<E>& names, const std::string& parameter, const std::strin
     all.emplace_back(candidate);
   }
   throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known + cli::meant(name, all));
+}
+
+/// Returns a value as Python code. A number within four rounding errors of one with at most twelve digits is
+/// written as that: 2e-06, not 2.0000000000000003e-06.
+inline std::string code_of(const py::object& value) {
+  py::object shown = value;
+  if (py::isinstance<py::float_>(value)) {
+    const auto number = py::cast<double>(value);
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.12g", number);
+    const double rounded = std::strtod(digits, nullptr);
+    const double rounding_errors = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(number);
+    if (std::abs(rounded - number) <= rounding_errors) shown = py::float_(rounded);
+  }
+  return py::cast<std::string>(py::repr(shown));
 }
 
 template <class T>
@@ -107,7 +126,7 @@ class KeywordClass {
       for (const std::string& field : fields) {
         const py::object value = self.attr(field.c_str());
         if (value.equal(usual.attr(field.c_str()))) continue;
-        text += (text.empty() ? "" : ", ") + field + "=" + py::cast<std::string>(py::repr(value));
+        text += (text.empty() ? "" : ", ") + field + "=" + code_of(value);
       }
       return name + "(" + text + ")";
     });

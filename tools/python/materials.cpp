@@ -26,9 +26,9 @@ std::string text_of(const SnapLength& law) {
   if (law.law() == SnapLaw::table) {
     text += std::to_string(law.table_values().size()) + " quantiles";
   } else {
-    text += py::cast<std::string>(py::repr(py::float_(law.first_parameter())));
+    text += code_of(py::float_(law.first_parameter()));
     const bool two = law.law() != SnapLaw::single && law.law() != SnapLaw::exponential;
-    if (two) text += ", " + py::cast<std::string>(py::repr(py::float_(law.second_parameter())));
+    if (two) text += ", " + code_of(py::float_(law.second_parameter()));
   }
   return text + ")";
 }
