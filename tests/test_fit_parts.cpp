@@ -127,6 +127,21 @@ TEST_CASE("A free law is as smooth as its record shows", "[fit]") {
   CHECK(mean == Approx(15e-6).epsilon(0.05));
 }
 
+TEST_CASE("A free law finds the damper beside its lengths, and the velocity over which it fades", "[fit]") {
+  for (const double stribeck : {0.30e-3, 0.37e-3}) {
+    SlidingSprings springs;
+    springs.noise = 0.001;
+    springs.damping = 700.0;  // at most 0.15 N, beside 0.7 N of the springs
+    springs.stribeck = stribeck;
+    const cli::FreeLaw found = free_law(springs, 8, about_springs());
+    CAPTURE(stribeck);
+    CHECK(found.point.values[cli::fit_damping] == Approx(springs.damping).epsilon(0.02));
+    CHECK(found.point.values[cli::fit_stribeck] == Approx(stribeck).epsilon(0.05));
+    CHECK(found.point.values[cli::fit_kinetic] == Approx(springs.kinetic).epsilon(0.005));
+    CHECK(found.point.values[cli::fit_length] == Approx(15e-6).epsilon(0.03));
+  }
+}
+
 TEST_CASE("The stage of a free law is bent by the friction, not by the sensor's noise", "[fit]") {
   SlidingSprings springs;
   springs.compliance = 30e-6;

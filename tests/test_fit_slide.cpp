@@ -176,17 +176,4 @@ TEST_CASE("Lengths and the damper beside them are found together", "[fit]") {
   }
 }
 
-TEST_CASE("A free law of two lengths finds the damper beside them", "[fit]") {
-  SlidingSprings damped;
-  damped.of.assign(500, 3e-6);
-  damped.of.resize(700, 60e-6);
-  damped.damping = 700.0;
-  damped.stribeck = 3e-4;
-  cli::FitOptions options = of_rule(SnapRule::slide);
-  options.law = SnapLaw::table;
-  const Fitted fitted = fit(damped.csv(13), options);
-  check_recovered(fitted[cli::fit_damping], damped.damping, 60.0);
-  CHECK(fitted.result.residual_rms < 1.15 * damped.noise);
-}
-
 }  // namespace bristle_test::test_fit_slide
