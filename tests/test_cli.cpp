@@ -147,8 +147,17 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
   check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});
   check_refused(folder, "accuracy " + scene_path("wheel"), {"only `bristle run`"});
+  const std::string head = "[scene]\nname = 'a'\ndt = 0.1\n[[bed]]\nname = 'b'\nfriction = 1\n";
+  const auto work = [&](const std::string& longest_piece) {
+    const std::string wheel =
+        "shape = 'wheel'\nhalf = 0.05\nslip_stiffness = 80e3\nmax_normal_load = 4000\n"
+        "path = [{ t = 0, load = 4000 }, { t = 1, rolled = 1, x = 0.01 }]\n";
+    const std::string scene = folder.write("roll.toml", head + wheel + longest_piece);
+    return run_report(folder, "run '" + scene + "'")["beds"][0]["energy"]["work"].get<double>();
+  };
+  // The force rises over the first contact length: steps of 0.1 m in one piece count only its ends.
+  CHECK(work("longest_piece = 10\n") < 0.99 * work(""));
   const auto refused = [&](const std::string& bed, const std::vector<std::string>& parts) {
-    const std::string head = "[scene]\nname = 'a'\ndt = 0.1\n[[bed]]\nname = 'b'\nfriction = 1\n";
     check_refused(folder, "run '" + folder.write("bad.toml", head + bed) + "'", parts);
   };
   refused("max_normal_load = 1\npath = [{ t = 0, load = 1 }]", {"bad.toml:4", "shape"});

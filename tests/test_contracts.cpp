@@ -76,23 +76,6 @@ TEST_CASE("A batch of one thread goes on with the same bits in a forked process 
   CHECK(parent.step(3) == expected);
 }
 
-TEST_CASE("A forked process makes batches of its own, whatever its parent has", "[contracts][threads]") {
-  Shared parent(3);
-  parent.step(2);
-  const std::uint64_t expected = Shared(1).step(3);
-  CHECK(in_child([&] { return Shared(3).step(3) == expected ? 0 : 1; }) == 0);
-  CHECK(parent.step(1) == expected);
-}
-
-TEST_CASE("A forked process steps its parent's batch of several threads with the same bits",
-          "[contracts][threads]") {
-  Shared parent(3);
-  parent.step(2);
-  const std::uint64_t expected = Shared(1).step(5);
-  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
-  CHECK(parent.step(3) == expected);
-}
-
 TEST_CASE("Batches of more threads than there are cores give the bits of one thread",
           "[contracts][threads]") {
   const std::uint64_t expected = Shared(1).step(3);
@@ -133,6 +116,138 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
   CHECK(batch.info(before).representatives == 0);
   batch.remove(after);
+}
+
+TEST_CASE("One thread that steps and one that adds and removes are as the rule allows", "[contracts]") {
+  Shared scene(1, 2000);
+  std::atomic<bool> ends{false};
+  std::thread other([&] {
+    while (!ends)
+      scene.batch.remove(
+          scene.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(300)));
+  });
+  scene.step(300);
+  ends = true;
+  other.join();
+  CHECK(scene.batch.patch_count() == 1);
+}
+
+namespace {
+
+/// Steps one outline by 600 motions while `meanwhile(pads, stop)` runs on another thread. Returns its
+/// responses in bits.
+template <class Meanwhile>
+std::vector<double> step_outline_while(Meanwhile meanwhile) {
+  PatchBatch batch;
+  bristle::ExtendedPatches pads(batch);
+  const Material material =
+      plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep).with_viscous_friction(2.0);
+  bristle::ExtendedMotion motion{
+      pads.add(material, plain_options(800), bristle::Outline::disc(1e-3, bristle::Pressure::hertz)),
+      {0.2 * dbar, 0.0, 1e-4},
+      400.0};
+  std::atomic<bool> stop{false};
+  std::thread other([&] { meanwhile(pads, stop); });
+  std::vector<double> bits;
+  bristle::ExtendedResponse r;
+  std::vector<Motion> cells(pads.cell_count(motion.id));
+  std::vector<Response> responses(cells.size());
+  for (int k = 0; k < 600; ++k) {
+    if (k % 3 > 0) {
+      pads.step(tick, {&motion, 1}, {&r, 1});
+    } else {  // makes the three calls of a step, between which the other thread's changes are taken
+      pads.write_motions({&motion, 1}, cells);
+      batch.step(tick, cells, responses);
+      pads.read_responses({&motion, 1}, responses, {&r, 1});
+    }
+    const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
+    for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
+    // Gives the other thread time to run.
+    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  stop = true;
+  other.join();
+  bits.push_back(static_cast<double>(pads.state_hash(motion.id) % 1000003));
+  bits.push_back(static_cast<double>(pads.patch_count()));
+  bits.push_back(static_cast<double>(batch.patch_count()) / static_cast<double>(cells.size()));
+  return bits;
+}
+
+}  // namespace
+
+TEST_CASE("While one thread steps an outline another adds, changes and removes outlines and pools of them",
+          "[contracts]") {
+  const auto alone = step_outline_while([](bristle::ExtendedPatches&, std::atomic<bool>&) {});
+  CHECK(alone.back() == 1.0);
+  CHECK(alone[alone.size() - 2] == 1.0);
+  std::atomic<int> rounds{0};
+  const auto beside = step_outline_while([&](bristle::ExtendedPatches& pads, std::atomic<bool>& stop) {
+    const Material one = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
+    const Material two = plain_material(SnapLength::exponential(2.0 * dbar), SnapRule::redraw);
+    const bristle::Outline disc = bristle::Outline::disc(1e-3, bristle::Pressure::uniform);
+    const bristle::KeyedOptions few = bristle::KeyedOptions{}.with_capacity(3);
+    do {
+      std::vector<bristle::PatchId> added;
+      for (int i = 0; i < 20; ++i) added.push_back(pads.add(one, plain_options(50), disc));
+      const bristle::KeyedPatches outlines(pads, one, plain_options(50), disc, few);
+      const bristle::KeyedPatches points(pads.batch(), two, plain_options(50), few);
+      for (const bristle::PatchId id : added) pads.set_material(id, two);
+      for (const bristle::PatchId id : added) pads.remove(id);
+      ++rounds;
+    } while (!stop || rounds < 3);
+  });
+  CHECK(alone == beside);
+}
+
+TEST_CASE("An outline that was just added is there at once, with all of its cells or none", "[contracts]") {
+  PatchBatch batch;
+  bristle::ExtendedPatches pads(batch);
+  std::atomic<std::uint64_t> newest{0};
+  std::atomic<bool> failed{false}, done{false};
+  std::thread stepping([&] {
+    while (!done) {
+      bristle::ExtendedMotion motion;
+      motion.id.value = newest;
+      motion.normal_load = 10.0;
+      motion.displacement[0] = 0.1 * dbar;
+      bristle::ExtendedResponse r;
+      if (motion.id.value == 0) continue;
+      pads.step(tick, {&motion, 1}, {&r, 1});
+      if (has(r.status, bristle::Status::unknown_id) || !(r.end[0] < 0.0)) failed = true;
+      const std::size_t cells = pads.cell_count(motion.id);
+      if (batch.patch_count() % cells != 0) failed = true;
+    }
+  });
+  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
+  for (int i = 0; i < 300; ++i) {
+    newest = pads.add(material, plain_options(100), bristle::Outline::disc(1e-3, bristle::Pressure::uniform))
+                 .value;
+    std::this_thread::yield();
+  }
+  done = true;
+  stepping.join();
+  CHECK_FALSE(failed);
+}
+
+// The thread sanitizer supports no threads in the fork of a process with threads, and finds no symbol, and
+// hence no suppression, for a race of oneTBB in code that was unloaded.
+#if !defined(__SANITIZE_THREAD__)
+
+TEST_CASE("A forked process makes batches of its own, whatever its parent has", "[contracts][threads]") {
+  Shared parent(3);
+  parent.step(2);
+  const std::uint64_t expected = Shared(1).step(3);
+  CHECK(in_child([&] { return Shared(3).step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(1) == expected);
+}
+
+TEST_CASE("A forked process steps its parent's batch of several threads with the same bits",
+          "[contracts][threads]") {
+  Shared parent(3);
+  parent.step(2);
+  const std::uint64_t expected = Shared(1).step(5);
+  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(3) == expected);
 }
 
 // The module contains a second copy of this library, in a shared object (contracts_module.cpp).
@@ -227,126 +342,8 @@ TEST_CASE("Two threads that add to one batch at once end the program with the ru
   CHECK(text.find("thread rule") != std::string::npos);
 }
 
-TEST_CASE("One thread that steps and one that adds and removes are as the rule allows",
-          "[contracts][asserts]") {
-  CHECK(in_child([] {
-          Shared scene(1, 2000);
-          std::atomic<bool> ends{false};
-          std::thread other([&] {
-            while (!ends)
-              scene.batch.remove(scene.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep),
-                                                 plain_options(300)));
-          });
-          scene.step(300);
-          ends = true;
-          other.join();
-          return 0;
-        }) == 0);
-}
-
 #endif
 
-namespace {
-
-/// Steps one outline by 600 motions while `meanwhile(pads, stop)` runs on another thread. Returns its
-/// responses in bits.
-template <class Meanwhile>
-std::vector<double> step_outline_while(Meanwhile meanwhile) {
-  PatchBatch batch;
-  bristle::ExtendedPatches pads(batch);
-  const Material material =
-      plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep).with_viscous_friction(2.0);
-  bristle::ExtendedMotion motion{
-      pads.add(material, plain_options(800), bristle::Outline::disc(1e-3, bristle::Pressure::hertz)),
-      {0.2 * dbar, 0.0, 1e-4},
-      400.0};
-  std::atomic<bool> stop{false};
-  std::thread other([&] { meanwhile(pads, stop); });
-  std::vector<double> bits;
-  bristle::ExtendedResponse r;
-  std::vector<Motion> cells(pads.cell_count(motion.id));
-  std::vector<Response> responses(cells.size());
-  for (int k = 0; k < 600; ++k) {
-    if (k % 3 > 0) {
-      pads.step(tick, {&motion, 1}, {&r, 1});
-    } else {  // makes the three calls of a step, between which the other thread's changes are taken
-      pads.write_motions({&motion, 1}, cells);
-      batch.step(tick, cells, responses);
-      pads.read_responses({&motion, 1}, responses, {&r, 1});
-    }
-    const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
-    for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
-    // Gives the other thread time to run.
-    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  stop = true;
-  other.join();
-  bits.push_back(static_cast<double>(pads.state_hash(motion.id) % 1000003));
-  bits.push_back(static_cast<double>(pads.patch_count()));
-  bits.push_back(static_cast<double>(batch.patch_count()) / static_cast<double>(cells.size()));
-  return bits;
-}
-
-}  // namespace
-
-TEST_CASE("While one thread steps an outline another adds, changes and removes outlines and pools of them",
-          "[contracts]") {
-  const int result = in_child([] {
-    const auto alone = step_outline_while([](bristle::ExtendedPatches&, std::atomic<bool>&) {});
-    if (alone.back() != 1.0 || alone[alone.size() - 2] != 1.0) return 1;
-    std::atomic<int> rounds{0};
-    const auto beside = step_outline_while([&](bristle::ExtendedPatches& pads, std::atomic<bool>& stop) {
-      const Material one = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
-      const Material two = plain_material(SnapLength::exponential(2.0 * dbar), SnapRule::redraw);
-      const bristle::Outline disc = bristle::Outline::disc(1e-3, bristle::Pressure::uniform);
-      const bristle::KeyedOptions few = bristle::KeyedOptions{}.with_capacity(3);
-      do {
-        std::vector<bristle::PatchId> added;
-        for (int i = 0; i < 20; ++i) added.push_back(pads.add(one, plain_options(50), disc));
-        const bristle::KeyedPatches outlines(pads, one, plain_options(50), disc, few);
-        const bristle::KeyedPatches points(pads.batch(), two, plain_options(50), few);
-        for (const bristle::PatchId id : added) pads.set_material(id, two);
-        for (const bristle::PatchId id : added) pads.remove(id);
-        ++rounds;
-      } while (!stop || rounds < 3);
-    });
-    return alone == beside ? 0 : 2;
-  });
-  CHECK(result == 0);
-}
-
-TEST_CASE("An outline that was just added is there at once, with all of its cells or none", "[contracts]") {
-  const int result = in_child([] {
-    PatchBatch batch;
-    bristle::ExtendedPatches pads(batch);
-    std::atomic<std::uint64_t> newest{0};
-    std::atomic<bool> failed{false}, done{false};
-    std::thread stepping([&] {
-      while (!done) {
-        bristle::ExtendedMotion motion;
-        motion.id.value = newest;
-        motion.normal_load = 10.0;
-        motion.displacement[0] = 0.1 * dbar;
-        bristle::ExtendedResponse r;
-        if (motion.id.value == 0) continue;
-        pads.step(tick, {&motion, 1}, {&r, 1});
-        if (has(r.status, bristle::Status::unknown_id) || !(r.end[0] < 0.0)) failed = true;
-        const std::size_t cells = pads.cell_count(motion.id);
-        if (batch.patch_count() % cells != 0) failed = true;
-      }
-    });
-    const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
-    for (int i = 0; i < 300; ++i) {
-      newest =
-          pads.add(material, plain_options(100), bristle::Outline::disc(1e-3, bristle::Pressure::uniform))
-              .value;
-      std::this_thread::yield();
-    }
-    done = true;
-    stepping.join();
-    return failed ? 1 : 0;
-  });
-  CHECK(result == 0);
-}
+#endif
 
 }  // namespace bristle_test::test_contracts

@@ -115,6 +115,14 @@ TEST_CASE("Friction that runs in is no drift of the sensor", "[fit]") {
   CHECK_FALSE(fit(runs_in.csv(7), of_rule(SnapRule::slide))[cli::fit_drift].fitted);
 }
 
+TEST_CASE("A slow swing of the sensor is no drift, as its beginning does not foretell its end", "[fit]") {
+  SlidingSprings swings;
+  swings.seconds = 20.0;
+  swings.motion = [](double t) { return 60e-6 * std::sin(2.0 * M_PI * t); };
+  swings.drift = [](double t) { return 0.1 * std::sin(2.0 * M_PI * t / 30.0); };
+  CHECK_FALSE(fit(swings.csv(7), of_rule(SnapRule::slide))[cli::fit_drift].fitted);
+}
+
 TEST_CASE("Intervals hold what separate parts of a record say", "[fit]") {
   // Friction wanders by 5 % to either side in a period of 20 s. A third of the record alone would have an
   // interval of 0.5 %.

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <random>
 #include <string>
@@ -135,6 +136,21 @@ TEST_CASE("A length holds where few samples show the spread", "[fit]") {
     CHECK_THAT(found[cli::fit_spread].why, Contains("do as well"));
     CHECK(found[cli::fit_spread].value == Approx(s.spread).epsilon(0.2));
   }
+}
+
+TEST_CASE("An interval holds the lengths of every spread that does as well", "[fit]") {
+  SyntheticFriction s = noisy(slide_hold_slide());
+  s.spread = 0.8;
+  s.rate = 20.0;
+  const Fitted found = fit(record(s, 11).csv());
+  double least = 0.0, most = 0.0;
+  REQUIRE(std::sscanf(found[cli::fit_spread].why.c_str(), "%lg to %lg do as well", &least, &most) == 2);
+  // The record shows the stiffness, which is kinetic force over length (1 + spread^2) / 2.
+  const cli::FitEstimate& length = found[cli::fit_length];
+  const auto wide = [](double spread) { return 1.0 + spread * spread; };
+  const double same = length.value * wide(found[cli::fit_spread].value);
+  CHECK(length.low < same / wide(most));
+  CHECK(length.high > same / wide(least));
 }
 
 TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {

@@ -177,6 +177,24 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   CHECK(fs::is_symlink(link));
   CHECK(read_file(path) == "through");
 
+  // A write-protected file stays, though its folder could take another in its place. Root may write it.
+  fs::permissions(path, fs::perms::owner_read);
+  fs::permissions(folder.path, fs::perms::all);
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    if (::getuid() == 0 && ::setuid(65534) != 0) ::_exit(2);
+    try {
+      cli::OutputFile{path};
+    } catch (const cli::UserError&) {
+      ::_exit(0);
+    }
+    ::_exit(1);
+  }
+  int status = -1;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+
   CHECK_THROWS_AS(cli::OutputFile(folder.at("none/out")), cli::UserError);
   CHECK_THROWS_AS(cli::OutputFile(folder.path.string()), cli::UserError);
   CHECK_THROWS_AS(cli::OutputFile("/dev/full").write("x"), cli::UserError);

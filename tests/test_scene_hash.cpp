@@ -17,7 +17,9 @@
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
+#include "temporary_folder.hpp"
 #include "test_paths.hpp"
+#include "tools/files/force_file.hpp"
 #include "tools/run/run.hpp"
 #include "tools/scene/scene.hpp"
 
@@ -144,6 +146,41 @@ TEST_CASE("A scene gives ageing and strengthening by coefficients or by bristle 
   CHECK(metal.coefficients(2e-3).fall_per_decade == Approx(0.03).epsilon(1e-6));
   CHECK(refusal(coefficients + "ageing_strength = 0.1\n").find("mixes coefficients") != std::string::npos);
   CHECK(refusal(coefficients + "growth_per_decade = 0.1\n").find("give one of the two") != std::string::npos);
+}
+
+TEST_CASE("Delayed copies and slanted lines of one axis move as their scene says, and each row has all cells",
+          "[scenes]") {
+  cli::Scene scene = cli::parse_scene(
+      "[scene]\nname = \"s\"\ndt = 1e-3\nduration = 0.1\n"
+      "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
+      "[[patch]]\nname = \"pair\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 50\ncount = 2\n"
+      "[[motion]]\npatch = \"pair\"\ntype = \"keyframes\"\ndelay_per_copy = 0.04\n"
+      "keyframes = [{ t = 0.0, load = 0.0 }, { t = 0.1, load = 1.0 }]\n"
+      "[[patch]]\nname = \"line\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 50\naxes = 2\n"
+      "outputs = [\"energy\"]\n"
+      "[[motion]]\npatch = \"line\"\ntype = \"ramp\"\nvelocity = [0.03, 0.04]\nload = 1.0\n",
+      "s.toml");
+  scene.patches[1].options.axes = 1;  // as `bristle accuracy` tries for a motion on a line
+  const TemporaryFolder folder;
+  cli::RunOptions options;
+  options.out = folder.at("forces.csv");
+  int step = 0;
+  cli::run_scene(scene, options, [&](const cli::SceneStepper& stepper) {
+    ++step;
+    CHECK(stepper.motions()[0].normal_load == Approx(0.01 * step));
+    CHECK(stepper.motions()[1].normal_load == Approx(0.01 * std::max(step - 40, 0)));
+    CHECK(stepper.motions()[2].displacement[0] == Approx(0.05e-3));
+  });
+  CHECK(step == 100);
+  std::ifstream rows(options.out);
+  std::string head;
+  std::getline(rows, head);
+  for (std::string row; std::getline(rows, row); ++step)
+    CHECK(std::count(row.begin(), row.end(), ',') == std::count(head.begin(), head.end(), ','));
+  CHECK(step == 400);
+  cli::set_rate(scene, 4000.0);
+  CHECK(scene.deadline == 1.0 / 4000.0);
+  CHECK(cli::status_text(bristle::Status::bad_input | bristle::Status::overload) == "bad_input+overload");
 }
 
 }  // namespace bristle_test::test_scene_hash

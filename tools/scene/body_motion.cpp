@@ -36,8 +36,7 @@ BodyMotion::BodyMotion(const SceneBody& body, std::vector<std::size_t> patches)
 }
 
 double BodyMotion::load_per_patch(double t) const noexcept {
-  const double total = body_.mass * body_.gravity + load_at(body_.extra_load, t);
-  return std::max(total, 0.0) / static_cast<double>(patches_.size());
+  return (body_.mass * body_.gravity + load_at(body_.extra_load, t)) / static_cast<double>(patches_.size());
 }
 
 template <int Dof>
