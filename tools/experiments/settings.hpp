@@ -29,6 +29,8 @@ class Settings {
   /// Sets a value from "key=value"; lists with commas. Throws a UserError that begins with `prefix` and names
   /// what is allowed.
   void set(std::string_view assignment, const std::string& prefix = "--set");
+  /// Sets a parameter that is a number or a list. Throws a UserError that names what is allowed.
+  void set_numbers(std::string_view name, std::vector<double> numbers);
   /// Sets values from a TOML file: its top-level keys or, if present, those of the table `experiment`.
   /// `is_table_name` tells tables of other experiments from typing errors.
   void read_file(const std::string& path, const std::string& experiment,

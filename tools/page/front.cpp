@@ -1,11 +1,12 @@
 // Exports the page's block to JavaScript, as plain functions and arrays of numbers.
-#include <emscripten.h>
-
 #include <algorithm>
 #include <string>
 
 #include "block.hpp"
+#include "comparison.hpp"
 #include "fixed_scene.hpp"
+
+#define BRISTLE_PAGE(name) __attribute__((export_name(#name)))
 
 namespace {
 
@@ -33,24 +34,21 @@ enum StateField {
 
 extern "C" {
 
-EMSCRIPTEN_KEEPALIVE const char* version() { return bristle::library_version(); }
+BRISTLE_PAGE(version) const char* version() { return bristle::library_version(); }
 
-EMSCRIPTEN_KEEPALIVE const char* instruction_set() { return bristle::PatchBatch().isa(); }
+BRISTLE_PAGE(instruction_set) const char* instruction_set() { return bristle::PatchBatch().isa(); }
 
-EMSCRIPTEN_KEEPALIVE const char* fixed_scene_hash() {
+BRISTLE_PAGE(fixed_scene_hash) const char* fixed_scene_hash() {
   static const std::string text = page::fixed_scene_hash();
   return text.c_str();
 }
 
-/// Applies the page's settings. Returns an empty text, or the library's error message, after which the
-/// settings are unchanged.
-EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, double normal_load,
-                                           double spring_stiffness, double kinetic_coefficient,
-                                           double peak_coefficient, double presliding_length,
-                                           double residual_share, double shared_renewal,
-                                           double growth_per_decade, double damping_per_newton) {
-  static std::string refusal;
-  refusal.clear();
+/// Applies the page's settings. Throws bristle::Error, after which the settings are unchanged.
+BRISTLE_PAGE(configure)
+void configure(int infinite, int bristle_count, double normal_load, double spring_stiffness,
+               double kinetic_coefficient, double peak_coefficient, double presliding_length,
+               double residual_share, double shared_renewal, double growth_per_decade,
+               double damping_per_newton) {
   page::BlockSettings settings;
   settings.infinite = infinite != 0;
   settings.bristles = static_cast<std::uint32_t>(bristle_count);
@@ -64,24 +62,19 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
       .with_growth_per_decade(growth_per_decade)
       .with_damping_per_newton(damping_per_newton)
       .with_stribeck_velocity(0.02);  // m/s, speed up to which the material's damper acts
-  try {
-    block().set(settings);
-  } catch (const bristle::Error& error) {
-    refusal = error.what();
-  }
-  return refusal.c_str();
+  block().set(settings);
 }
 
-EMSCRIPTEN_KEEPALIVE void reset() { block().reset(); }
-EMSCRIPTEN_KEEPALIVE void grab() { block().grab(); }
-EMSCRIPTEN_KEEPALIVE void move_hand(double position_m) { block().move_hand(position_m); }
-EMSCRIPTEN_KEEPALIVE void release() { block().release(); }
+BRISTLE_PAGE(reset) void reset() { block().reset(); }
+BRISTLE_PAGE(grab) void grab() { block().grab(); }
+BRISTLE_PAGE(move_hand) void move_hand(double position_m) { block().move_hand(position_m); }
+BRISTLE_PAGE(release) void release() { block().release(); }
 
-EMSCRIPTEN_KEEPALIVE void step(int count) {
+BRISTLE_PAGE(step) void step(int count) {
   for (int i = 0; i < count; ++i) block().step();
 }
 
-EMSCRIPTEN_KEEPALIVE const double* state() {
+BRISTLE_PAGE(state) const double* state() {
   static double values[state_fields];
   const page::Block& now = block();
   const bristle::PatchInfo info = now.info();
@@ -100,15 +93,36 @@ EMSCRIPTEN_KEEPALIVE const double* state() {
 
 /// Returns the ring buffer of samples, four numbers each: time (s), position (m), friction (N), spring force
 /// (N).
-EMSCRIPTEN_KEEPALIVE const double* samples() { return &block().samples().front().time; }
-EMSCRIPTEN_KEEPALIVE int samples_remembered() { return static_cast<int>(page::Block::remembered); }
+BRISTLE_PAGE(samples) const double* samples() { return &block().samples().front().time; }
+BRISTLE_PAGE(samples_remembered) int samples_remembered() {
+  return static_cast<int>(page::Block::remembered);
+}
 
 /// Returns the bends of `count` bristles, m; bristles that the patch lacks have 0.
-EMSCRIPTEN_KEEPALIVE const double* bends(int count) {
+BRISTLE_PAGE(bends) const double* bends(int count) {
   static double values[512];
   const auto wanted = static_cast<std::size_t>(std::clamp(count, 0, 512));
   const std::size_t written = block().read_bends({values, wanted});
   std::fill(values + written, values + wanted, 0.0);
   return values;
 }
+
+/// Returns the name of a comparison's model; empty past the last.
+BRISTLE_PAGE(compared_model) const char* compared_model(int comparison, int model) {
+  static std::string name;
+  const std::vector<std::string> names = page::compared_models(comparison);
+  name = model < static_cast<int>(names.size()) ? names[static_cast<std::size_t>(model)] : std::string();
+  return name.c_str();
+}
+/// Runs a comparison with one of its models. Returns its curve: finding, whether it is shown, number of
+/// points, and x and y of each point.
+BRISTLE_PAGE(compare) const double* compare(int comparison, int model) {
+  static std::vector<double> values;
+  const page::Compared compared =
+      page::compare(comparison, page::compared_models(comparison).at(static_cast<std::size_t>(model)));
+  values = {compared.finding, compared.shown ? 1.0 : 0.0, static_cast<double>(compared.points.size() / 2)};
+  values.insert(values.end(), compared.points.begin(), compared.points.end());
+  return values.data();
+}
+BRISTLE_PAGE(step_microseconds) double step_microseconds() { return page::step_microseconds(); }
 }

@@ -58,8 +58,13 @@ function keepCode(settings) {
   return () => { code.textContent = codeText(settings()); };
 }
 
+async function unpack(text) {
+  const packed = new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]);
+  return new Response(packed.stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
+
 async function main() {
-  const library = await openLibrary();
+  const library = await openLibrary(await unpack(bristleWasm));
   const hashes = compareHashes(library);
   document.getElementById('isa').textContent = library.instructionSet;
   document.getElementById('version').textContent = `bristle ${library.version}`;
@@ -124,6 +129,7 @@ async function main() {
   // Interface for tools/check_page.
   window.bristlePage = {hashes, meter, settings, state: () => library.state(),
     blockOnScreen: () => scene.blockOnScreen(library.state())};
+  window.bristlePage.compared = await runComparisons(library);
 }
 
 main().catch((error) => {
