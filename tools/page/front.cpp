@@ -42,9 +42,10 @@ EMSCRIPTEN_KEEPALIVE const char* fixed_scene_hash() {
   return text.c_str();
 }
 
-/// Applies the page's settings. Returns an empty text, or the library's error message, after which the
-/// settings are unchanged.
-EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, double normal_load,
+/// Applies the page's settings. `contact` is 0 for bristles that snap, 1 for the infinite brush, 2 for
+/// bristles that slide. Returns an empty text, or the library's error message, after which the settings are
+/// unchanged.
+EMSCRIPTEN_KEEPALIVE const char* configure(int contact, int bristle_count, double normal_load,
                                            double spring_stiffness, double kinetic_coefficient,
                                            double peak_coefficient, double presliding_length,
                                            double residual_share, double shared_renewal,
@@ -52,11 +53,12 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
   static std::string refusal;
   refusal.clear();
   page::BlockSettings settings;
-  settings.infinite = infinite != 0;
+  settings.infinite = contact == 1;
   settings.bristles = static_cast<std::uint32_t>(bristle_count);
   settings.normal_load = normal_load;
   settings.spring_stiffness = spring_stiffness;
-  settings.coefficients.with_kinetic(kinetic_coefficient)
+  settings.coefficients.with_rule(contact == 2 ? bristle::SnapRule::slide : bristle::SnapRule::redraw)
+      .with_kinetic(kinetic_coefficient)
       .with_peak(peak_coefficient)
       .with_presliding_length(presliding_length)
       .with_residual_share(residual_share)
