@@ -103,6 +103,7 @@ void register_slide(bool zigzag) {
   for (const int axes : {2, 1})
     for (const Outputs outputs : {Outputs::end, Outputs::mean})
       for (const SnapRule rule : {SnapRule::keep, SnapRule::slide}) {
+        if (zigzag && axes == 1) continue;
         ours.axes = axes;
         ours.outputs = outputs;
         ours.rule = rule;
