@@ -99,13 +99,19 @@ void register_slide(bool zigzag) {
   const std::string group = std::string("rivals/all_slide/") + (zigzag ? "zigzag" : "straight") + '/';
   OnePatchCase ours;
   ours.regime = regime;
-  ours.outputs = Outputs::end;
   ours.bristles = n;
-  add_one_patch_benchmark(group + "keep", ours);
-  ours.rule = SnapRule::slide;
-  add_one_patch_benchmark(group + "bristle", ours);
-  ours.outputs = Outputs::mean;
-  add_one_patch_benchmark(group + "bristle_mean", ours);
+  for (const int axes : {2, 1})
+    for (const Outputs outputs : {Outputs::end, Outputs::mean})
+      for (const SnapRule rule : {SnapRule::keep, SnapRule::slide}) {
+        if (zigzag && axes == 1) continue;
+        ours.axes = axes;
+        ours.outputs = outputs;
+        ours.rule = rule;
+        add_one_patch_benchmark(group + (rule == SnapRule::keep ? "keep" : "bristle") +
+                                    (outputs == Outputs::mean ? "_mean" : "") +
+                                    (axes == 1 ? "_one_axis" : ""),
+                                ours);
+      }
   add_loop_benchmark<bristle::plain::SlideLoop>(
       group + "plain", regime, 0.0, [n] { return std::make_shared<bristle::plain::SlideLoop>(n, dbar); });
 }

@@ -351,7 +351,7 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
 
 // Checks that with SnapRule::redraw several resolutions stand beside the numbers of bristles, and that below
 // the answer the cheaper population is named.
-void check_populations(const json& r, const std::string& table, bool keep) {
+void check_populations(const json& r, const std::string& table, const std::string& rule) {
   std::size_t infinite = 0;
   double coarse = 0.0, fine = 0.0;
   for (const json& s : r["settings"]) {
@@ -372,11 +372,11 @@ void check_populations(const json& r, const std::string& table, bool keep) {
   REQUIRE(populations.size() == 2);
   CHECK(populations[0]["population"] == "representatives");
   CHECK(populations[1]["population"] == "infinite");
-  if (keep) {
+  if (rule != "redraw") {
     CHECK(infinite == 0);
     CHECK(populations[1]["found"] == false);
-    CHECK(table.find("\n\nThe infinite brush is not compared: patch 'tip' has a material with rule = "
-                     "\"keep\"") != std::string::npos);
+    CHECK(table.find("\n\nThe infinite brush is not compared: patch 'tip' has a material with rule = \"" +
+                     rule + '"') != std::string::npos);
     return;
   }
   CHECK(infinite >= 5);
@@ -420,9 +420,9 @@ TEST_CASE("Either population may be the cheaper one, and neither may reach the e
 TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its scene meets the error",
           "[accuracy]") {
   if (!BRISTLE_WITH_DOUBLE) return;
-  const bool keep = GENERATE(true, false);
+  const std::string rule = GENERATE("redraw", "keep", "slide");
   const bristle_test::TemporaryFolder folder;
-  const std::string file = folder.write("ramp.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
+  const std::string file = folder.write("ramp.toml", ramp_scene(rule, 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
   // Time for the study, s; ten times as long in builds that run slowly.
@@ -439,9 +439,14 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
         5.0 * reference["standard_error"].get<double>() + 1e-4);
   for (const json& slope : r["slopes"]) {
     INFO(slope.dump());
-    if (slope["slope"].is_null() || slope["points"] < 4) continue;
-    if (slope["against"] == "bristles, random" || (slope["against"] == "bristles, stratified" && !keep)) {
+    // Strata have no scatter, and from some 200 of them on the error is that of single precision.
+    if (slope["slope"].is_null() || (slope["points"] < 4 && rule != "slide")) continue;
+    if (slope["against"] == "bristles, random" ||
+        (slope["against"] == "bristles, stratified" && rule == "redraw")) {
       CHECK(slope["slope"].get<double>() == Approx(-0.5).margin(0.15));
+      CHECK(rule != "slide");
+    } else if (slope["against"] == "bristles, stratified" && rule == "slide") {
+      CHECK(slope["slope"].get<double>() == Approx(-2.0).margin(0.2));
     } else if (slope["against"] == "bristles, stratified") {
       CHECK(slope["slope"].get<double>() < -0.75);
     }
@@ -461,6 +466,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
     }
   }
   CHECK(r["features"].size() == 7);
+  if (rule == "slide") CHECK(best["setting"]["bristles"] == 30);
 
   // Checks that the written scene differs only in the setting, keeps its comments, and can be read.
   const std::string text = cli::tuned_scene(before, result, "-");
@@ -480,7 +486,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const std::string table = cli::accuracy_table(before, options, result);
   CHECK(table.rfind("For at most 2 % take ", 0) == 0);
   CHECK(table.find("Cheapest setting") != std::string::npos);
-  check_populations(r, table, keep);
+  check_populations(r, table, rule);
 }
 
 TEST_CASE("A study of a material that the paper's loop cannot take leaves that loop out and says so",

@@ -683,6 +683,9 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "stability --threads -1", {"--threads"});
   check_refused(folder, "stability --population finite",
                 {"--population", "finite", "representatives", "infinite"});
+  check_refused(folder, "stability --rule slip", {"--rule is 'slip'", "redraw, keep, slide"});
+  check_refused(folder, "stability --quick --rule slide --population infinite",
+                {"infinite", "SnapRule::slide"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
 }
@@ -739,14 +742,19 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   CHECK(report["deadline_s"] == Approx(20e-6));
   CHECK(report["paper"]["bristles"] == 900);
   REQUIRE(report["capacities"].size() > 3);
+  std::vector<std::string> sliding;  // kernels and layouts of rows whose bristles turn in each step
   for (const json& row : report["capacities"]) {
     for (const char* key : {"motion", "kernel", "layout", "threads", "bristles", "at_capacity", "curve"}) {
       CHECK(row.contains(key));
     }
     if (row["bristles"] > 0 && !row["more_would_fit"])
       CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
+    if (row["motion"] == "turning")
+      sliding.push_back(row["kernel"].get<std::string>() + ", " + row["layout"].get<std::string>());
   }
   if (!BRISTLE_MINIMAL) {
+    CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, one patch",
+                                              "2 axes, slide, end, single, patches of 32"});
     // Expects rows for rest, tremor, three straight slides and one in zigzag, for one patch and for ten
     // thousand.
     REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1));

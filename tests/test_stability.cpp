@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -121,9 +122,14 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
   }
 }
 
-TEST_CASE("A loop on the infinite brush settles within the linear limit and not beyond it", "[stability]") {
-  cli::StabilityOptions options{true, 1, "", ""};
-  options.population = bristle::Population::infinite;
+TEST_CASE("A loop on any bristles settles within the linear limit and not beyond it", "[stability]") {
+  using bristle::Population;
+  using bristle::SnapRule;
+  const auto [population, rule] = GENERATE(std::pair(Population::infinite, SnapRule::redraw),
+                                           std::pair(Population::representatives, SnapRule::keep),
+                                           std::pair(Population::representatives, SnapRule::slide));
+  const cli::StabilityOptions options{true, 1, "", "", population, rule};
+  CAPTURE(static_cast<int>(rule));
   const double second = 0.5;
   for (const Scheme scheme : {Scheme::semi_implicit, Scheme::midpoint, Scheme::hold, Scheme::device}) {
     const auto limits = cli::stability_limits(scheme, cli::is_device(scheme) ? 0.0 : second,
@@ -138,10 +144,20 @@ TEST_CASE("A loop on the infinite brush settles within the linear limit and not 
       }
     }
   }
-  const cli::RestRow row = cli::rest_on_slope(Scheme::midpoint, 5.0, options.population);
+  const cli::RestRow row = cli::rest_on_slope(Scheme::midpoint, 5.0, options);
   CHECK(row.first_second_m > 1e-6);
   CHECK(row.first_second_m < 15e-6);
   CHECK(std::abs(row.creep_m) < 1e-12);
+}
+
+TEST_CASE("A sliding mass stops where the friction of its rule takes its energy", "[stability]") {
+  // Friction of K dbar with slide, of half as much with keep; the implicit couplings lose a few per cent.
+  for (const bristle::SnapRule rule : {bristle::SnapRule::keep, bristle::SnapRule::slide})
+    for (const cli::StopRow& row : cli::stopping_distances(rule)) {
+      if (row.scheme != Scheme::midpoint || row.slide < 100.0) continue;
+      CAPTURE(static_cast<int>(rule), row.k);
+      CHECK(row.ratio == Approx(1.0).margin(0.02));
+    }
 }
 
 TEST_CASE("A damper too strong for the step is not bounded by snaps", "[stability]") {

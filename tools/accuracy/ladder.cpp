@@ -12,6 +12,7 @@
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/scene/scene_stepper.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -108,7 +109,7 @@ std::string infinite_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
     if (m.snap_rule != bristle::SnapRule::redraw)
-      return fmt::format("patch '{}' has a material with rule = \"keep\"", patch.name);
+      return fmt::format("patch '{}' has a material with rule = \"{}\"", patch.name, to_string(m.snap_rule));
     if (m.snap_length.cv() < least_infinite_spread)
       return fmt::format("the snap lengths of patch '{}' spread by less than {}", patch.name,
                          least_infinite_spread);
@@ -260,6 +261,10 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
     if (p >= 1.0 && over <= 5.0) parts.push_back(static_cast<std::uint32_t>(std::lround(p)));
   }
   study.result.no_literal = literal_obstacle(study.scene);
+  const bool draws_lengths =
+      std::any_of(study.scene.patches.begin(), study.scene.patches.end(), [&](const ScenePatch& patch) {
+        return study.scene.materials[patch.material].material.snap_rule != bristle::SnapRule::slide;
+      });
   for (const std::uint32_t n : counts) {
     const bool paired = n == r.pair_bristles;
     for (const std::uint32_t p : parts) {
@@ -275,9 +280,11 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
     }
     Setting s = plain;
     s.bristles = n;
-    s.compared.random_lengths = true;
-    add(s);
-    s.compared.random_lengths = false;
+    if (draws_lengths) {
+      s.compared.random_lengths = true;
+      add(s);
+      s.compared.random_lengths = false;
+    }
     if (study.scene.bodies.empty() && (!quick || n == 1000 || n == 10'000)) {
       s.mean = !plain.mean;
       add(s);

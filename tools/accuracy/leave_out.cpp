@@ -126,7 +126,12 @@ Trial redraw_trial(const Scene& scene) {
       if (m.material.snap_length.cv() <= widest_redraw_cv) m = with_rule(m, SnapRule::redraw);
     }
   }
-  t.note = "keep is another model: every bristle keeps its own length";
+  t.note = any_patch(scene,
+                     [&](const ScenePatch& p) {
+                       return scene.materials[p.material].material.snap_rule == SnapRule::slide;
+                     })
+               ? "redraw is another model: a bristle snaps at its length"
+               : "keep is another model: every bristle keeps its own length";
   if (any_patch(scene, [](const ScenePatch& p) { return is_infinite(p); }))
     t.needed = "the infinite brush takes no other rule";
   return t;

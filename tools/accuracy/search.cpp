@@ -23,8 +23,9 @@ namespace {
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
 // Relative gain in error below which a slower setting is not better: such gains are noise of the seeds.
 constexpr double front_gain = 0.02;
-constexpr double above_floor = 3.0;    // factor times the reference's own error, above which a point counts
-                                       // in the fitted line
+constexpr double above_floor = 3.0;  // factor times the reference's own error, above which a point counts
+                                     // in the fitted line
+constexpr double single_rounding = 1e-6;  // relative error of a force in single precision
 constexpr double literal_limit = 0.7;  // largest step, in mean snap lengths, up to which the error follows a
                                        // power law
 
@@ -34,6 +35,7 @@ constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 // Returns the theoretical order of convergence in the number of bristles. Stratified snap lengths raise the
 // order until the bristles have redrawn them.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
+  if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
   if (random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw) {
     return snaps_slid > 1.0 ? "-1/2: redrawn at random once they have snapped" : "-1: nearly nothing snaps";
@@ -60,9 +62,10 @@ void add_slope(AccuracyStudy& study, std::size_t p, std::string sweep, const Poi
 void find_count_slopes(AccuracyStudy& study, std::size_t p) {
   const AccuracyResult& r = study.result;
   const bristle::Material& m = study.scene.materials[study.scene.patches[p].material].material;
-  const double floor = above_floor * study.same_steps.floor()[p];
+  const double floor = std::max(above_floor * study.same_steps.floor()[p], single_rounding);
   const double snaps_slid = r.way[p] / m.snap_length.mean();
   for (const bool random : {false, true}) {
+    if (random && m.snap_rule == bristle::SnapRule::slide) continue;
     Points points;
     for (const SettingResult& s : r.settings) {
       const Setting& set = s.setting;

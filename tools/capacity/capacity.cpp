@@ -12,6 +12,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/text_layout.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -60,6 +61,10 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
 #endif
   }
   add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::single, 100);
+#if !BRISTLE_MINIMAL
+  for (const std::uint32_t patch_bristles : {0u, 32u})
+    add(Regime::turning, SnapRule::slide, Outputs::end, 2, Precision::single, patch_bristles);
+#endif
   if (!quick) {
     add(Regime::rest, SnapRule::keep, Outputs::end, 2, Precision::single, 100);
     add(Regime::one_snap, SnapRule::redraw, Outputs::mean, 2, Precision::single, 100);
@@ -90,6 +95,7 @@ const RegimeFacts& facts_of(Regime regime) noexcept {
       {"presliding", 0.003, "0.003 mean snap lengths a step: few snap"},
       {"one snap", 1.0, "1.0 mean snap lengths a step: one snap of each bristle on average, none to two"},
       {"all snap", 1.6, "1.6 mean snap lengths a step: every bristle snaps, one to three times"},
+      {"turning", 1.6, "1.6 mean snap lengths a step, every other one sideways"},
       {"far", 100.0, "100 mean snap lengths a step"}};
   return facts[static_cast<int>(regime)];
 }
@@ -99,11 +105,10 @@ std::string CapacityCase::kernel_name() const {
     return fmt::format("{} {}, infinite, end{}{}, double", axes, axes == 1 ? "axis" : "axes",
                        has(outputs, Outputs::mean) ? " + mean" : "",
                        has(outputs, Outputs::energy) ? " + energy" : "");
-  return fmt::format("{}{} {}, {}, end{}{}, {}", default_material ? "default material, " : "", axes,
-                     axes == 1 ? "axis" : "axes", rule == SnapRule::keep ? "keep" : "redraw",
-                     has(outputs, Outputs::mean) ? " + mean" : "",
-                     has(outputs, Outputs::energy) ? " + energy" : "",
-                     precision == Precision::single ? "single" : "double");
+  return fmt::format(
+      "{}{} {}, {}, end{}{}, {}", default_material ? "default material, " : "", axes,
+      axes == 1 ? "axis" : "axes", to_string(rule), has(outputs, Outputs::mean) ? " + mean" : "",
+      has(outputs, Outputs::energy) ? " + energy" : "", precision == Precision::single ? "single" : "double");
 }
 
 std::string CapacityCase::layout_name() const {

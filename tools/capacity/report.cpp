@@ -10,8 +10,8 @@
 namespace cli {
 namespace {
 
-constexpr Regime regimes[] = {Regime::rest,     Regime::tremor,  Regime::presliding,
-                              Regime::one_snap, Regime::sliding, Regime::far};
+constexpr Regime regimes[] = {Regime::rest,    Regime::tremor,  Regime::presliding, Regime::one_snap,
+                              Regime::sliding, Regime::turning, Regime::far};
 
 const char* const note_on_p99 =
     "Steps run back to back on this machine as it is: preemption and other load count in p99. Where only p99 "

@@ -52,7 +52,8 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
                    .with_population(what.population)
                    .with_resolution(what.resolution)
                    .with_seed(static_cast<std::uint32_t>(i + 1)),
-               {what.step.value_or(step_length(what.regime)), what.regime == Regime::tremor, what.zigzag});
+               {what.step.value_or(step_length(what.regime)), what.regime == Regime::tremor,
+                what.zigzag || what.regime == Regime::turning});
   }
   scene_.settle();
 }

@@ -19,6 +19,7 @@
 #include "tools/capacity/spin.hpp"
 #include "tools/capacity/subject.hpp"
 #include "tools/reports/quantile.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -239,8 +240,7 @@ class Targets {
   }
 
   void dearest_speed(SnapRule rule, const char* law_name, const SnapLength& law) {
-    const std::string name =
-        fmt::format("any_speed/{}/{}", rule == SnapRule::keep ? "keep" : "redraw", law_name);
+    const std::string name = fmt::format("any_speed/{}/{}", to_string(rule), law_name);
     ComparisonRow worst;
     double worst_step = 0.0;
     for (const double step : {1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 100.0, 1e3, 1e4}) {

@@ -515,6 +515,14 @@ Action add_run(CLI::App* command) {
   };
 }
 
+void add_rule(CLI::App* command, bristle::SnapRule& rule, const std::string& description) {
+  add_choice(command, "--rule",
+             {{"redraw", bristle::SnapRule::redraw},
+              {"keep", bristle::SnapRule::keep},
+              {"slide", bristle::SnapRule::slide}},
+             rule, description);
+}
+
 Action add_capacity(CLI::App* command) {
   const auto kept = std::make_shared<cli::CapacityOptions>();
   const auto deadline = std::make_shared<std::string>("1ms");
@@ -558,12 +566,8 @@ Action add_fit(CLI::App* command) {
               {"exponential", bristle::SnapLaw::exponential},
               {"free", bristle::SnapLaw::table}},
              options.law, "Family of snap lengths (default lognormal); free: any, with --rule slide");
-  add_choice(command, "--rule",
-             {{"redraw", bristle::SnapRule::redraw},
-              {"keep", bristle::SnapRule::keep},
-              {"slide", bristle::SnapRule::slide}},
-             options.rule,
-             "What a bristle does at its limit (default: redraw or slide, what predicts better)");
+  add_rule(command, options.rule,
+           "What a bristle does at its limit (default: redraw or slide, what predicts better)");
   add_choice(
       command, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
@@ -622,6 +626,7 @@ Action add_stability(CLI::App* command) {
              {{"representatives", bristle::Population::representatives},
               {"infinite", bristle::Population::infinite}},
              options.population, "What stands for the bristles of the maps and the slope");
+  add_rule(command, options.rule, "What a bristle of theirs does at its limit (default redraw)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write the map to this CSV file (- for stdout)");
   return action_of(kept, cli::stability_command);

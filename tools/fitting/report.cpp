@@ -22,6 +22,7 @@
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
 #include "tools/reports/text_layout.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -71,10 +72,6 @@ const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
                                         : "sliding towards -x";
-}
-
-const char* rule_text(bristle::SnapRule rule) {
-  return rule == bristle::SnapRule::keep ? "keep" : rule == bristle::SnapRule::slide ? "slide" : "redraw";
 }
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
@@ -164,7 +161,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
                   data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
-  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(r.law), rule_text(r.rule));
+  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(r.law), to_string(r.rule));
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
@@ -274,7 +271,7 @@ std::string fit_json(const FitData& data, const FitResult& r) {
     const auto quantiles = r.material.snap_length.table_values();
     report["lengths_m"] = std::vector<double>(quantiles.begin(), quantiles.end());
   }
-  report["rule"] = rule_text(r.rule);
+  report["rule"] = to_string(r.rule);
   report["start"] = start_text(r.past.start);
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
@@ -378,7 +375,7 @@ std::string by_coefficients(const FitResult& r) {
       "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
       "damper_decay = \"{}\"\n",
       c.kinetic, slides ? "drop" : "peak", slides ? c.drop : c.peak, c.spread, c.presliding_length,
-      c.bristles_per_newton, bristle::to_string(c.law), rule_text(c.rule), c.residual_share, c.shared_renewal,
+      c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule), c.residual_share, c.shared_renewal,
       c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
       c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
   if (c.fall_per_decade > 0.0)
@@ -401,7 +398,7 @@ std::string own_law(const bristle::Material& m) {
       "stribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\nnormal_stiffness = {}  # N/m\n"
       "asperity_height_deviation = {}  # m\nspeed_strengthening = {}\nstrengthening_speed = {}  # m/s\n"
       "snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
-      rule_text(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
+      to_string(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
       m.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential", m.normal_stiffness,
       m.asperity_height_deviation, m.speed_strengthening, m.strengthening_speed,
       fmt::join(quantiles.begin(), quantiles.end(), ", "));

@@ -25,6 +25,7 @@ void Block::set(const BlockSettings& settings) {
   const double kinetic = material.kinetic_coefficient() * settings.normal_load;
   const double peak = material.peak_coefficient() * settings.normal_load;
   const bool same_patch = patch_ && settings.infinite == settings_.infinite &&
+                          settings.coefficients.rule == settings_.coefficients.rule &&
                           settings.bristles == settings_.bristles &&
                           settings.normal_load == settings_.normal_load;
   if (same_patch) {

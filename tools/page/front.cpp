@@ -43,18 +43,20 @@ BRISTLE_PAGE(fixed_scene_hash) const char* fixed_scene_hash() {
   return text.c_str();
 }
 
-/// Applies the page's settings. Throws bristle::Error, after which the settings are unchanged.
+/// Applies the page's settings. `contact` is 0 for bristles that snap, 1 for the infinite brush, 2 for
+/// bristles that slide. Throws bristle::Error, after which the settings are unchanged.
 BRISTLE_PAGE(configure)
-void configure(int infinite, int bristle_count, double normal_load, double spring_stiffness,
+void configure(int contact, int bristle_count, double normal_load, double spring_stiffness,
                double kinetic_coefficient, double peak_coefficient, double presliding_length,
                double residual_share, double shared_renewal, double growth_per_decade,
                double damping_per_newton) {
   page::BlockSettings settings;
-  settings.infinite = infinite != 0;
+  settings.infinite = contact == 1;
   settings.bristles = static_cast<std::uint32_t>(bristle_count);
   settings.normal_load = normal_load;
   settings.spring_stiffness = spring_stiffness;
-  settings.coefficients.with_kinetic(kinetic_coefficient)
+  settings.coefficients.with_rule(contact == 2 ? bristle::SnapRule::slide : bristle::SnapRule::redraw)
+      .with_kinetic(kinetic_coefficient)
       .with_peak(peak_coefficient)
       .with_presliding_length(presliding_length)
       .with_residual_share(residual_share)

@@ -40,6 +40,8 @@ double largest_spread(SnapLaw family, SnapRule rule) {
   }
 }
 
-double kinetic_bend(SnapRule rule, double cv) { return rule == SnapRule::keep ? 0.5 : 0.5 * (1.0 + cv * cv); }
+double kinetic_bend(SnapRule rule, double cv) {
+  return rule == SnapRule::slide ? 1.0 : rule == SnapRule::keep ? 0.5 : 0.5 * (1.0 + cv * cv);
+}
 
 }  // namespace cli

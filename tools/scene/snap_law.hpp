@@ -2,6 +2,8 @@
 // limits of spread.
 #pragma once
 
+#include <cstddef>
+
 #include <bristle/material.hpp>
 
 namespace cli {
@@ -20,5 +22,11 @@ double largest_spread(bristle::SnapLaw family, bristle::SnapRule rule);
 
 /// Returns the ratio of the bristles' mean bend in steady sliding to the mean snap length.
 double kinetic_bend(bristle::SnapRule rule, double cv);
+
+/// Names of the rules in files, options and reports, in the order of SnapRule.
+inline constexpr const char* rule_names[] = {"redraw", "keep", "slide"};
+inline const char* to_string(bristle::SnapRule rule) noexcept {
+  return rule_names[static_cast<std::size_t>(rule)];
+}
 
 }  // namespace cli

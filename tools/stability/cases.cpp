@@ -43,20 +43,21 @@ std::vector<CaseRow> stability_cases() {
   return rows;
 }
 
-// Compares stopping distances from steady sliding. Without dampers friction is the constant F = 13/24 K dbar
-// (K stiffness, dbar mean snap length), so a mass m at speed v stops after m v^2 / (2 F).
-std::vector<StopRow> stopping_distances() {
+// Compares stopping distances from steady sliding. Without dampers friction is a constant F, so a mass m at
+// speed v stops after m v^2 / (2 F).
+std::vector<StopRow> stopping_distances(bristle::SnapRule rule) {
+  StabilityOptions options;
+  options.rule = rule;
   std::vector<StopRow> rows;
   for (const double k : {0.08, 0.8, 8.0}) {
     for (const double slide : {20.0, 300.0}) {
       for (const Scheme scheme :
            {Scheme::predictor, Scheme::midpoint, Scheme::linear_always, Scheme::semi_implicit}) {
-        LoopSetup s = cell_setup(scheme, k, 0.0, true, {});
+        LoopSetup s = cell_setup(scheme, k, 0.0, true, options);
         s.bristles = 5000;
         s.start_velocity *= std::sqrt(slide / 20.0);
         s.steps = 400;
-        const double kinetic_n = 13.0 / 24.0 * s.stiffness * s.mean_snap_length;
-        const double distance = 0.5 * s.mass_kg * s.start_velocity * s.start_velocity / kinetic_n;
+        const double distance = 0.5 * s.mass_kg * s.start_velocity * s.start_velocity / s.kinetic_n();
         rows.push_back({k, slide, scheme, run_loop(s).distance_m / distance});
       }
     }
@@ -99,13 +100,15 @@ double late_force_damping(bool mean) {
 
 // Rests a plate on a slope and measures its creep. The feet are level with its centre of mass, so that
 // friction does not tip the plate.
-RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population population) {
+RestRow rest_on_slope(Scheme scheme, double seconds, const StabilityOptions& options) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);
   const double load = mass * gravity * cosine / 4.0;
-  const auto material = bristle::Material::from_coefficients(
-      bristle::Coefficients{}.with_kinetic(kinetic).with_damping_per_newton(30.0).with_stribeck_velocity(
-          2e-3));
+  const auto material = bristle::Material::from_coefficients(bristle::Coefficients{}
+                                                                 .with_rule(options.rule)
+                                                                 .with_kinetic(kinetic)
+                                                                 .with_damping_per_newton(30.0)
+                                                                 .with_stribeck_velocity(2e-3));
   bristle::PatchBatch batch;
   std::array<bristle::Motion, 4> motions;
   std::array<bristle::Response, 4> responses;
@@ -114,7 +117,7 @@ RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population populat
     motions[i].id = batch.add(material, bristle::PatchOptions{}
                                             .with_max_normal_load(2.0 * load)
                                             .with_bristles(500)
-                                            .with_population(population)
+                                            .with_population(options.population)
                                             .with_outputs(bristle::Outputs::mean)
                                             .with_seed(static_cast<std::uint32_t>(i + 1)));
     motions[i].normal_load = load;

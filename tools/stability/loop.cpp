@@ -9,6 +9,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/scene/couplings.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -354,6 +355,10 @@ std::vector<double> stability_limits(Scheme scheme, double c, double beta) {
     stable = next_stable;
   }
   return limits;
+}
+
+double LoopSetup::kinetic_n() const noexcept {
+  return kinetic_bend(rule, std::sqrt(1.0 / 12.0)) * stiffness * mean_snap_length;
 }
 
 LoopResult run_loop(const LoopSetup& setup) { return Loop(setup).run(); }

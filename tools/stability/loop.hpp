@@ -76,6 +76,9 @@ struct LoopSetup {
   std::uint64_t load_period = 500;  ///< number of steps in a swing of the load
   bool stop_early = true;           ///< whether the run ends early at rest or at unbounded motion
   bristle::Population population = bristle::Population::representatives;
+
+  /// Returns the friction of steady sliding at the largest load, without dampers, N.
+  double kinetic_n() const noexcept;
 };
 
 enum class Verdict {

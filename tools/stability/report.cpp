@@ -10,6 +10,7 @@
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
+#include "tools/scene/snap_law.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace cli {
@@ -163,6 +164,7 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
   report["conditions"] = to_json(conditions());
   report["quick"] = options.quick;
   report["population"] = population_name(options);
+  report["rule"] = to_string(options.rule);
   report["k"] = result.ks;
   report["c_or_beta"] = result.seconds;
   report["maps"] = Json::array();
@@ -230,13 +232,13 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
       "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
       "(devices: "
       "beta = b T/m) "
-      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
+      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, {}. Each cell from two "
       "starts: "
       "a push within presliding, and steady sliding; the worse counts. {} steps. Population of maps and "
       "slope: "
       "{}.\n\n",
       c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
-      result.seconds.back(), options.quick ? 4000 : 8000, population_name(options));
+      result.seconds.back(), to_string(options.rule), options.quick ? 4000 : 8000, population_name(options));
   text += maps_table(report).text();
   text +=
       "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "

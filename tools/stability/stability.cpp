@@ -109,8 +109,8 @@ StabilityResult measure(const StabilityOptions& options) {
   result.rests.resize(2);  // jobs of the plate on the slope start first, since they take longest
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.push_back([&result, &options, i] {
-      result.rests[i] = rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0,
-                                      options.population);
+      result.rests[i] =
+          rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0, options);
     });
   }
   for (std::size_t s = 0; s < mapped_schemes().size(); ++s) {
@@ -131,7 +131,7 @@ StabilityResult measure(const StabilityOptions& options) {
     }
   }
   for (VariedMap& map : result.varied) jobs.push_back([&map, &options] { simulate_varied(map, options); });
-  jobs.push_back([&result] { result.stops = stopping_distances(); });
+  jobs.push_back([&result, &options] { result.stops = stopping_distances(options.rule); });
   result.cases = stability_cases();
   for (CaseRow& row : result.cases) {
     jobs.push_back([&row] {
@@ -204,14 +204,14 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
   if (scheme == Scheme::device) s.quantum_m = encoder_quantum * mean_snap_length_m;
   s.bristles = 256;
   s.population = options.population;
+  s.rule = options.rule;
   s.steps = options.quick ? 4000 : 8000;
   s.sliding = sliding;
   // Sets the start velocity. In sticking: that of a free swing of amplitude `push`, but at most `push` per
-  // step. In sliding: that which stops after `slide`, by distance v^2 / (2 F / m) with friction F = 13/24 K
-  // dbar (K stiffness, dbar mean snap length).
+  // step. In sliding: that which stops after `slide`, by distance v^2 / (2 F / m) with friction F.
   const double speed = mean_snap_length_m / dt_s;
-  s.start_velocity =
-      sliding ? speed * std::sqrt(2.0 * 13.0 / 24.0 * k * slide) : speed * push * std::min(1.0, std::sqrt(k));
+  s.start_velocity = sliding ? std::sqrt(2.0 * s.kinetic_n() / mass_kg * slide * mean_snap_length_m)
+                             : speed * push * std::min(1.0, std::sqrt(k));
   return s;
 }
 

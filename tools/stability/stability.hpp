@@ -19,6 +19,7 @@ struct StabilityOptions {
 
   /// Representatives or the infinite brush, in the maps and on the slope.
   bristle::Population population = bristle::Population::representatives;
+  bristle::SnapRule rule = bristle::SnapRule::redraw;  ///< in the maps, on the slope and while stopping
 };
 
 /// Reason why the simulation of a cell and linear theory give different verdicts.
@@ -125,10 +126,9 @@ const std::vector<Scheme>& mapped_schemes();
 LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const StabilityOptions& options);
 /// Runs the single cases beside the maps. In cases.cpp.
 std::vector<CaseRow> stability_cases();
-std::vector<StopRow> stopping_distances();
+std::vector<StopRow> stopping_distances(bristle::SnapRule rule);
 double late_force_damping(bool mean);
-RestRow rest_on_slope(Scheme scheme, double seconds,
-                      bristle::Population population = bristle::Population::representatives);
+RestRow rest_on_slope(Scheme scheme, double seconds, const StabilityOptions& options = {});
 /// Returns the set-ups of cars on a wheel, whose results run_wheel() fills in. In wheels.cpp.
 std::vector<WheelRow> wheel_rows();
 void run_wheel(WheelRow& row);

@@ -57,7 +57,7 @@ void print(const Snapshot& s, const Summary& all, const LoopStatistics& loop, st
   table.add(
       {"friction model", models[static_cast<std::size_t>(s.settings.model)],
        fmt::format("kinetic {:g}, peak {:g}, presliding {:g} m, {} bristles a patch", s.settings.kinetic,
-                   s.settings.peak, s.settings.presliding_length, s.settings.bristles)});
+                   s.peak_coefficient, s.settings.presliding_length, s.settings.bristles)});
   table.add({"simulated", fmt::format("{:.3f} s", s.time), fmt::format("{} ticks", loop.ticks)});
   table.add({"block", milli(p[0]), fmt::format("along x; y {}, turned by {:.4f} rad", milli(p[1]), tilt)});
   table.add({"farthest", milli(all.farthest), "along x"});

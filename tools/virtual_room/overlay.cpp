@@ -77,8 +77,11 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
 // Returns the text behind a block's name: its creep, or the strength of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (!scene_of(room.settings.compare).driven) {
-    if (!std::isfinite(moved)) return room.time < 6.5 ? " settles" : ": settles again";
-    return std::abs(moved) < 1e-8 ? ": crept < 0.01 µm" : ": crept " + with_unit(moved, "m");
+    const bool walks = room.settings.compare == Comparison::ratchet;
+    if (!std::isfinite(moved))
+      return room.time >= 6.5 ? ": settles again" : walks ? " is tapped" : " settles";
+    if (std::abs(moved) < 1e-8) return ": crept < 0.01 µm";
+    return (walks ? ": walked " : ": crept ") + with_unit(moved, "m");
   }
   if (!(strength > 0)) return "";
   if (room.settings.compare == Comparison::rubbing)
@@ -245,7 +248,10 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
                      {std::round(x - anchor * s.x), std::round(y)}, colours::faint_text, text);
   };
   beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, glass.by_age ? "10 ms" : "straight");
-  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0, glass.by_age ? "100 s" : "snaps");
+  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0,
+         glass.by_age                                     ? "100 s"
+         : room.settings.rule == bristle::SnapRule::slide ? "slides"
+                                                          : "snaps");
 }
 
 }  // namespace

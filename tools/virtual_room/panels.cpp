@@ -136,7 +136,7 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   const double kinetic_before = s.kinetic, ratio_before = ratio;
   panel.slider("kinetic µ", s.kinetic, 1, 0.01, 1.5, "%.3f", false, "friction over load in slow sliding");
   panel.slider("peak / kinetic", ratio, 1, 1.01, 2.0, "%.2f", false,
-               "highest friction at first loading over that in sliding", works.peak);
+               "highest friction at first loading over that in sliding", works.peak && s.nap == 1.0);
   if (s.kinetic != kinetic_before || ratio != ratio_before) s.peak = s.kinetic * ratio;
   panel.slider("bristle length", s.presliding_length, 1e-6, 1,
                1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,

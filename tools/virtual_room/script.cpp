@@ -9,6 +9,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_table.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/scene/snap_law.hpp"
 #include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/parameters.hpp"
 
@@ -16,13 +17,12 @@ namespace room {
 namespace {
 
 using cli::Range;
+using cli::rule_names;
 using cli::TomlTable;
 
 constexpr double degree = 3.14159265358979323846 / 180.0;
 constexpr Range seconds_range{0.0, 1e6, false, "s"};
 constexpr const char* model_names[] = {"brush", "lugre", "coulomb"};
-constexpr const char* rule_names[] = {"redraw", "keep", "slide"};
-const char* name_of(bristle::SnapRule rule) { return rule_names[static_cast<std::size_t>(rule)]; }
 
 void read_settings(const TomlTable& table, Settings& s) {
   s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
@@ -155,7 +155,7 @@ std::string as_toml(const SettingRange& range, const Settings& s) {
 }  // namespace
 
 std::string material_as_toml(const Settings& s) {
-  std::string text = fmt::format("rule = \"{}\"\n", name_of(s.rule));
+  std::string text = fmt::format("rule = \"{}\"\n", cli::to_string(s.rule));
   for (std::size_t i = 0; i < surface_numbers; ++i) text += as_toml(setting_ranges[i], s);
   return text;
 }
@@ -163,7 +163,7 @@ std::string material_as_toml(const Settings& s) {
 std::string settings_as_toml(const Settings& s) {
   std::string text =
       fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\ncompare = \"{}\"\n",
-                  model_names[static_cast<std::size_t>(s.model)], name_of(s.rule),
+                  model_names[static_cast<std::size_t>(s.model)], cli::to_string(s.rule),
                   s.infinite ? "infinite" : "representatives", s.bristles, scene_of(s.compare).key);
   for (const SettingRange& r : setting_ranges) text += as_toml(r, s);
   return text;

@@ -3,8 +3,10 @@
 
 function codeText(s) {
   const number = (value) => String(Number(value.toPrecision(4)));
+  const rule = s.contact === 'slide' ? '.with_rule(bristle::SnapRule::slide)'
+    : `.with_residual_share(${number(s.residual)}).with_shared_renewal(${number(s.renewal)})`;
   const growth = s.growth > 0 ? `\n      .with_growth_per_decade(${number(s.growth)})` : '';
-  const population = s.infinite ? '.with_population(bristle::Population::infinite)' : `.with_bristles(${s.bristles})`;
+  const population = s.contact === 'cohorts' ? '.with_population(bristle::Population::infinite)' : `.with_bristles(${s.bristles})`;
   return `#include <bristle/bristle.hpp>
 #include <cstdio>
 
@@ -12,7 +14,7 @@ int main() {
   const auto surfaces = bristle::Material::from_coefficients(bristle::Coefficients{}
       .with_kinetic(${number(s.kinetic)}).with_peak(${number(s.kinetic * (1 + s.peak))})
       .with_presliding_length(${number(s.length)} /* m */)
-      .with_residual_share(${number(s.residual)}).with_shared_renewal(${number(s.renewal)})${growth}
+      ${rule}${growth}
       .with_damping_per_newton(${number(dampingPerNewton(s))} /* s/m */).with_stribeck_velocity(0.02 /* m/s */));
 
   bristle::PatchBatch batch;

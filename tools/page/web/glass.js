@@ -26,7 +26,7 @@ function makeGlass() {
       const spacing = width > 700 ? 15 : 12;
       const scale = 2.0 * spacing / settings.length;  // pixels per metre
       const wanted = Math.min(Math.floor(width / spacing) - 2, 512);
-      const shown = settings.infinite ? wanted : Math.min(wanted, Math.floor(state.active));
+      const shown = settings.contact === 'cohorts' ? wanted : Math.min(wanted, Math.floor(state.active));
       const bends = library.bends(Math.max(shown, 1));
       if (before.length !== shown) before = new Float64Array(shown);
       const top = 20;
@@ -63,7 +63,7 @@ function makeGlass() {
       const textWidth = context.measureText(barText).width;
       context.fillRect(width - 20 - bar - textWidth - 4, height - 19, textWidth + 8, 18);
       label(context, barText, width - 20 - bar, height - 5, {align: 'right', colour: colours.ink});
-      const text = settings.infinite ? `${shown} bristles that the cohorts stand for, youngest first`
+      const text = settings.contact === 'cohorts' ? `${shown} bristles that the cohorts stand for, youngest first`
         : `${shown} of ${Math.round(state.active).toLocaleString('en')} bristles`;
       if (text !== noteText) note.textContent = noteText = text;
     },

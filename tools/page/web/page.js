@@ -72,13 +72,15 @@ async function main() {
   let settings;
   const showCode = keepCode(() => settings.values);
   const refusal = document.getElementById('refusal');
-  const populationNote = document.getElementById('population-note');
+  const contactNote = document.getElementById('contact-note');
   const apply = () => {
     if (!settings) return;
     refusal.textContent = applySettings(library, settings.values);
-    populationNote.textContent = settings.values.infinite
-      ? 'Infinitely many bristles, as a list of cohorts: no noise.'
-      : 'Each bristle bends and snaps by itself.';
+    contactNote.textContent = {
+      bristles: 'Each bristle bends and snaps by itself.',
+      cohorts: 'Infinitely many bristles, as a list of cohorts: no noise.',
+      slide: 'A bristle does not snap: bent by its snap length, it slides.',
+    }[settings.values.contact];
     showCode();
   };
   settings = makeSettings(document.getElementById('sliders'), apply);
@@ -103,7 +105,7 @@ async function main() {
   document.getElementById('defaults').addEventListener('click', () => settings.defaults());
   choose('speed', (value) => { speed = Number(value); });
   choose('range', (value) => { curve.range = value; });
-  choose('population', (value) => settings.setInfinite(value === 'cohorts'));
+  choose('contact', (value) => settings.setContact(value));
 
   let last = performance.now();
   let owed = 0;  // steps of 1 ms that are due

@@ -41,7 +41,7 @@ function sliderShare(row, value) {
 }
 
 function makeSettings(parent, changed) {
-  const settings = {infinite: false};
+  const settings = {contact: 'bristles'};
   const rows = sliderTable.map((row) => {
     const box = document.createElement('div');
     box.className = 'slider';
@@ -68,14 +68,16 @@ function makeSettings(parent, changed) {
     set(row.first);
     return {row, box, input, set};
   });
+  const withoutEffect = {bristles: [], cohorts: ['bristles'], slide: ['residual', 'renewal']};
   const idle = () => {
-    const entry = rows.find((r) => r.row.name === 'bristles');
-    entry.input.disabled = settings.infinite;
-    entry.box.classList.toggle('idle', settings.infinite);
+    for (const {row, box, input} of rows) {
+      input.disabled = withoutEffect[settings.contact].includes(row.name);
+      box.classList.toggle('idle', input.disabled);
+    }
   };
   return {
     values: settings,
-    setInfinite(on) { settings.infinite = on; idle(); changed(); },
+    setContact(name) { settings.contact = name; idle(); changed(); },
     set(name, value) { rows.find((r) => r.row.name === name).set(value); changed(); },
     defaults() { rows.forEach((r) => r.set(r.row.first)); changed(); },
   };
@@ -90,6 +92,6 @@ function dampingPerNewton(s) {
 }
 
 function applySettings(library, s) {
-  return library.configure(s.infinite ? 1 : 0, s.bristles, s.normalLoad, s.spring, s.kinetic,
+  return library.configure(['bristles', 'cohorts', 'slide'].indexOf(s.contact), s.bristles, s.normalLoad, s.spring, s.kinetic,
     s.kinetic * (1 + s.peak), s.length, s.residual, s.renewal, s.growth, dampingPerNewton(s));
 }
