@@ -2,7 +2,7 @@
 #   gnuplot -e "csv='capacity.csv'; png='capacity.png'" capacity.gp
 if (!exists("csv")) { print "capacity.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "capacity.png"
-if (!exists("title")) title = "Step time against bristles, one thread, one patch, two axes, single precision"
+if (!exists("title")) title = "Step time against bristles, one patch, two axes, single precision"
 
 array motion[5] = ["rest", "presliding", "all snap", "one snap", "far"]
 array kernel[5] = ["keep, end, single", "keep, end, single", "keep, end + mean, single", "redraw, end + mean, single", "redraw, end + mean, single"]
@@ -26,7 +26,7 @@ set tics nomirror
 set grid linecolor "#DDDDDD"
 set logscale xy
 set format x "10^{%T}"
-set xlabel "bristles, log scale"
+set xlabel "bristles, log scale\n " # an empty line between the label and the key
 set ylabel "step time, p99, log scale  [us]"
 set xrange [500:3e7]
 set yrange [0.02:5e3]
@@ -48,7 +48,7 @@ do for [i=1:5] {
 do for [i=1:5] {
   if (most_threads > 1 && there(i, most_threads)) {
     # Draws dashed curves in the same colours, without lines in the key.
-    command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 3 notitle', i, most_threads, style(i))
+    command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 2 notitle', i, most_threads, style(i))
     set label 3 sprintf("dashed: %d threads", most_threads) at graph 0.98, 0.04 right textcolor rgb "#555555"
   }
 }
