@@ -865,6 +865,7 @@ class Fit(unittest.TestCase):
                 bristle.fit(str(file))
         of_columns = bristle.fit(t, x, force, np.full(t.size, LOAD), **held)
         of_number = bristle.fit(t, x, force, LOAD, **held)
+        self.assertFalse(of_number.curve.flags.writeable)
         for other in (of_file, of_columns):
             self.assertEqual(other.material, of_number.material)
             np.testing.assert_array_equal(other.curve, of_number.curve)
@@ -1023,13 +1024,14 @@ class Scenes(unittest.TestCase):
             with self.assertRaisesRegex(bristle.Error, message):
                 scene.run(**options)
 
-    def test_another_thread_can_end_a_run_and_a_sweep(self):
+    def test_another_thread_can_end_a_run_a_sweep_and_an_experiment(self):
         # A shell starts background processes with SIGINT ignored, so this sets the default handler.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         stroke = SCENES / "stroke.toml"
         for long_work in (  # each 15 s or more unless interrupted
                 lambda: bristle.run_scene(stroke, steps=400_000, out_patches=0),
-                lambda: bristle.sweep(stroke, {"scene.dt": [1e-3, 2e-3]}, steps=400_000, threads=1)):
+                lambda: bristle.sweep(stroke, {"scene.dt": [1e-3, 2e-3]}, steps=400_000, threads=1),
+                lambda: bristle.experiment("rubbing", dt=1e-4)):
             # The timer's thread can run only if the work releases the interpreter's lock.
             timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
             start = time.perf_counter()
