@@ -76,6 +76,9 @@ struct CohortLaw {
   double renewal;         ///< kappa, number of bristles that a snap renews
   double snap_rate;       ///< snaps per bristle and scaled length of path in steady sliding
 
+  /// Whether S has no corners, so that pairs of cohorts are moved apart to Gauss points.
+  bool smooth() const noexcept { return most_apart > 1.0; }
+
   /// For a patch that fluctuates as n bristles: the mass of one bristle (0 = no noise), and the key of its
   /// draws.
   double bristle;

@@ -12,6 +12,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
+constexpr double least_stride = 3.0;  ///< length of the shortest stride (take_stride), in pieces
 /// Factor on the cost of the cheapest pair of cohorts up to which other pairs are merged in the same search.
 constexpr double merge_margin = 3.0;
 constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this many cohorts
@@ -100,6 +101,10 @@ struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
+  /// Adds the cohorts of another set below `count`.
+  void add(const CohortBits& other, std::uint32_t count) {
+    for (std::uint32_t w = 0; w * 64 < count; ++w) word[w] |= other.word[w];
+  }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
   /// Clears the bits of lanes beyond the last cohort: their filler places are so far away that they look like
   /// cohorts bent beyond their reach.
@@ -199,22 +204,28 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// Writes a newborn cohort as cohort i, in a free lane or the next one.
+/// Writes a newborn cohort as cohort i, in a free lane or the next one. `at`: S and M at its reach; `fresh`:
+/// u.
 template <bool ages>
-inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
-                   const Newborn& n, const CohortTimes& times) {
+inline void append(const CohortState& s, double* rows, std::uint32_t i, const Newborn& n, const Survival& at,
+                   double fresh, const CohortTimes& times) {
   if (ages) times.births[i] = n.birth;
-  const Survival at = young_survival_at(law, n.reach);
   BRISTLE_ASSERT(at.left > 0.0);
   entry(rows, i, cohort_x) = n.x;
   entry(rows, i, cohort_y) = n.y;
   entry(rows, i, cohort_reach) = n.reach;
-  entry(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
+  entry(rows, i, cohort_fresh) = fresh;
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
   const Ranks ranks = s.layered == 0 ? Ranks{0.0, s.mass} : ranks_of(n.rank_mean, n.rank_square, s.mass);
   entry(rows, i, cohort_low) = ranks.low;
   entry(rows, i, cohort_high) = ranks.high;
+}
+template <bool ages>
+inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
+                   const Newborn& n, const CohortTimes& times) {
+  const Survival at = young_survival_at(law, n.reach);
+  append<ages>(s, rows, i, n, at, fresh_mass(n.mass, at.left), times);
 }
 
 /// Values of a cohort after it is moved to another place of birth while the patch stays: that place, the
@@ -268,7 +279,7 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
   s.open[2] = no_cohort;
-  if (law.most_apart <= 1.0) {  // survival function with corners: pairs are not moved apart
+  if (!law.smooth()) {  // survival function with corners: pairs are not moved apart
     const double spread = s.spread;
     s.spread = 0.0;
     return spread;
@@ -428,9 +439,9 @@ template <bool rubs, bool ages>
           ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
-/// Returns the length of the next piece of a move: the law's piece, or a longer one in the middle of a long
-/// move.
-inline double next_piece(const CohortLaw& law, double done, double length) {
+/// Returns the length of the next pieces of a move, of one or of two at a time: the law's piece, or a longer
+/// one in the middle of a long move.
+inline double next_piece(const CohortLaw& law, double done, double length, double at_a_time) {
   const double left = length - done;
   const double wide = least(done, left);
   // A piece must be short enough that bristles which snapped early in it can survive to its end within the
@@ -438,9 +449,10 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Divides the last stretch into two equal pieces, or takes it as one that is up to a fifth too long.
-  if (left > 2.0 * piece) return piece;
-  return left > 1.2 * piece ? 0.5 * left : left;
+  // Divides the last stretch into equal pieces, up to a fifth too long.
+  const double all = left / at_a_time;
+  if (all > 2.0 * piece) return piece;
+  return all > 1.2 * piece ? 0.5 * all : all;
 }
 
 /// Two cohorts to merge, and the cost m1 m2 / (m1 + m2) (dX^2 + dR^2) of their masses m, places X and reaches
@@ -530,6 +542,190 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
+/// A piece of a stride (take_stride), and what its pass applies of the piece before.
+struct StridePiece {
+  double at[2];   ///< place of the patch at the end of the piece
+  double length;  ///< length of the piece; 0 = the stride has ended, and only `hazard` is applied
+  double before;  ///< length of the piece before
+  double hazard;  ///< hazard of a renewal in the piece before
+};
+
+/// Sums over all cohorts in one piece of a stride.
+struct StrideSums {
+  double kept;       ///< mass left by the renewals of the piece before
+  double x, y;       ///< sum of that mass x place
+  double lost;       ///< mass that snapped in the piece
+  double gap;        ///< sum of that mass x path from its snap to the end of the piece
+  double renewable;  ///< mass left x share of the piece along which it can be renewed
+  CohortBits emptied;
+};
+
+/// StrideSums by lanes of the rows, `Sum` a sum of eight lanes.
+template <class Sum>
+struct StrideLanes {
+  Sum kept, x, y, lost, gap, renewable;
+  StrideSums totals(const StridePiece& piece, const CohortBits& emptied) const {
+    return {kept.total(), x.total(),   y.total(),
+            lost.total(), gap.total(), renewable.total() / most(piece.length, 1e-300),
+            emptied};
+  }
+};
+
+/// Returns exp(-hazard), the fourth power of its value to second order at a quarter of the hazard.
+template <class V>
+inline V left_by_hazard(V hazard) {
+  const V quarter = V(0.25) * hazard;
+  const V root_left = V(1.0) - quarter * (V(1.0) - V(0.5) * quarter);
+  const V twice = root_left * root_left;
+  return twice * twice;
+}
+
+/// Returns the sum of mass x |z|^2 with the patch at `at`, with the variance that joined places have lost.
+inline double squares_of(const CohortState& s, const double* rows, const double at[2]) {
+  double sum = s.spread;
+  for (std::uint32_t i = 0; i < s.count; ++i)
+    sum += mass_of(rows, i) *
+           (square_of(at[0] - entry(rows, i, cohort_x)) + square_of(at[1] - entry(rows, i, cohort_y)));
+  return sum;
+}
+
+/// Returns the mean path from the snaps of a piece to its end, from the mass that snapped per length in this
+/// piece and its neighbours, as if that density changed evenly.
+inline double even_gap(double piece, double before, double now, double after) {
+  const double rise = now > 0.0 ? (after - before) / (24.0 * now) : 0.0;
+  return piece * (0.5 - least(most(rise, -1.0 / 6.0), 1.0 / 6.0));
+}
+
+/// Advances a patch along a straight move of several pieces, taken in pairs of equal pieces. All bristles
+/// that become straight in a piece form a cohort; the two cohorts of a pair lie at Gauss points. One pass
+/// over the cohorts snaps those of a piece and renews those of the piece before, so each newborn cohort is
+/// known a piece late. What the others lack of the patch's mass is its mass.
+template <class Engine, int axes, bool rubs>
+void take_stride(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
+  const CohortTimes times{};
+  const bool smooth = law.smooth();
+  const double stored = a.books ? squares_of(s, rows, a.from) : 0.0;
+  for (int i = 0; i < 2; ++i) close_open<false>(law, s, rows, a.from, times);
+  const double least_mass = s.mass * law.negligible;
+  const double per_mass = rubs ? law.renewal / s.mass : 0.0;
+  StridePiece piece{{a.from[0], a.from[1]}, 0.0, 1.0, 0.0};
+  double force[3][2] = {};  // mass x mean deflection at the beginning of a pair, in its middle and at its end
+  for (int axis = 0; axis < 2; ++axis) force[0][axis] = s.mass * a.from[axis] - s.moment[axis];
+  double integral[2] = {0.0, 0.0};  // integral of that force along the path
+  double done = 0.0;
+  double density[2] = {0.0, 0.0};  // mass that snapped per length in the last piece but one and in the last
+  double gap = 0.0;                // mean path from the snaps of the last piece to its end, if not `smooth`
+  double later = 0.0;              // path by which second births in the last piece shorten that path
+  double again = 0.0;              // share of the newborn bristles of the last piece that snap in it again
+  CohortBits free;
+  for (std::uint32_t number = 0;; ++number) {
+    const bool second = number % 2 != 0;  // whether the piece is the second one of a pair
+    const double born_by[2] = {piece.at[0], piece.at[1]};
+    const double left = a.length - done;
+    const bool ends = !(left > 0.0);
+    if (number > 0) piece.before = piece.length;
+    if (ends)
+      piece.length = 0.0;
+    else if (!second)
+      piece.length = next_piece(law, done, a.length, 2.0);
+    const bool last = second && left < 1.5 * piece.length;
+    done = last ? a.length : done + piece.length;
+    for (int axis = 0; axis < axes; ++axis)
+      piece.at[axis] = last || ends ? a.to[axis] : a.from[axis] + a.direction[axis] * done;
+    StrideSums sums = Engine::template stride_all<axes, rubs>(law, s, rows, a, piece);
+    if (number > 0) {
+      const double born = most(s.mass - sums.kept, 0.0);
+      t.snapped += born * again;
+      double mean = gap;
+      double path = gap;  // path from the place where the newborn cohort was straight to the end of its piece
+      if (smooth) {
+        const double after = ends ? 2.0 * density[1] - density[0] : sums.lost / piece.length;
+        mean = even_gap(piece.before, number == 1 ? 2.0 * density[1] - after : density[0], density[1], after);
+        // Gauss points of a pair whose density changes evenly: this share of the way to the mean place, and
+        // apart.
+        path = piece.before * (0.5 + (second ? 0.07735026918962576 : -0.07735026918962576)) +
+               0.5358983848622454 * (mean - 0.5 * piece.before);
+      }
+      mean -= later;
+      path -= later;
+      if (a.books) {
+        for (int axis = 0; axis < 2; ++axis) {
+          // In the middle of a pair the mean place of the newborn's bristles counts.
+          const double place = born_by[axis] - ((second ? mean : path) + law.residual) * a.direction[axis];
+          force[second ? 1 : 2][axis] = s.mass * born_by[axis] - (axis == 0 ? sums.x : sums.y) - born * place;
+        }
+        if (!second) {
+          for (int axis = 0; axis < 2; ++axis) {
+            integral[axis] +=
+                piece.before * (1.0 / 3.0) * (force[0][axis] + 4.0 * force[1][axis] + force[2][axis]);
+            force[0][axis] = force[2][axis];
+          }
+        }
+      }
+      if (born > (ends ? 0.0 : least_mass)) {
+        std::uint32_t i = free.take_last(s.count);
+        if (i == no_cohort) i = s.count++;
+        if (s.open[1] == i) s.open[1] = no_cohort;
+        // Snaps the newborn along the piece as the pass did the others.
+        const double bent = path + piece.length;
+        const Survival then = young_survival_at(law, path);
+        const Survival now = young_survival_at(law, bent);
+        const double fresh = fresh_mass(born, then.left);
+        double mass = least(fresh * now.left, born);
+        const bool few = !ends && mass < least_mass;
+        if (few) free.set(i);
+        if (few) mass = 0.0;
+        sums.lost += born - mass;
+        sums.gap += most(fresh * ((then.left - now.left) * bent - (now.moment - then.moment)), 0.0);
+        if (rubs && !ends) sums.renewable += mass * (least(bent, piece.length) / piece.length);
+        const double root = path + law.residual;
+        append<false>(s, rows, i,
+                      {born, born_by[0] - root * a.direction[0], born_by[1] - root * a.direction[1],
+                       most(bent + reach_margin, law.sure), 0.0, 0.0},
+                      few ? then : now, few ? 0.0 : fresh, times);
+      }
+    }
+    free.add(sums.emptied, s.count);
+    if (ends) break;
+    const double half = 0.5 * piece.length;
+    const Survival young = young_survival_at(law, half);
+    again = 1.0 - young.left;
+    double snapped = sums.lost;
+    if (rubs) {
+      const double damped = 1.0 - per_mass * (again * sums.renewable - 0.5 * sums.lost);
+      piece.hazard = least(per_mass * (sums.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
+      snapped = sums.lost * most(1.0 - 0.5 * piece.hazard, 0.0);
+    }
+    t.snapped += snapped;
+    density[0] = density[1];
+    density[1] = sums.lost / piece.length;
+    gap = smooth || !(sums.lost > 0.0) ? half : half + (sums.gap / sums.lost - half) / (1.0 + law.renewal);
+    later = least(young.moment + 0.125 * piece.hazard * piece.length, 0.5 * half);
+    ++t.pieces;
+  }
+  if (s.open[1] != no_cohort && free.has(s.open[1])) s.open[1] = no_cohort;
+  remove_empty<false>(s, rows, nullptr, free);
+  s.moment[0] = s.moment[1] = 0.0;
+  double all = 0.0;
+  for (std::uint32_t i = 0; i < s.count; ++i) {
+    const double mass = mass_of(rows, i);
+    all += mass;
+    s.moment[0] += mass * entry(rows, i, cohort_x);
+    s.moment[1] += mass * entry(rows, i, cohort_y);
+  }
+  BRISTLE_ASSERT(all == s.mass);
+  s.slack = -1.0;
+  if (a.books) {
+    const double work = integral[0] * a.direction[0] + integral[1] * a.direction[1];
+    const double lost = 2.0 * work + stored - squares_of(s, rows, a.to);
+    t.lost += most(lost, 0.0);
+    // Where hardly a bristle snaps, the error of the integral may exceed the loss: takes the integral without
+    // loss.
+    for (int axis = 0; axis < axes; ++axis)
+      t.integral[axis] += integral[axis] - 0.5 * least(lost, 0.0) * a.direction[axis];
+  }
+}
+
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
@@ -548,10 +744,17 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
     return;
   }
+  if constexpr (!ages && Engine::strides) {
+    const double room = s.capacity - s.count;
+    if (s.layered == 0 && a.length > least_stride * law.piece && a.length / law.piece + 4.0 < room) {
+      take_stride<Engine, axes, rubs>(law, s, rows, a, t);
+      return;
+    }
+  }
   double from[2] = {a.from[0], a.from[1]};
   double done = 0.0;
   for (bool last = false; !last;) {
-    const double length = next_piece(law, done, a.length);
+    const double length = next_piece(law, done, a.length, 1.0);
     last = length == a.length - done;
     done += length;
     double at[2] = {a.to[0], a.to[1]};

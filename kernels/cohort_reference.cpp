@@ -132,11 +132,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double path = renewable_path(law, along, length);
   const double mass = mass_of(rows, i);
 
-  const double quarter = 0.25 * hazard * path;
-  // Share left after a quarter of the hazard: exp(-quarter) to second order.
-  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);
-  const double twice = root_left * root_left;
-  double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
+  double fresh = entry(rows, i, cohort_fresh) * left_by_hazard(hazard * path);
   const double left = entry(rows, i, cohort_left);
   double kept = losses.renewed_of(i, mass, least(whole_part(fresh * left), mass));
   if (path > 0.0 && kept < least_mass) kept = 0.0;
@@ -147,6 +143,60 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double gap = 0.5 * path * length;
   sums.add(rows, i, zx, zy, square, kept, lost, gap);
   entry(rows, i, cohort_fresh) = fresh;
+}
+
+/// Applies a piece of a stride to one cohort: renews its bristles along the piece before, then snaps those
+/// whose length is below the deflection at the end.
+template <int axes, bool rubs>
+void stride(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
+            const StridePiece& piece, StrideLanes<LaneSum>& sums, CohortBits& emptied) {
+  const std::uint32_t lane = i % cohort_lanes;
+  const bool ended = piece.length == 0.0;
+  const double x = entry(rows, i, cohort_x);
+  const double y = entry(rows, i, cohort_y);
+  const double zx = piece.at[0] - x;
+  const double zy = piece.at[1] - y;
+  const double z = root(axes == 2 ? zx * zx + zy * zy : zx * zx);
+  const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
+  const double further = along - law.residual;
+  double fresh = entry(rows, i, cohort_fresh);
+  double left = entry(rows, i, cohort_left);
+  bool eased = false;
+  if (rubs) {
+    const double path = least(most(further - piece.length, 0.0), piece.before);
+    fresh = fresh * left_by_hazard(piece.hazard / piece.before * path);
+    eased = path > 0.0;
+  }
+  double mass = ended ? whole_part(fresh * left) : fresh * left;
+  double now_mass = mass;
+  const double bent = rubs ? most(z - law.residual, 0.0) : z;
+  if (!ended && bent > entry(rows, i, cohort_reach)) {
+    const Survival now = survival_at(law, bent);
+    now_mass = least(fresh * now.left, mass);
+    eased = true;
+    if (!law.smooth()) {
+      double gap = fresh * ((left - now.left) * bent - (now.moment - entry(rows, i, cohort_moment)));
+      if (axes == 2) gap = gap * z / most(along, 1e-300);
+      sums.gap.lane[lane] += least(most(gap, 0.0), (mass - now_mass) * piece.length);
+    }
+    entry(rows, i, cohort_left) = now.left;
+    entry(rows, i, cohort_moment) = now.moment;
+    entry(rows, i, cohort_reach) = bent + reach_margin;
+  }
+  if (eased && now_mass < least_mass && fresh > 0.0) {
+    now_mass = 0.0;
+    fresh = 0.0;
+    emptied.set(i);
+  }
+  entry(rows, i, cohort_fresh) = fresh;
+  if (ended)
+    mass = now_mass;
+  else
+    sums.lost.lane[lane] += mass - now_mass;
+  if (rubs) sums.renewable.lane[lane] += now_mass * least(most(further, 0.0), piece.length);
+  sums.kept.lane[lane] += mass;
+  if (a.books) sums.x.lane[lane] += mass * x;
+  if (a.books && axes == 2) sums.y.lane[lane] += mass * y;
 }
 
 /// Returns the shortest path from `at` after which some cohort is bent further than ever before.
@@ -205,6 +255,18 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
 }
 
 struct Reference {
+  static constexpr bool strides = true;
+  template <int axes, bool rubs>
+  static StrideSums stride_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                               const StridePiece& piece) {
+    StrideLanes<LaneSum> sums;
+    CohortBits emptied;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; ++i)
+      stride<axes, rubs>(law, least_mass, rows, i, a, piece, sums, emptied);
+    return sums.totals(piece, emptied);
+  }
+
   /// Advances all cohorts by one piece of the path, which ends at `at`.
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
@@ -232,6 +294,7 @@ struct Reference {
 
 /// The reference kernels of a patch that fluctuates: losses are drawn at random.
 struct DrawnReference : Reference {
+  static constexpr bool strides = false;
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
                        const double at[2], const CohortTimes& times, PieceSums& p) {

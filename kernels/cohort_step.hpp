@@ -271,8 +271,6 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
                         const CohortMove& a, double length, const double at[2], double hazard,
                         VectorSums& sums) {
   const Vector zero(0.0);
-  const Vector one(1.0);
-  const Vector half(0.5);
   const Vector zx = Vector(at[0]) - place.get(cohort_x);
   const Vector zy = axes == 2 ? Vector(at[1]) - place.get(cohort_y) : zero;
   const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
@@ -282,20 +280,97 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
   const Vector left = place.get(cohort_left);
   const Vector mass = masses_of(place.get(cohort_fresh), left);
 
-  const Vector quarter = Vector(0.25 * hazard) * path;
-  const Vector root_left = one - quarter * (one - half * quarter);
-  const Vector twice = root_left * root_left;
-  Vector fresh = place.get(cohort_fresh) * (twice * twice);
+  Vector fresh = place.get(cohort_fresh) * left_by_hazard(Vector(hazard) * path);
   Vector kept = least<double>(whole_part<double>(fresh * left), mass);
   kept = select_lanes<double>((path > zero) & (kept < Vector(least_mass)), zero, kept);
   fresh = select_lanes<double>(kept > zero, fresh, zero);
   sums.note_empty((kept == zero) & (mass > zero), k);
-  const Vector gap = half * path * Vector(length);
+  const Vector gap = Vector(0.5) * path * Vector(length);
   sums.add<axes>(place, k, zx, zy, square, kept, mass - kept, gap);
   place.put(cohort_fresh, fresh);
 }
 
+/// Applies a piece of a stride as stride() in cohort_reference.cpp, to a vector of cohorts.
+template <int axes, bool rubs>
+inline void stride(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
+                   const CohortMove& a, const StridePiece& piece, StrideLanes<LaneSum>& sums,
+                   std::uint64_t& emptied) {
+  const auto add = [k](LaneSum& total, Vector value) { total.part[k] = total.part[k] + value; };
+  const Vector zero(0.0);
+  const bool ended = piece.length == 0.0;
+  const Vector x = place.get(cohort_x);
+  const Vector y = axes == 2 ? place.get(cohort_y) : zero;
+  const Vector zx = Vector(piece.at[0]) - x;
+  const Vector zy = axes == 2 ? Vector(piece.at[1]) - y : zero;
+  const Vector z = length_of<axes>(zx, axes == 2 ? zx * zx + zy * zy : zx * zx);
+  const Vector along =
+      axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
+  const Vector further = along - Vector(law.residual);
+  Vector fresh = place.get(cohort_fresh);
+  const Vector left = place.get(cohort_left);
+  const Vector reach = place.get(cohort_reach);
+  const Vector bent = rubs ? most<double>(z - Vector(law.residual), zero) : z;
+  const Mask<double> beyond = bent > reach;
+  const bool snaps = !ended && any_lane<double>(beyond);
+  Mask<double> eased = beyond;
+  if (rubs) {
+    const Vector path =
+        least<double>(most<double>(further - Vector(piece.length), zero), Vector(piece.before));
+    fresh = fresh * left_by_hazard(Vector(piece.hazard / piece.before) * path);
+    eased = ended ? path > zero : eased | (path > zero);
+  }
+  Vector mass = fresh * left;
+  if (ended) mass = whole_part<double>(mass);
+  if (snaps || rubs) {
+    Vector now_mass = mass;
+    if (snaps) {
+      const SurvivalLanes now = survival_at(law, bent);
+      const Vector now_left = select_lanes<double>(beyond, now.left, left);
+      const Vector moment = place.get(cohort_moment);
+      const Vector now_moment = select_lanes<double>(beyond, now.moment, moment);
+      now_mass = least<double>(fresh * now_left, mass);
+      if (!law.smooth()) {
+        Vector gap = fresh * ((left - now_left) * bent - (now_moment - moment));
+        if (axes == 2) gap = divide<double>(gap * z, most<double>(along, Vector(1e-300)));
+        add(sums.gap, least<double>(most<double>(gap, zero), (mass - now_mass) * Vector(piece.length)));
+      }
+      place.put(cohort_left, now_left);
+      place.put(cohort_moment, now_moment);
+      place.put(cohort_reach, select_lanes<double>(beyond, bent + Vector(reach_margin), reach));
+    }
+    const Mask<double> few = eased & (now_mass < Vector(least_mass)) & (fresh > zero);
+    now_mass = select_lanes<double>(few, zero, now_mass);
+    emptied |= lane_bits(few) << k * vector_size;
+    place.put(cohort_fresh, select_lanes<double>(few, zero, fresh));
+    if (ended)
+      mass = now_mass;
+    else
+      add(sums.lost, mass - now_mass);
+    if (rubs)
+      add(sums.renewable, now_mass * least<double>(most<double>(further, zero), Vector(piece.length)));
+  }
+  add(sums.kept, mass);
+  if (a.books) add(sums.x, mass * x);
+  if (a.books && axes == 2) add(sums.y, mass * y);
+}
+
 struct VectorEngine {
+  static constexpr bool strides = true;
+  template <int axes, bool rubs>
+  static StrideSums stride_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                               const StridePiece& piece) {
+    StrideLanes<LaneSum> sums;
+    CohortBits emptied;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row) {
+      std::uint64_t of_row = 0;
+      for (std::uint32_t k = 0; k < row_parts; ++k)
+        stride<axes, rubs>(law, least_mass, {rows + k * vector_size}, k, a, piece, sums, of_row);
+      emptied.word[i / 64] |= of_row << i % 64;
+    }
+    return sums.totals(piece, emptied);
+  }
+
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
