@@ -296,22 +296,41 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
   }
 }
 
+SmallPieces small_pieces(const SnapLength& law, const Rubbing& r) {
+  std::vector<double> quantiles;
+  for (int i = 0; i <= 4000; ++i)
+    quantiles.push_back(law.quantile(std::min(std::max(i / 4000.0, 1e-6), 1.0 - 1e-6)) / dbar);
+  return {quantiles, r.residual, r.renewal};
+}
+
+TEST_CASE("Strides that turn by right angles end where small pieces do", "[cohorts][rubbing][physics]") {
+  for (const auto& [r, limit] : {std::pair{Rubbing{0.0, 0.0}, 4e-4}, {Rubbing{0.1, 1.0}, 8e-4}}) {
+    Brush brush(rubbed(lognormal, r), infinite_options(8.0));
+    SmallPieces truth = small_pieces(lognormal, r);
+    for (int i = 0; i < 8; ++i) {
+      const double dx = i % 2 == 0 ? 1.0 : 0.0;
+      brush.step(dx, 1.0 - dx);
+      truth.step(dx, 1.0 - dx, 1.0 / 256);
+      if (i < 2) continue;
+      expect_near(brush.x(), truth.x(), limit, "deflection along x");
+      expect_near(brush.y(), truth.y(), limit, "deflection along y");
+    }
+  }
+}
+
 TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
           "[cohorts][rubbing][physics][determinism]") {
   constexpr int parts = 250;  // number of equal pieces into which a move is cut for the independent model
   for (const SnapLength& law : {uniform, lognormal, SnapLength::exponential(dbar)})
     for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.1, 1.0}, Rubbing{0.4, 2.0}}) {
       INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
-      std::vector<double> quantiles;
-      for (int i = 0; i <= 4000; ++i)
-        quantiles.push_back(law.quantile(std::min(std::max(i / 4000.0, 1e-6), 1.0 - 1e-6)) / dbar);
       std::vector<Brush> brushes;
       for (const double resolution : {8.0, 16.0})
         for (const bristle::IsaInfo& isa : bristle::instruction_sets())
           if (isa.usable)
             brushes.emplace_back(rubbed(law, r), infinite_options(resolution, 64),
                                  BatchOptions{}.with_isa(isa.name));
-      SmallPieces truth(quantiles, r.residual, r.renewal);
+      SmallPieces truth = small_pieces(law, r);
       std::mt19937 random(5);
       for (int i = 0; i < 8; ++i) {
         // Moves of 7 to 26 pieces at resolution 8. Draws integers, which every standard library does alike.
