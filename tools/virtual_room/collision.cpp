@@ -1,5 +1,7 @@
 #include "tools/virtual_room/collision.hpp"
 
+#include "tools/virtual_room/floor_mesh.hpp"
+
 namespace room {
 namespace {
 
@@ -19,6 +21,15 @@ std::array<Plane, surfaces> planes_of(const RoomMeasures& m) {
            {Vector3(0, 0, -1), -m.height}}};
 }
 
+/// Returns the plane of a surface under a place: of a floor with a mesh, that of the triangle there.
+Plane plane_at(const RoomMeasures& m, Surface surface, const Plane& flat, const Vector3& place) {
+  if (surface != Surface::floor || !m.floor) return flat;
+  const FloorMesh::Triangle* triangle = m.floor->at(place.x(), place.y());
+  if (triangle == nullptr) return flat;
+  const Vector3 normal = normal_of(*triangle);
+  return {normal, normal.dot((*triangle)[0])};
+}
+
 /// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
 Vector3 corner_of(const RoomMeasures& m, int i) {
   return {(i & 1 ? 0.5 : -0.5) * m.block[0], (i & 2 ? 0.5 : -0.5) * m.block[1],
@@ -27,10 +38,11 @@ Vector3 corner_of(const RoomMeasures& m, int i) {
 
 void add_touch(Touches& touches, const Touch& touch) { touches.list[touches.count++] = touch; }
 
-void block_on_plane(const RoomMeasures& m, const Pose& block, Surface surface, const Plane& plane,
-                    Touches& touches) {
+void block_on_surface(const RoomMeasures& m, const Pose& block, Surface surface, const Plane& flat,
+                      Touches& touches) {
   for (int i = 0; i < corners; ++i) {
     const Vector3 point = block.position + block.orientation * corner_of(m, i);
+    const Plane plane = plane_at(m, surface, flat, point);
     const double gap = plane.normal.dot(point) - plane.offset;
     if (gap < block_margin) {
       add_touch(touches, {Touch::Pair::block_surface, surface, i, point, plane.normal, gap});
@@ -38,9 +50,10 @@ void block_on_plane(const RoomMeasures& m, const Pose& block, Surface surface, c
   }
 }
 
-void tool_on_plane(double radius, const Vector3& tool, Surface surface, const Plane& plane,
-                   Touches& touches) {
-  const double gap = plane.normal.dot(tool) - plane.offset - radius;
+void tool_on_surface(const RoomMeasures& m, const Vector3& tool, Surface surface, const Plane& flat,
+                     Touches& touches) {
+  const Plane plane = plane_at(m, surface, flat, tool);
+  const double gap = plane.normal.dot(tool) - plane.offset - m.tool_radius;
   if (gap < tool_margin) {
     add_touch(touches, {Touch::Pair::tool_surface, surface, 0, tool, plane.normal, gap});
   }
@@ -76,8 +89,8 @@ void find_touches(const RoomMeasures& measures, const Pose& block, const Vector3
   const std::array<Plane, surfaces> planes = planes_of(measures);
   touches.count = 0;
   for (std::size_t s = 0; s < surfaces; ++s) {
-    block_on_plane(measures, block, static_cast<Surface>(s), planes[s], touches);
-    tool_on_plane(measures.tool_radius, tool, static_cast<Surface>(s), planes[s], touches);
+    block_on_surface(measures, block, static_cast<Surface>(s), planes[s], touches);
+    tool_on_surface(measures, tool, static_cast<Surface>(s), planes[s], touches);
   }
   tool_on_block(measures, block, tool, touches);
 }

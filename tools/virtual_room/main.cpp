@@ -12,6 +12,7 @@
 
 #include "tools/cli/option_checks.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/virtual_room/floor_mesh.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/headless.hpp"
 #include "tools/virtual_room/presets.hpp"
@@ -44,6 +45,8 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
       app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
           ->transform(to_device)
           ->type_name("TEXT");
+  app.add_option("--floor", o.floor, "mesh in place of the flat floor, an OBJ file (m, z up)")
+      ->check(CLI::ExistingFile);
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
   app.add_option(
          "--token", o.udp_token,
@@ -106,6 +109,8 @@ std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& scr
 
 int run(RunOptions options) {
   room::Script script;
+  if (!options.floor.empty())
+    options.loop.measures.floor = std::make_shared<room::FloorMesh>(room::read_floor_mesh(options.floor));
   if (!options.script.empty()) {
     script = room::read_script(options.script, options.loop.measures);
     options.loop.settings = script.settings;
@@ -117,7 +122,8 @@ int run(RunOptions options) {
     throw cli::UserError(
         "--tour is of the window and the mouse: leave out --headless, --script and --device");
   // Opens the window on the scene that tells the friction models apart, unless options choose another.
-  if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
+  if (options.script.empty() && options.floor.empty() && options.device == room::DeviceKind::mouse &&
+      !options.headless)
     options.loop.settings = room::comparison();
   options.loop.forces_csv = options.csv;
   room::HapticLoop loop(options.loop, make_device(options, script));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tools/virtual_room/compared.hpp"
+#include "tools/virtual_room/floor_mesh.hpp"
 #include "tools/virtual_room/gl_program.hpp"
 #include "tools/virtual_room/mesh.hpp"
 #include "tools/virtual_room/shaders.hpp"
@@ -212,7 +213,7 @@ struct Renderer::Impl {
   Program depth{shaders::depth_vertex, shaders::depth_fragment};
   Program hair{shaders::hair_vertex, shaders::glass_fragment};
   Program glass_plane{shaders::glass_plane_vertex, shaders::glass_fragment};
-  Mesh block, cube, sphere, rod, cone, rectangle, spring, strand;
+  Mesh block, cube, sphere, rod, cone, rectangle, spring, strand, floor;
   GLuint hairs = 0;
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
@@ -232,7 +233,8 @@ struct Renderer::Impl {
         cone(make_rod(32, 0.0f)),
         rectangle(make_rectangle()),
         spring(Triangles{}),
-        strand(make_strand()) {
+        strand(make_strand()),
+        floor(measures.floor ? triangles_of(*measures.floor) : make_rectangle()) {
     light_camera = orthographic(shadow_reach, shadow_reach, 0.1f, 2.0f) *
                    look_at(sun, Vector3f::Zero(), Vector3f::UnitY());
     glGenBuffers(1, &hairs);
@@ -255,6 +257,18 @@ struct Renderer::Impl {
   Vector3f half_room() const {
     return Vector3f(static_cast<float>(measures.length / 2), static_cast<float>(measures.width / 2),
                     static_cast<float>(measures.height));
+  }
+
+  static Triangles triangles_of(const FloorMesh& mesh) {
+    Triangles shape;
+    for (const FloorMesh::Triangle& triangle : mesh.triangles()) {
+      const Vector3f normal = normal_of(triangle).cast<float>();
+      for (const FloorMesh::Vector3& corner : triangle) {
+        shape.indices.push_back(static_cast<std::uint32_t>(shape.vertices.size()));
+        shape.vertices.push_back({corner.cast<float>(), normal});
+      }
+    }
+    return shape;
   }
 
   // Builds a rod of many short pieces, which the shader bends into a hair.
@@ -286,7 +300,8 @@ struct Renderer::Impl {
     add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, plain,
         0.05f);
     bodies.back().by_room = bodies.back().by_block = false;
-    add(bodies, rectangle, placed({0, 0, 0.0002f}, {half.x(), half.y(), 1}), floor_paint, tiles, 0.10f);
+    const Vector3f size = measures.floor ? Vector3f(1, 1, 1) : Vector3f(half.x(), half.y(), 1);
+    add(bodies, floor, placed({0, 0, 0.0002f}, size), floor_paint, tiles, 0.10f);
 
     // Draws a wall between the eye and the room as glass instead of a solid.
     const Vector3f eye = tilt.inverse() * camera.eye();

@@ -25,6 +25,7 @@ struct RunOptions {
   bool virtual_clock = false;
   DeviceKind device = DeviceKind::mouse;
   std::string script;           ///< script to run, a TOML file; empty = none
+  std::string floor;            ///< mesh of the floor, an OBJ file; empty = flat
   std::string motion;           ///< motion of the hand, a CSV file, for the device `file`
   int udp_port = 47800;         ///< port of the device `udp` on loopback
   std::uint64_t udp_token = 0;  ///< key of the tags that packets must carry; 0 = none

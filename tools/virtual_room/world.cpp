@@ -8,6 +8,7 @@
 
 #include "tools/scene/waveform.hpp"
 #include "tools/virtual_room/compared.hpp"
+#include "tools/virtual_room/floor_mesh.hpp"
 
 namespace room {
 namespace {
@@ -96,6 +97,13 @@ void World::reset() noexcept {
   time_ = 0.0;
   block_ = {};
   block_.position.z() = 0.5 * measures_.block[2] - 0.25 * weight / normal_stiffness;
+  if (measures_.floor) {
+    double highest = -far_away;
+    for (const double x : {-0.5, 0.5})
+      for (const double y : {-0.5, 0.5})
+        highest = std::max(highest, measures_.floor->height(x * measures_.block[0], y * measures_.block[1]));
+    block_.position.z() += highest;
+  }
   tool_ = Vector3(-0.5 * measures_.block[0] - 0.05, 0.0, 0.5 * measures_.block[2]);
   target_ = tool_;
   target_velocity_.setZero();
@@ -298,13 +306,11 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 }
 
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
-  if (touch.pair == Touch::Pair::block_surface) {
-    place.along = along_of(touch.surface);
-  } else {  // turns the tangent axes along with the normal
-    Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
-    if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
-    place.along = along.normalized();
-  }
+  // Turns the tangent axes along with the normal.
+  if (touch.pair == Touch::Pair::block_surface) place.along = along_of(touch.surface);
+  Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
+  if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
+  place.along = along.normalized();
   place.aside = touch.normal.cross(place.along);
 }
 
