@@ -162,9 +162,9 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest,
   return land;
 }
 
-/// Returns the key of a block's noise: the draw states of its first row before the step. At least one of
-/// 16 bristles has drawn since the last jump, so blocks and steps differ; but a trial step of another length
-/// gets equal noise, so that solvers converge.
+/// Returns the key of the random noise of a block's sum of delta^2: the draw states of its first row before
+/// the step. At least one of 16 bristles has drawn since the last jump over many snaps, so blocks and steps
+/// differ; but a trial step of another length gets equal noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);

@@ -29,7 +29,7 @@ struct Walk {
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
   alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
   alignas(64) T count[size];     ///< number of the bristle's snaps after the first
-  alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
+  alignas(64) T variance[size];  ///< variance of `squares` from snaps jumped over, which enter by their mean
 
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived

@@ -30,7 +30,7 @@ struct AfterSnaps {
   T deflection = 0;  ///< r, deflection along the motion at the end
   T squares = 0;     ///< sum of delta^2 over the bristle's snaps after the first
   T count = 0;       ///< number of the bristle's snaps after the first
-  T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
+  T variance = 0;    ///< variance of `squares` from snaps jumped over, which enter by their mean
 };
 
 /// Moves a bristle along the path R left after its first snap, by SnapRule::keep: in all it snaps

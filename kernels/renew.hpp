@@ -141,7 +141,7 @@ class Renewer {
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
-    std::uint32_t count = 0;  // number of draws in `ready`
+    std::uint32_t count = 0;  // number of draws (bristles picked for renewal) in `ready`
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
       draw(k, drawn);

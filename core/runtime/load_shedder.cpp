@@ -25,8 +25,8 @@ constexpr double smallest_gift = 1.0 / 64.0;
 /// Number of waits (between restorations) within which a restored share must not be shed again; if it is,
 /// restoring it was a mistake.
 constexpr std::uint64_t regret_waits = 4;
-/// Number of waits without a mistake after which the wait is halved. With fewer the mistake would recur at
-/// once.
+/// Number of waits without a mistaken restoration after which the wait between restorations is halved. With
+/// fewer waits the mistake would recur at once.
 constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< longest wait, in multiples of the first one
 
