@@ -220,7 +220,7 @@ inline void write_far(FarNumbers x, double* to) { *to = x; }
 /// State of a row of 16 bristles, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
-  alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
+  alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
@@ -228,7 +228,7 @@ struct FarRow {
   alignas(64) double phase[lane_count];
 };
 
-/// Steps one vector of bristles of the row, from the k-th on. `left` is the residual.
+/// Steps a vector of the row's bristles, from bristle k on. `left`: deflection that a snap leaves.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;

@@ -94,7 +94,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
         const T u = next();
         const T v = next();
         const T mean = static_cast<T>(law.location);
-        // The bristle at the end of a jump has a length-biased snap length and a uniform age.
+        // A bristle that has jumped over many snaps has a length-biased snap length and a uniform age.
         met = memoryless ? T(0) : length_met<T>(law, u);
         age = v * met;
         if (memoryless) {

@@ -97,7 +97,7 @@ class Renewer {
     /// SnapRule::redraw: random state from which the bristle's next length is sampled.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1: the draw is one of those that must be handled one by one
+    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
   };
   struct List {
     std::uint32_t k[draws_together];
