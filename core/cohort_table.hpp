@@ -48,8 +48,8 @@ struct alignas(32) SurvivalCell {
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
-constexpr int survival_shift = 52 - 7;                ///< number of mantissa bits below those that number the
-                                                      ///< cells; 7 bits number the cells of an octave
+constexpr int survival_shift = 52 - 7;                ///< number of mantissa bits that number no cell: the
+                                                      ///< upper 7 bits number the cells of an octave
 constexpr std::uint64_t survival_first = 1019u << 7;  ///< number of the first cell: the upper bits of
                                                       ///< survival_offset
 
@@ -85,7 +85,7 @@ struct CohortLaw {
 /// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and R
 /// is (deflection - l_r) / g. Null and 0 for kernels without ageing.
 struct CohortTimes {
-  double* births;      ///< for each cohort, the time at which its bristles were last straight
+  double* births;      ///< times at which the bristles of each cohort were last straight
   double now;          ///< time at the end of a move or of a piece of a move
   double per_length;   ///< time that a scaled length of the path takes, s
   double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)

@@ -70,12 +70,12 @@ struct KernelLaw {
                                ///< (lognormal)
   std::int32_t table_last, biased_last;
 
-  // Constants of the sum of squared snap lengths over the snaps of a jump, by renewal-reward theory
+  // Constants of the sum of delta^2 over the snaps that a bristle jumps over, by renewal-reward theory
   // (core/MODEL.md, "Jumps"). m1 and m2: E[delta] and E[delta^2].
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
   double squares_per_length;                    ///< m2 / m1: mean sum of delta^2 per distance jumped
-  double squares_offset;                        ///< constant part of the sum of delta^2 of a jump
+  double squares_offset;                        ///< constant part of the sum of delta^2 over a jump's snaps
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
   double count_offset;                          ///< cv^2: the expected number of renewals in a jump of the
                                                 ///< distance D is D / m1 + cv^2
@@ -147,8 +147,8 @@ struct Advance : Travel {
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
-  double largest_growth;      ///< for long steps of SnapRule::redraw: aged over fresh snap length of the
-                              ///< longest bristle
+  double largest_growth;      ///< aged over fresh snap length of the longest bristle, for long steps of
+                              ///< SnapRule::redraw
   std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 

@@ -337,7 +337,7 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums of renewed bristles to those of snapped ones; both restart as one newborn cohort.
+/// Adds the sums of renewed bristles to `p`, those of snapped bristles; all restart as one newborn cohort.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -372,7 +372,7 @@ template <bool rubs, bool ages>
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
   double gap_gap_left = p.gap_gap;  // sum of mass x gap^2 without the lengths of second snaps
-  double of_second = 0.0;           // energy lost in second snaps
+  double of_second = 0.0;           // energy lost by bristles that snap a second time
   if (again > 0.0) {
     double length = s.moment / (1.0 - s.left);
     if (ages) {  // the bristle ages until it snaps; two iterations suffice, because g grows slowly
@@ -438,7 +438,7 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Divides the last stretch into two equal pieces, or takes it as one that is up to a fifth too long.
+  // Takes the path left in two equal pieces, or in one if it is at most a fifth longer than `piece`.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }

@@ -244,7 +244,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    Vector before = snapped_at;  // deflection along the motion at the snap; with one axis all of it
+    Vector before = snapped_at;  // deflection along the motion at the snap; with one axis snapped_at
     if (axes == 2) {
       const Vector across = most<double>(square - along * along, zero);
       before = root<double>(most<double>(snapped_at * snapped_at - across, zero));

@@ -162,9 +162,9 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest,
   return land;
 }
 
-/// Returns the key of a block's noise: the draw states of its first row before the step. At least one of
-/// 16 bristles has drawn since the last jump, so blocks and steps differ; but a trial step of another length
-/// gets equal noise, so that solvers converge.
+/// Returns the key of the random noise of a block's sum of delta^2: the draw states of its first row before
+/// the step. At least one of 16 bristles has drawn since the last jump over many snaps, so blocks and steps
+/// differ; but a trial step of another length gets equal noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
@@ -220,7 +220,7 @@ inline void write_far(FarNumbers x, double* to) { *to = x; }
 /// State of a row of 16 bristles, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
-  alignas(64) double end[2][lane_count];    ///< deflections if no bristle snaps; then those after the step
+  alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
@@ -228,7 +228,7 @@ struct FarRow {
   alignas(64) double phase[lane_count];
 };
 
-/// Steps one vector of bristles of the row, from the k-th on. `left` is the residual.
+/// Steps a vector of the row's bristles, from bristle k on. `left`: deflection that a snap leaves.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;

@@ -29,7 +29,7 @@ struct Walk {
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
   alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
   alignas(64) T count[size];     ///< number of the bristle's snaps after the first
-  alignas(64) T variance[size];  ///< variance of the part of `squares` that a jump knows only in the mean
+  alignas(64) T variance[size];  ///< variance of `squares` from snaps jumped over, which enter by their mean
 
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived
@@ -355,7 +355,7 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
       for (std::uint32_t k = filled; k < bundle_size; ++k) rest.v[k] = Lanes<T>(T(-1));
       if (may_jump && any_lane(rest > Bundle<T>(static_cast<T>(law.jump_from))))
         rest = jump<T, sums>(law, at, rest, walk);
-      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all bristles have jumped to their ends
+      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all bristles have jumped to the end of the path
       const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
       Bundle<T> way = drawn;
       if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, rest);

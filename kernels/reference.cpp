@@ -30,7 +30,7 @@ struct AfterSnaps {
   T deflection = 0;  ///< r, deflection along the motion at the end
   T squares = 0;     ///< sum of delta^2 over the bristle's snaps after the first
   T count = 0;       ///< number of the bristle's snaps after the first
-  T variance = 0;    ///< variance of the part of `squares` that a jump knows only in the mean
+  T variance = 0;    ///< variance of `squares` from snaps jumped over, which enter by their mean
 };
 
 /// Moves a bristle along the path R left after its first snap, by SnapRule::keep: in all it snaps
@@ -94,7 +94,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
         const T u = next();
         const T v = next();
         const T mean = static_cast<T>(law.location);
-        // The bristle at the end of a jump has a length-biased snap length and a uniform age.
+        // A bristle that has jumped over many snaps has a length-biased snap length and a uniform age.
         met = memoryless ? T(0) : length_met<T>(law, u);
         age = v * met;
         if (memoryless) {

@@ -97,7 +97,7 @@ class Renewer {
     /// SnapRule::redraw: random state from which the bristle's next length is sampled.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1: the draw is one of those that must be handled one by one
+    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -141,7 +141,7 @@ class Renewer {
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
-    std::uint32_t count = 0;  // number of draws in `ready`
+    std::uint32_t count = 0;  // number of draws (bristles picked for renewal) in `ready`
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
       draw(k, drawn);

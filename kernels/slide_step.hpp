@@ -34,7 +34,7 @@ inline T per_share_of(const SlideView<T>& patch) {
 
 /// Values of a step that all bristles of a block share.
 struct SlideMotion {
-  double length;  ///< length computed; the rest of a longer step changes no deflection
+  double length;  ///< computed part of the step's length; more length changes no deflection
 
   /// Displacement of the patch from the block's position, at the start and the end of the step.
   double p0[2], p1[2];

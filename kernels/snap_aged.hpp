@@ -108,7 +108,7 @@ template <class T, int axes, bool keep>
   for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
     Places<T> at;
     for (std::uint32_t k = 0; k < bundle_size; ++k)
-      // Unused vectors of the bundle repeat another one, which does no harm.
+      // Unused vectors of the bundle repeat its first vector, which does no harm.
       at.i[k] = places.place[n + k < places.size ? n + k : n];
     Bent<Bundle<T>> bent;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {

@@ -231,7 +231,7 @@ TEST_CASE("A step of one snap length less an ulp holds, and of one more snaps, b
           if (std::abs(off) == bit) expect(r.snaps == (off < 0.0 ? 0u : 1u), "the snap is on the right side");
           expect(r.snaps <= 1, "one snap at most");
           expect_near(friction_along(r, kind), r.snaps == 0 ? delta : 0.0, 2.0 * bit * delta, "force");
-          // Sums of delta^2 are counted in units of 2^-50 of the longest square that a block may hold.
+          // Sums of delta^2 have a unit of at most 3 x 2^-50 of the square of the longest snap length.
           expect_near(r.dissipated, r.snaps == 0 ? 0.0 : 0.5 * delta * delta,
                       2.0 * bit * delta * delta + 0x1p-50 * 3.0 * law.longest() * law.longest(), "energy");
         }

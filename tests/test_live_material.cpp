@@ -211,8 +211,8 @@ Material rubbed_uniform(double low, double high, double residual) {
 }  // namespace
 
 TEST_CASE("A live change to other lengths keeps the books of an infinite brush", "[load][energy][cohorts]") {
-  // Changes to shorter and to longer lengths, with another unit of length, at rest under a load and under an
-  // overload. Some cases change again before the step that reports the first change.
+  // Changes to shorter and to longer snap lengths, with another fixed-point unit of length, at rest under a
+  // load and under an overload. Some cases change again before the step that reports the first change.
   for (const double load : {0.8, 1.7})
     for (const double scale : {0.35, 0.7, 2.9})
       for (const bool twice : {false, true}) {

@@ -388,8 +388,8 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
       CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
     }
   }
-  // A bristle that counts by a fraction is rewritten at each swing of the load: its force falls by 0.5/0.6
-  // each time.
+  // Each swing of the load rewrites a bristle that counts by a fraction: a swing multiplies its force by
+  // 0.5/0.6.
   OnePatch one(plain_material(uniform, SnapRule::keep), plain_options(1));
   one.step(0.3 * dbar, 0.0, 0.6);
   for (int k = 0; k < 5; ++k) {

@@ -116,8 +116,8 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
   std::thread adder;
   std::atomic<bool> stop{false};
   std::atomic<long> changes{0};
-  // The thread that adds patches may allocate memory. Only locks and system calls of the servo thread are
-  // watched.
+  // The thread that adds patches may allocate memory. Locks and system calls are counted on the servo thread
+  // only, exceptions on every thread.
   const Sighting seen = watch(
       [&] {
         scene.emplace(1, 2000);

@@ -45,7 +45,7 @@ void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// One patch of each variant, moved by a script.
+/// One patch of each of every_variant() with fewer than 10,000 bristles, moved by scripted_motion().
 class Scripted {
  public:
   explicit Scripted(const bristle::BatchOptions& options = {}, std::uint32_t bristles = 600)

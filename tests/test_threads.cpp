@@ -293,7 +293,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   return;
 #endif
   // On a busy machine a worker on its way to sleep may get a core once more, which counts as a switch. So
-  // this tries up to five times.
+  // the test compares the numbers of switches up to five times.
   auto before = switches();
   bool undisturbed = false;
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {

@@ -143,7 +143,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Largest plausible distance of a root: the one beyond which tips are rewritten, plus one motion.
+  // Largest plausible distance of a root: farthest_root, beyond which tips are rewritten, plus one motion.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -155,8 +155,8 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
 
   constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;      // rounding error of a tip's place, relative
-  constexpr double most_added = 0x1p25;  // number of equal numbers after which adding one more to a sum in
-                                         // single precision changes nothing
+  constexpr double most_added = 0x1p25;  // number of equal terms of a sum in single precision at which one
+                                         // more term changes nothing
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {

@@ -38,8 +38,8 @@ struct ContactMatcher::Impl {
     std::uint32_t ordinal = 0;  ///< number that tells the contact from other contacts of its pair
     std::uint32_t missed = 0;   ///< number of steps for which an old contact has been missing
     std::uint32_t after = none;
-    std::uint32_t partner = none;  ///< index of the contact of the other step that this one was matched with
-    std::uint32_t nearest = none;  ///< index of the nearest contact of the other step that has no partner
+    std::uint32_t partner = none;  ///< index of the matched contact in the other step (previous or present)
+    std::uint32_t nearest = none;  ///< index of the nearest unmatched contact in the other step
     double distance = 0.0;         ///< squared distance to the contact `nearest`
   };
   struct Pair {

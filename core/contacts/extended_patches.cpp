@@ -363,7 +363,7 @@ struct Room {
 
   std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines that make a light
                                   ///< step, one outline after the other
-  std::vector<Motion> motions;    ///< motions of the cells of the other outlines
+  std::vector<Motion> motions;    ///< motions of the cells of outlines whose step is not light
   std::vector<Response> answers;  ///< responses of the cells to `motions`
 };
 

@@ -18,8 +18,8 @@ namespace {
 constexpr double negligible_cv = 1e-6;
 // Smallest probability at which a snap length is sampled: the kernels' random numbers are (h + 1/2) 2^-23.
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
-constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest snap length in scaled lengths,
-                                                           // which keeps single precision and divisions
+constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest scaled snap length; with it
+                                                           // numbers in single precision and quotients stay
                                                            // finite
 constexpr int biased_knots = 1024;
 // Largest number of snaps of a bristle along a mean snap length, which bounds the time of a step.
@@ -119,7 +119,7 @@ class CellTable {
                                   0.17392742256872692};
     const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
     const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
-    if (cell == 0) return {at(octave), 0.0};  // a cell with a single quantile has a constant line
+    if (cell == 0) return {at(octave), 0.0};  // cell 0 holds one snap length, so its line is constant
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
@@ -154,7 +154,7 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // a law too wide for this keeps its longest lengths uncorrected, because the correction would
+      return;  // the law is too wide: its longest lengths stay uncorrected, because the correction would
                // be more than half of their length or exceed the longest length
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =

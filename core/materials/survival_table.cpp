@@ -76,8 +76,8 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
 }
 
 /// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
-/// bristles left from before it carry at most the share `little` of the force. The longest of these count
-/// with twice their length, because bristles bent the other way first move as far back.
+/// bristles left from before it carry at most the share `little` of the force. The longest of their lengths
+/// counts twice, because a bristle bent against the slide first unbends along as much path.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);

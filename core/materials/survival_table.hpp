@@ -40,8 +40,8 @@ struct SurvivalTable {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {
-  double left, moment, square;  ///< for the law of lengths and the argument x: S(x), E[delta; delta < x],
-                                ///< E[delta^2; delta < x]
+  double left, moment, square;  ///< S(x), E[delta; delta < x] and E[delta^2; delta < x] of the law of
+                                ///< lengths at the argument x
 };
 inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
   if (x <= table.sure) return {1.0, 0.0, 0.0};

@@ -81,8 +81,8 @@ struct ContactModel {
 /// of blocks.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
-/// Makes a patch out of contact, with its columns filled; the caller owns the record (see release). `weight`
-/// 0 = from the material and options. For the thread that adds patches. Throws bristle::Error.
+/// Makes a patch out of contact, bristle arrays filled; the caller owns the record (see release). `weight`:
+/// bristles per representative, 0 = from material and options. For the adding thread. Throws bristle::Error.
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 

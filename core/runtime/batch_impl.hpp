@@ -29,8 +29,8 @@ struct PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  std::vector<Record> records;                                             ///< what the adding side knows of
-                                                                           ///< each patch, indexed by slot
+  std::vector<Record> records;                                             ///< patch data of the adding
+                                                                           ///< side, indexed by slot
   std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< prepared materials, the most
                                                                            ///< recently used first
   int chunks = 1;

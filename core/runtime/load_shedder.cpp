@@ -25,8 +25,8 @@ constexpr double smallest_gift = 1.0 / 64.0;
 /// Number of waits (between restorations) within which a restored share must not be shed again; if it is,
 /// restoring it was a mistake.
 constexpr std::uint64_t regret_waits = 4;
-/// Number of waits without a mistake after which the wait is halved. With fewer the mistake would recur at
-/// once.
+/// Number of waits without a mistaken restoration after which the wait between restorations is halved. With
+/// fewer waits the mistake would recur at once.
 constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< longest wait, in multiples of the first one
 
@@ -189,7 +189,7 @@ struct LoadShedder::Impl {
   int shed(PatchBatch& batch, double excess) noexcept {
     for (std::size_t first = 0, last = 0; first < entries.size() && excess > 0.0; first = last) {
       while (last < entries.size() && entries[last].priority == entries[first].priority) ++last;
-      // Repeats, because patches at their least number leave the rest to the others.
+      // Repeats, because patches at their least number of bristles leave the shedding to other patches.
       for (int round = 0; round < 8 && excess > 0.5; ++round) {
         double can = 0.0;
         for (std::size_t i = first; i < last; ++i)
@@ -285,8 +285,8 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   if (!patch) throw Error("LoadShedder: ids 0 and no_capacity() name no patch");
   if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
   Impl& impl = *impl_;
-  impl.erase(patch);                              // erases even the entry of a removed patch whose slot this
-                                                  // one took
+  impl.erase(patch);                              // erases also the entry of a removed patch in whose
+                                                  // slot `patch` now is
   impl.entries.reserve(impl.entries.size() + 1);  // reserves first, so that nothing can fail after the state
                                                   // has changed
   impl.entry_of_slot.emplace(static_cast<std::uint32_t>(patch.value), 0);

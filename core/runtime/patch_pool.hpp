@@ -91,8 +91,8 @@ class PatchPool {
   }
   /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which is
-                                             // never one
+    const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which
+                                             // no slot has
     if (slot >= capacity_) return nullptr;
     Patch& p = patch(slot);
     return p.generation == generation_of(id) && p.generation != 0 ? &p : nullptr;

@@ -50,7 +50,7 @@ inline Sharing chosen_sharing() noexcept {
 /// gains.
 class Retreat {
  public:
-  /// Whether the pause is over. Call it once for each step that is worth sharing.
+  /// Whether the pause in sharing steps is over. Call it once for each step that is worth sharing.
   bool is_over() noexcept {
     if (steps_alone_ == 0) return true;
     --steps_alone_;

@@ -35,8 +35,8 @@ void scale(ForceRecord& record, double factor) {
   }
 }
 
-// Returns the reference's force over a longer step, made of `parts` reference steps of which `last` is the
-// last one.
+// Returns the reference's force over a longer step, made of `parts` reference steps that end with step
+// `last`: its mean force with `mean`, else its force at the end.
 double reference_force(const ForceRecord& r, std::size_t last, std::size_t copy, std::size_t axis,
                        std::uint32_t parts, bool mean) {
   if (!mean) return r.end[r.at(last, copy) + axis];

@@ -239,8 +239,8 @@ RivalModel maxwell_model(const FitData& data) {
           }};
 }
 
-/// Returns a guess with ten fixed lengths, and stiffnesses, viscous friction and offset from nonnegative
-/// least squares.
+/// Returns a guess of Maxwell-slip parameters: ten fixed slip lengths, and stiffnesses, viscous friction and
+/// offset from nonnegative least squares.
 VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
   const auto samples = static_cast<Eigen::Index>(data.force.size());
   const double speed = std::max(data.fast, 1e-12);

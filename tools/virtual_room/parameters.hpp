@@ -42,7 +42,7 @@ inline constexpr std::array<SettingRange, 19> setting_ranges = {{
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
     {"nap", &Settings::nap, 0.1, 10.0, ""},
 }};
-/// Number of setting_ranges that describe the surface, snap rule included; they come first.
+/// Number of setting_ranges that describe the surface (its snap rule is not among them); they come first.
 inline constexpr std::size_t surface_numbers = 10;
 static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {

@@ -292,7 +292,7 @@ class Effort {
   static constexpr int most_evaluations = 50;
   static constexpr double tolerance = 1e-10;        // tolerance of the residual, relative to the largest
                                                     // force in the equation
-  static constexpr double single_tolerance = 1e-7;  // the same, for patches in single precision
+  static constexpr double single_tolerance = 1e-7;  // tolerance from usual_evaluations evaluations on
   double force_scale_;
   int evaluations_ = 0;
 };
@@ -534,7 +534,7 @@ class MidpointSolver {
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
-      // Slopes learnt across a jump of the friction can make a step far too long: this restarts them from
+      // Slopes learnt across a jump of the friction can make a step far too long: then slopes restart from
       // their bounds.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {

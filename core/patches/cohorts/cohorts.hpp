@@ -70,7 +70,7 @@ struct Cohorts : PatchRecord, CohortState {
   double highest_curve = 0.0;      ///< largest curvature of the path at which a patch glides, rad per scaled
                                    ///< length
   double chord_share = 0.0;        ///< factor that Glide::chord_share is calculated from
-  double snap_rest = 0.0;          ///< part of a snap (less than one bristle) that is not yet reported
+  double snap_rest = 0.0;          ///< fraction of a snap that no report of snaps has counted yet
   std::uint32_t pieces = 0;        ///< pieces of path per mean snap length, rounded up, which
                                    ///< PatchInfo::bristles reports
   std::uint32_t detail = 0;        ///< number of `pieces` in use, as PatchBatch::set_detail set it

@@ -69,8 +69,8 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     missing -= kept_of[i];
     if (kept_of[i] > kept_of[largest]) largest = i;
   }
-  // Gives the largest cohort the difference from the wanted mass, and the next ones what it cannot take:
-  // masses are rounded, and many bristles of nearly one rank cannot be divided by any double.
+  // Gives the largest cohort the difference from the wanted mass, and the cohorts after it what it cannot
+  // take: masses are rounded, and many bristles of nearly one rank cannot be divided by any double.
   for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
     const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));

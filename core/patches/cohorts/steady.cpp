@@ -155,7 +155,7 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
     }
   }
   const double force = 0.5 * square / mean;
-  return {mean, force, force * force - cube / (3.0 * mean)};  // the last one is the transient of the path
+  return {mean, force, force * force - cube / (3.0 * mean)};  // the last member is the transient of the path
                                                               // integral of the age
 }
 

@@ -176,8 +176,8 @@ int kind_of(const Cohorts& r) noexcept {
 /// meeting the snaps at the same few phases for ever.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  constexpr double share = 0.38;  // length of a move over a piece; cohorts lie a piece apart, and moves must
-                                  // not meet their snaps in step
+  constexpr double share = 0.38;  // length of a move relative to a piece; cohorts lie a piece apart, and
+                                  // moves must not keep in step with their snaps
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
@@ -266,8 +266,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped, although the bound did not exclude
-                                                       // it
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound allowed for snaps, but no bristle
+                                                       // snapped
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -310,7 +310,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // Empties the other rows, since a trial may make more new cohorts than the copied rows have room for.
+  // Empties the rows not copied, since a trial may make more new cohorts than the copied rows have room for.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));

@@ -242,7 +242,7 @@ void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums
   }
 }
 
-/// Adds bristles as copies and shifts only the copies, so that the others need no rewrite.
+/// Adds bristles as copies and shifts only the copies, so that the bristles before them need no rewrite.
 template <class T>
 void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);

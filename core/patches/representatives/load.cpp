@@ -15,7 +15,7 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Removes bristles from contact: the last ones leave with their energy, and the last one that stays counts
+/// Removes the last bristles of the contact, with their energy; the bristle that is then last counts only
 /// in part.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {

@@ -54,7 +54,7 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // State at the end of the last slide; the first two numbers are for bristles that age.
+  // State of the patch at the end of its last slide; run_ageing and run_until serve bristles that age.
   double run_ageing = 0.0;           ///< AgedSliding::per_length of the slide
   double run_until = 0.0;            ///< the patch's time at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend, a unit vector

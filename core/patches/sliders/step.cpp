@@ -203,7 +203,7 @@ template <class T>
 void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  const bool softens = r.stiff_zeta > p.zeta;  // softening takes energy that would otherwise be dissipated
+  const bool softens = r.stiff_zeta > p.zeta;  // softening lowers the dissipated energy, so it is computed
   const int wanted =
       (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
   const auto kernel =
