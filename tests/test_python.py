@@ -989,7 +989,7 @@ class Scenes(unittest.TestCase):
         if importlib.util.find_spec("xarray"):
             data = run.to_xarray()
             np.testing.assert_array_equal(data.force.sel(patch="rubber_pad", axis="x"), run.forces["rubber_pad"][:, 0])
-            np.testing.assert_array_equal(data.load.sel(patch="steel_pad"), run.motions["steel_pad"].normal_load)
+            np.testing.assert_array_equal(data["load"].sel(patch="steel_pad"), run.motions["steel_pad"].normal_load)
 
     def test_words_and_other_libraries_get_each_axis(self):
         """The libraries are stand-ins, since a machine may lack them."""

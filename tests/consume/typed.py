@@ -23,4 +23,4 @@ forces = slide(patches, patches.add_many(3, wood, options), 1e-6, 1.0)
 trial = patches.find_force(1e-3, bristle.motions(one, 1.0))
 friction: float = float(trial.end[0, 0]) + float(forces.sum())
 snap: str = wood.snap_length.law
-print(f"{friction:.3f} N, {snap}, {patches.info(one)['bristles']} bristles")
+print(f"{friction:.3f} N, {snap}, {patches.info(one)['representatives']} bristles")
