@@ -91,9 +91,9 @@ struct Step {
   Motion motion;
 };
 
-/// Random path of a contact, which goes straight, turns, reverses and rests. Displacements are 1e-6 to 1e6
-/// mean snap lengths; loads, which mostly stay constant, 1e-6 to 1.5 times max_normal_load; time steps a
-/// microsecond to twenty minutes, mostly a tenth of a millisecond.
+/// Random path of a contact, which goes straight, turns, reverses and rests. Displacements are 0, or 1e-6
+/// to 1e6 mean snap lengths; loads, which mostly stay constant, 0, or 1e-6 to 1.5 times max_normal_load; time
+/// steps a microsecond to 17 minutes, mostly a tenth of a millisecond.
 class Path {
  public:
   explicit Path(std::uint64_t part) : random{part * 0xD1B54A32D192ED03u + 1} {}

@@ -150,7 +150,7 @@ void BristleSolver::System::set_shape() {
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
-  constexpr double locked = 1e-12;  // 1/kg, inverse mass of an axis along which the body may not move
+  constexpr double locked = 1e-12;  // 1/kg or 1/(kg m^2), least inverse mass or inertia: of a locked axis
   for (int b = 0; b < bodies.size(); ++b) {
     const int at = column[static_cast<std::size_t>(b)];
     if (at < 0) continue;

@@ -255,8 +255,8 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, positions and velocities of the
-                                                             // last hundred steps
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, extreme positions and highest
+                                                             // speed in the present hundred steps
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;

@@ -296,8 +296,8 @@ class BRISTLE_API BedBatch {
   /// Unbends all bristles and takes the bed out of contact. False if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness and limits of a bed; zeros for an unknown
-                                          ///< id
+  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness, memory and longest deflection
+                                          ///< of a bed; zeros for an unknown id
 
   /// Writes as many bristles as fit; returns how many.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
