@@ -212,7 +212,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
     const std::string script = folder.write(
         name + ".sh", "(for i in $(seq 200); do [ -s '" + said + "' ] && break; sleep 0.05; done\n" + beside +
-                          ") &\ntimeout " + (beside.empty() ? "-s INT 1.5" : "20") +
+                          ") &\ntimeout " + (beside.empty() ? "-s INT 4" : "20") +
                           " '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" + said +
                           "'; code=$?; wait; exit $code\n");
     return std::async(std::launch::async, [=] {
