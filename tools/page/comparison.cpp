@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <utility>
 
 #include "block.hpp"
 #include "tools/experiments/experiment.hpp"
@@ -13,28 +14,28 @@ struct Comparison {
   cli::Experiment experiment;
   std::vector<std::string> models;
   std::string panel, phenomenon;
-  std::size_t x, y;  ///< columns of a row
+  std::size_t x, y;                                     ///< columns of a row
+  std::vector<std::pair<const char*, double>> shorter;  ///< experiment's parameters, less than usual
 };
 
 const std::array<Comparison, comparisons>& all() {
   static const std::array<Comparison, comparisons> table{{
-      {cli::drift_experiment(), {"brush_rubbed", "lugre", "coulomb"}, "fig2", "drift_per_cycle", 0, 3},
-      {cli::rubbing_experiment(), {"brush_rubbed", "lugre", "brush_redraw"}, "stroke", "hardening", 1, 2},
-      {cli::rolling_ball_experiment(), {"bed", "patch", "coulomb"}, "slope", "creeps_by_distance", 0, 3},
+      {cli::drift_experiment(), {"brush_rubbed", "lugre", "coulomb"}, "fig2", "drift_per_cycle", 0, 3, {}},
+      {cli::rubbing_experiment(),
+       {"brush_rubbed", "lugre", "brush_redraw"},
+       "stroke",
+       "hardening",
+       1,
+       2,
+       {{"strokes", 1.0}, {"cycles", 60.0}, {"tremor_time", 2.0}, {"turns", 3.0}, {"force_cycles", 4.0}}},
+      {cli::rolling_ball_experiment(), {"bed", "patch", "coulomb"}, "slope", "creeps_by_distance", 0, 3, {}},
   }};
   return table;
 }
 
 cli::Settings settings_of(const Comparison& comparison) {
   cli::Settings settings(comparison.experiment.parameters);
-  // Shortens the rubbing, which takes most of the time.
-  if (comparison.experiment.name == "rubbing") {
-    settings.set_numbers("strokes", {1.0});
-    settings.set_numbers("cycles", {60.0});
-    settings.set_numbers("tremor_time", {2.0});
-    settings.set_numbers("turns", {3.0});
-    settings.set_numbers("force_cycles", {4.0});
-  }
+  for (const auto& [name, value] : comparison.shorter) settings.set_numbers(name, {value});
   return settings;
 }
 

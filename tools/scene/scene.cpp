@@ -64,6 +64,10 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
   }
 }
 
+bristle::SnapRule read_rule(const TomlTable& table, bristle::SnapRule otherwise) {
+  return static_cast<bristle::SnapRule>(table.choice("rule", {rule_names[0], rule_names[1], rule_names[2]},
+                                                     static_cast<std::size_t>(otherwise)));
+}
 bristle::AgeingForm read_ageing_form(const TomlTable& table) {
   return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
 }
@@ -82,7 +86,7 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.asperity_height_deviation =
       table.number("asperity_height_deviation", any_positive, m.asperity_height_deviation);
   if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
-  m.snap_rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
+  m.snap_rule = read_rule(table, bristle::SnapRule::redraw);
   m.residual_length =
       table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
@@ -111,8 +115,7 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c = read_typical(table);
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
   c.spread = table.number("spread", any_not_negative, c.spread);
-  c.rule = static_cast<bristle::SnapRule>(
-      table.choice("rule", {"redraw", "keep", "slide"}, static_cast<std::size_t>(c.rule)));
+  c.rule = read_rule(table, c.rule);
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   // Needs no key `peak` if `drop` (slide rule) or `spread` (other rules) is given, from which the peak
   // follows.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "tools/scene/snap_law.hpp"
 #include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
@@ -173,11 +174,10 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
   ImGui::BeginDisabled(!works.bristles);
   panel.begin_row("after a snap", "or at the snap length: redraw, keep, slide");
   ImGui::PopID();
-  static constexpr const char* rules[] = {"redraw", "keep", "slide"};
   static constexpr const char* rules_say[] = {"another bristle with another snap length",
                                               "the same snap length again",
                                               "no snap: the bristle slides, bent by its snap length"};
-  if (const int rule = panel.choice(rules, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
+  if (const int rule = panel.choice(cli::rule_names, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
     s.rule = static_cast<bristle::SnapRule>(rule);
     panel.changed = true;
   }
