@@ -15,7 +15,7 @@ struct Comparison {
   std::vector<std::string> models;
   std::string panel, phenomenon;
   std::size_t x, y;                                     ///< columns of a row
-  std::vector<std::pair<const char*, double>> shorter;  ///< experiment's parameters, less than usual
+  std::vector<std::pair<const char*, double>> shorter;  ///< lower values of parameters, for a short run
 };
 
 const std::array<Comparison, comparisons>& all() {
