@@ -33,8 +33,8 @@ enum class Regime {
   presliding,  ///< steps of 0.003 mean snap lengths; each bristle snaps once in 333 steps
   one_snap,    ///< steps of 1.0 mean snap length; a bristle snaps once on average, at most twice
   sliding,     ///< steps of 1.6 mean snap lengths; every bristle snaps, one to three times
-  turning,  ///< steps of 1.6 mean snap lengths, every other one sideways: sliding bristles slide and turn
-  far       ///< steps of 100, such as 1 m/s at 1 kHz with 10 um of mean snap length
+  turning,     ///< steps of 1.6 mean snap lengths, every other one sideways: sliding bristles slide and turn
+  far          ///< steps of 100, such as 1 m/s at 1 kHz with 10 um of mean snap length
 };
 struct RegimeFacts {
   const char* name;
