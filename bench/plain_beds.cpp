@@ -3,7 +3,6 @@
 #include "plain_beds.hpp"
 
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -12,12 +11,13 @@ namespace bristle::plain {
 namespace {
 
 float* take(std::size_t numbers) {
-  const std::size_t bytes = (numbers * sizeof(float) + 63) / 64 * 64;
-  void* memory = std::aligned_alloc(64, bytes > 0 ? bytes : 64);
-  if (memory == nullptr) throw std::bad_alloc();
+  const std::size_t bytes = numbers * sizeof(float);
+  void* memory = ::operator new (bytes, std::align_val_t{64});
   std::memset(memory, 0, bytes);
   return static_cast<float*>(memory);
 }
+
+void give_back(void* memory) noexcept { ::operator delete (memory, std::align_val_t{64}); }
 
 }  // namespace
 
@@ -39,10 +39,10 @@ DiscLoop::DiscLoop(int across, double radius_m, double limit_m, double force_lim
 }
 
 DiscLoop::~DiscLoop() {
-  std::free(zx_);
-  std::free(zy_);
-  std::free(x_);
-  std::free(y_);
+  give_back(zx_);
+  give_back(zy_);
+  give_back(x_);
+  give_back(y_);
 }
 
 Wrench DiscLoop::step(double dx_m, double dy_m, double spin) noexcept {
@@ -84,7 +84,7 @@ Fastsim::Fastsim(int nx, int ny, double a_m, double b_m, const double (&flexibil
   }
 }
 
-Fastsim::~Fastsim() { std::free(memory_); }
+Fastsim::~Fastsim() { give_back(memory_); }
 
 Wrench Fastsim::solve(double creep_x, double creep_y, double spin) noexcept {
   // Makes the creepages dimensionless: tractions in units of the bound at the middle, lengths along the
@@ -126,8 +126,8 @@ HistorySprings::HistorySprings(std::size_t n, double friction, double stiffness_
     : n_(n), friction_(friction), stiffness_(stiffness_n_m), load_(load_n), fx_(take(n)), fy_(take(n)) {}
 
 HistorySprings::~HistorySprings() {
-  std::free(fx_);
-  std::free(fy_);
+  give_back(fx_);
+  give_back(fy_);
 }
 
 void HistorySprings::step(const float* dx_m, const float* dy_m, const float* load_n, float* fx_n,

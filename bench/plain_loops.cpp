@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -18,12 +17,12 @@ constexpr std::size_t cache_line = 64;
 constexpr std::size_t chunk = 1024;
 
 void* take(std::size_t bytes) {
-  const std::size_t whole = (bytes + cache_line - 1) / cache_line * cache_line;
-  void* memory = std::aligned_alloc(cache_line, whole > 0 ? whole : cache_line);
-  if (memory == nullptr) throw std::bad_alloc();
-  std::memset(memory, 0, whole);
+  void* memory = ::operator new (bytes, std::align_val_t{cache_line});
+  std::memset(memory, 0, bytes);
   return memory;
 }
+
+void give_back(void* memory) noexcept { ::operator delete (memory, std::align_val_t{cache_line}); }
 
 /// Returns the snap length of bristle i over the mean: stratified, uniform on 0.5 to 1.5.
 double first_length(std::size_t i) {
@@ -114,7 +113,7 @@ PaperLoop<Real, Dimensions>::PaperLoop(std::size_t n, double mean_snap_length_m,
 
 template <class Real, int Dimensions>
 PaperLoop<Real, Dimensions>::~PaperLoop() {
-  std::free(bristles_);
+  give_back(bristles_);
 }
 
 template <class Real, int Dimensions>
@@ -484,7 +483,7 @@ PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
                              : find_step<2>(options_.rule, options_.mean, options_.style);
 }
 
-PlainLoop::~PlainLoop() { std::free(memory_); }
+PlainLoop::~PlainLoop() { give_back(memory_); }
 
 void PlainLoop::set(std::size_t i, const Bristle& bristle) noexcept {
   columns_.zx[i] = static_cast<float>(bristle.zx);
@@ -529,9 +528,9 @@ SlideLoop::SlideLoop(std::size_t n, double mean_limit_m)
 }
 
 SlideLoop::~SlideLoop() {
-  std::free(zx_);
-  std::free(zy_);
-  std::free(limit_);
+  give_back(zx_);
+  give_back(zy_);
+  give_back(limit_);
 }
 
 Force SlideLoop::step(double dx_m, double dy_m) noexcept {
@@ -574,7 +573,7 @@ JointLoop::JointLoop(std::size_t n, double stiffness, double base, double by_mot
   std::fill(tip_, tip_ + bristles * n, 0.0);
 }
 
-JointLoop::~JointLoop() { std::free(tip_); }
+JointLoop::~JointLoop() { give_back(tip_); }
 
 void JointLoop::step(const double* angle, const double* motor, double* torque) noexcept {
   const double flexibility = 1.0 / stiffness_, share = stiffness_ / bristles;
@@ -624,7 +623,7 @@ StreamLoop::StreamLoop(std::size_t n, int read_columns, int written_columns)
   memory_ = static_cast<float*>(take(static_cast<std::size_t>(read_columns) * stride_ * sizeof(float)));
 }
 
-StreamLoop::~StreamLoop() { std::free(memory_); }
+StreamLoop::~StreamLoop() { give_back(memory_); }
 
 double StreamLoop::step() noexcept {
   double sum = 0.0;

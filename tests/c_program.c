@@ -106,7 +106,8 @@ int c_program_reads_and_restores(const char* path) {
          BRISTLE_OK);
   bristle_init_patch_info(&info, sizeof info);
   EXPECT(bristle_find_info(batch, id, &info) == BRISTLE_OK);
-  EXPECT(info.key == 77 && info.representatives == n && info.normal_load == n && info.active == n);
+  EXPECT(info.key == 77 && info.representatives == n && info.normal_load == (double)n &&
+         info.active == (double)n);
   EXPECT(strstr(info.kernel, "1 axis, keep") == info.kernel);
   EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, n) == n);
   for (i = 0; i < n; ++i) {
@@ -376,7 +377,7 @@ int c_program_twists_a_pad(void) {
   bristle_id id = 0;
   size_t count = 0;
   const double radius = 4e-3, spin = 1e-6;
-  unsigned char state[1 << 20];
+  static unsigned char state[1 << 20]; /* as large as the whole stack of Windows */
   bristle_material material = plain_material(10e-6);
   bristle_patch_options options = plain_options(1000);
   bristle_extended_motion motion = {0};

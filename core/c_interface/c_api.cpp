@@ -925,6 +925,8 @@ bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pr
   });
 }
 
+}  // extern "C"
+
 namespace {
 
 bristle_bed default_bed() noexcept {
@@ -979,6 +981,8 @@ GivenBed read_bed(const bristle_bed* bed) {
 }
 
 }  // namespace
+
+extern "C" {
 
 BRISTLE_INIT(bed, bed, default_bed())
 
@@ -1043,6 +1047,8 @@ bristle_result bristle_joints_create(size_t count, const bristle_joint_material*
 
 void bristle_joints_destroy(bristle_joints* joints) { delete joints; }
 
+}  // extern "C"
+
 namespace {
 
 bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* step,
@@ -1076,6 +1082,8 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
 }
 
 }  // namespace
+
+extern "C" {
 
 bristle_result bristle_joints_step(bristle_joints* joints, const bristle_joint_step* step,
                                    bristle_step_report* report) {
