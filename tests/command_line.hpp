@@ -5,8 +5,6 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <sys/wait.h>
@@ -20,11 +18,6 @@ struct Outcome {
   int code = -1;
   std::string out, err;
 };
-
-inline std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 /// Runs a command. `environment`: variables set before it, in the syntax of a shell.
 inline Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments,

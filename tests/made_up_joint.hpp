@@ -42,12 +42,12 @@ inline cli::JointLog made_up_log(double seconds, unsigned seed = 0) {
   const double swing = seed == 0 ? 0.8 : std::uniform_real_distribution<double>(0.5, 1.1)(random);
   double angle = 0.0, speed = 0.0, torque = 0.0, by_angle = 0.0, by_speed = 0.0;
   const double dt = 1e-4;
-  for (int tick = 0; tick < std::lround(seconds / dt); ++tick) {
-    const double t = tick * dt, phase = std::fmod(t, 3.0);
+  for (int k = 0; k < std::lround(seconds / dt); ++k) {
+    const double t = k * dt, phase = std::fmod(t, 3.0);
     const double goal = phase < 2.0 ? swing * std::sin(6.283185307 * (0.5 + t / 12.0) * phase) : 0.6;
     const double motor = phase > 2.7 ? 0.3 : 12.0 * (goal - angle) - 1.0 * speed;
     const double outside = -2.0 * std::sin(angle);
-    if (tick % 10 == 0) {
+    if (k % 10 == 0) {
       log.t.push_back(t);
       log.angle.push_back(angle);
       log.speed.push_back(speed);

@@ -446,7 +446,7 @@ TEST_CASE("Beds have the same bits on every instruction set and number of thread
         const StepReport report = batch.step({in.data(), in.size()}, {out.data(), out.size()});
         CHECK(report.status == Status::ok);
         CHECK(report.patches_stepped == ids.size());
-        if (threads == 2) CHECK(report.tasks > 1);
+        if (threads == 2) CHECK((report.tasks > 1) == (BRISTLE_WITH_TBB != 0));
       }
       hashes.push_back(batch.state_hash());
       if (last.empty()) last = out;

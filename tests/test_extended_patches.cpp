@@ -904,12 +904,13 @@ ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx
 
 /// Returns bytes allocated and not freed, or 0 if the C library does not tell.
 double bytes_in_use() {
-#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+#if defined(__GLIBC__)
+#if __GLIBC_PREREQ(2, 33)
   const auto info = mallinfo2();
   return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
-#else
-  return 0.0;
 #endif
+#endif
+  return 0.0;
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 
 #include <bristle/state_file.hpp>
 
-#include "command_line.hpp"
 #include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
