@@ -395,6 +395,29 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
                 {"--record-decisions -: only one can have stdout"});
 }
 
+TEST_CASE("Scenes, motions and decisions with the line ends of Windows give the same bits", "[cli]") {
+  const Folder folder;
+  const auto with_returns = [&](const std::string& name, const std::string& text) {
+    std::string changed;
+    for (const char c : text) changed += c == '\n' ? std::string("\r\n") : std::string(1, c);
+    return folder.write(name, changed);
+  };
+  const auto hash_of = [&](const std::string& arguments) {
+    return run_report(folder, arguments)["state_hash"];
+  };
+  const std::string scene =
+      with_returns("scene.toml", read_file(BRISTLE_SCENES "/fingertip.toml"));  // names fingertip.csv
+  const std::string motion = with_returns("fingertip.csv", read_file(BRISTLE_SCENES "/fingertip.csv"));
+  const json expected = hash_of("run " + scene_path("fingertip"));
+  CHECK(hash_of("run '" + scene + "'") == expected);
+  CHECK(hash_of("run '" + scene + "' --trace '" + motion + "'") == expected);
+
+  const std::string shed = "run " + scene_path("three_populations"), list = folder.at("list.csv");
+  const json hash = hash_of(shed + " --budget 2 --record-decisions '" + list + "'");
+  CHECK(hash_of(shed + " --replay-decisions '" + with_returns("list_of_windows.csv", read_file(list)) +
+                "'") == hash);
+}
+
 TEST_CASE("A scene's material has residual and shared renewal, by coefficients or by bristle parameters",
           "[cli][rubbing]") {
   SmallScene small;

@@ -12,13 +12,14 @@
 
 #include <bristle/deadline_monitor.hpp>
 #include "bench/hand_scene.hpp"
-#include "bench/paced_loop.hpp"
 #include "bench/plain_loops.hpp"
 
 #include "tools/capacity/capacity.hpp"
 #include "tools/capacity/spin.hpp"
 #include "tools/capacity/subject.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/quantile.hpp"
+#include "tools/run/paced_clock.hpp"
 #include "tools/scene/snap_law.hpp"
 
 namespace cli {
@@ -28,11 +29,23 @@ using bristle::DeadlineMonitor;
 using bristle::Outputs;
 using bristle::SnapLength;
 using bristle::SnapRule;
-using bristle_bench::BoundThread;
 using bristle_bench::HandPath;
 using bristle_bench::HandScene;
-using bristle_bench::PacedLoop;
-using bristle_bench::servo_core;
+
+/// Binds this thread to a core for as long as it lives. Make it after the workers: oneTBB takes the number of
+/// threads from the cores that the process may use at its start.
+class BoundThread {
+ public:
+  explicit BoundThread(int core) { platform::bind_thread(core, before_); }
+  ~BoundThread() {
+    if (!before_.empty()) platform::use_cores(before_);
+  }
+  BoundThread(const BoundThread&) = delete;
+  BoundThread& operator=(const BoundThread&) = delete;
+
+ private:
+  std::vector<int> before_;
+};
 
 constexpr std::uint64_t in_cache = 14'400;
 constexpr std::uint64_t a_million = 1'000'000;
@@ -389,9 +402,9 @@ class Targets {
       CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
       CapacitySubject one(what, n, options_.isa);
       what.threads = 2;
-      what.servo_core = servo_core();
+      what.servo_core = platform::first_core();
       CapacitySubject two(what, n, options_.isa);
-      const BoundThread here;
+      const BoundThread here(what.servo_core);
       std::vector<double> ratios;
       for (std::uint64_t round = 0; round < (options_.quick ? 7 : 15); ++round)
         ratios.push_back(paced_median(one) / paced_median(two));
@@ -405,7 +418,8 @@ class Targets {
   }
 
   static double paced_median(CapacitySubject& subject) {
-    PacedLoop pace;
+    PacedClock pace(1e-3, 0.0);
+    pace.start();
     std::vector<double> seconds;
     for (int i = 0; i < 60; ++i) {
       pace.wait();

@@ -36,6 +36,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/text_layout.hpp"
 #include "tools/run/run.hpp"
@@ -707,7 +708,7 @@ constexpr CommandEntry entries[] = {
      "source <(bristle completion bash)", add_completion, false},
     {"manual", "Print a page of the manual", "bristle manual run | man -l -", add_manual, false}};
 
-int run(int argc, char** argv) {
+int run(const std::vector<std::string>& words) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.formatter(std::make_shared<cli::HelpText>());  // subcommands inherit the setting
   bool version = false;
@@ -733,17 +734,17 @@ int run(int argc, char** argv) {
     if (entry.prints_figures) add_wide(*command, wide);
   }
   cli::refuse_empty_files(app, cli::file_value);
-  if (argc > 1 && std::string(argv[1]) == "--complete") {
-    cli::print_text(cli::completions(app, {argv + 2, argv + argc}));
+  if (!words.empty() && words[0] == "--complete") {
+    cli::print_text(cli::completions(app, {words.begin() + 1, words.end()}));
     return exit_done;
   }
-  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
-  if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
-    const std::string name = argv[2];
+  if (!words.empty() && !words[0].starts_with('-')) check_command(app, words[0]);
+  if (words.size() > 1 && words[0] == "experiment" && !words[1].starts_with('-')) {
+    const std::string& name = words[1];
     if (name != "all" && name != "list") cli::find_experiment(name, {"all", "list"});
   }
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // takes words from the back
   } catch (const CLI::Success& success) {
     if (version) {
       cli::print_text(version_text());
@@ -754,7 +755,7 @@ int run(int argc, char** argv) {
     cli::print_text(help.str());
     return exit_done;
   } catch (const CLI::ParseError& error) {
-    return complain(complaint(app, error, {argv + 1, argv + argc}), exit_bad_input);
+    return complain(complaint(app, error, words), exit_bad_input);
   }
   cli::set_text_layout(wide);
   for (const auto& [command, act] : actions)
@@ -766,9 +767,11 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  cli::hold_standard_streams();
+  cli::platform::hold_standard_streams();
   try {
-    return run(argc, argv);
+    std::vector<std::string> words = cli::platform::arguments(argc, argv);
+    if (!words.empty()) words.erase(words.begin());
+    return run(words);
   } catch (const cli::UserError& error) {
     return complain(error.what(), exit_bad_input);
   } catch (const std::bad_alloc&) {

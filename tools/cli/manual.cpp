@@ -13,6 +13,7 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -148,8 +149,7 @@ std::string manual_date() {
     const long long seconds = std::strtoll(epoch, &end, 10);
     if (*epoch != 0 && *end == 0) now = static_cast<std::time_t>(seconds);
   }
-  std::tm utc{};
-  gmtime_r(&now, &utc);
+  const std::tm utc = platform::utc(now);
   char text[16];
   std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
   return text;

@@ -7,11 +7,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/text_layout.hpp"
 
@@ -56,7 +56,7 @@ std::string quoted(const std::string& path) {
 fs::path plots_folder() {
   if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
   std::error_code none;
-  const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
+  const fs::path program = platform::program_folder();
   const fs::path installed = (program / BRISTLE_PLOTS_INSTALLED).lexically_normal();
   return fs::exists(installed, none) ? installed : (program / BRISTLE_PLOTS_IN_SOURCES).lexically_normal();
 }
@@ -71,7 +71,7 @@ void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
   check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
-  if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
+  if (!platform::has_gnuplot()) {
     throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
   }
   const std::string script = plot_script(options.name);
@@ -84,14 +84,15 @@ void check_plot(const ExperimentOptions& options) {
 }
 
 void draw(const ExperimentOptions& options, const ExperimentReport& report, OutputFile& picture) {
-  OutputFile data((fs::temp_directory_path() / fmt::format("bristle_{}.csv", getpid())).string());
+  OutputFile data(
+      (fs::temp_directory_path() / fmt::format("bristle_{}.csv", platform::process_number())).string());
   data.append(experiment_csv(report));
   data.flush();
-  const std::string command = fmt::format(
-      "gnuplot -e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+  const std::string arguments = fmt::format(
+      "-e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
       is_vector_picture(options.plot) ? 1 : 0,
       quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
-  if (std::system(command.c_str()) != 0) throw UserError("--plot: gnuplot failed; its message is above");
+  if (!platform::run_gnuplot(arguments)) throw UserError("--plot: gnuplot failed; its message is above");
   picture.finish();
 }
 

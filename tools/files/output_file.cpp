@@ -1,14 +1,9 @@
 #include "tools/files/output_file.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <signal.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <utility>
@@ -16,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -28,39 +24,10 @@ std::array<std::atomic<const char*>, 64> unfinished;
 
 extern "C" void remove_unfinished(int signal_number) {
   for (const auto& name : unfinished)
-    if (const char* path = name.load()) ::unlink(path);
-  ::signal(signal_number, SIG_DFL);
-  ::raise(signal_number);
+    if (const char* path = name.load()) platform::remove_file(path);
+  std::signal(signal_number, SIG_DFL);
+  std::raise(signal_number);
 }
-
-constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
-
-/// Installs the handler, except for signals by which a command ends in order.
-void remove_on_signals() {
-  for (const int number : ending) {
-    struct sigaction now;
-    if (::sigaction(number, nullptr, &now) == 0 && now.sa_handler == SIG_DFL)
-      ::signal(number, &remove_unfinished);
-  }
-}
-
-/// Blocks signals while this object lives, so that none comes between making a file and noting its name for
-/// deletion.
-class HeldSignals {
- public:
-  HeldSignals() {
-    sigset_t held;
-    ::sigemptyset(&held);
-    for (const int number : ending) ::sigaddset(&held, number);
-    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
-  }
-  ~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  HeldSignals(const HeldSignals&) = delete;
-  HeldSignals& operator=(const HeldSignals&) = delete;
-
- private:
-  sigset_t before_;
-};
 
 void note_unfinished(const char* name) {
   for (auto& place : unfinished) {
@@ -76,37 +43,6 @@ void forget_unfinished(const char* name) {
   }
 }
 
-/// Opens a path that is not a regular file. The error ENXIO means a FIFO without a reader.
-int open_special(const std::string& path) {
-  constexpr int pause_ms = 20, patience_ms = 1000;  // ms between trials; ms until a message says so
-  int file = -1;
-  for (int waited = 0; waited < patience_ms; waited += pause_ms) {
-    file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
-    if (file >= 0 || errno != ENXIO) break;
-    ::poll(nullptr, 0, pause_ms);
-  }
-  if (file < 0 && errno == ENXIO) {
-    std::fprintf(stderr, "bristle: %s: a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n",
-                 path.c_str());
-    file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  }
-  if (file >= 0 && ::fcntl(file, F_SETFL, O_WRONLY) != 0) {
-    ::close(file);
-    file = -1;
-  }
-  return file;
-}
-
-/// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
-bool is_same(const std::string& a, const std::string& b) {
-  struct stat first, second;
-  const bool there = ::stat(a.c_str(), &first) == 0;
-  if (there != (::stat(b.c_str(), &second) == 0)) return false;
-  if (there) return first.st_dev == second.st_dev && first.st_ino == second.st_ino && !S_ISCHR(first.st_mode);
-  std::error_code error;
-  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
-}
-
 }  // namespace
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
@@ -115,10 +51,9 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     file_ = stdout;
     return;
   }
-  struct stat there;
-  if (::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode)) {
-    const int file = open_special(path);
-    if (file < 0 || (file_ = ::fdopen(file, "wb")) == nullptr) fail();
+  if (platform::kind_of(path) == platform::Kind::other) {
+    file_ = platform::open_special(path);
+    if (file_ == nullptr) fail();
     return;
   }
   open_beside();
@@ -131,31 +66,28 @@ void OutputFile::open_beside() {
   std::error_code error;
   const fs::path real = fs::canonical(path_, error);
   const std::string target = error ? path_ : real.string();
-  struct stat old;
-  const bool there = !error && ::stat(target.c_str(), &old) == 0;
-  if (there && ::access(target.c_str(), W_OK) != 0) fail();
-  remove_on_signals();
-  int file = -1;
-  const HeldSignals held;
+  const bool there = !error && platform::kind_of(target) != platform::Kind::nothing;
+  if (there && !platform::is_writable(target)) fail();
+  platform::on_ending_signals(&remove_unfinished);
+  // Holds signals, so that none comes between making a file and noting its name for deletion.
+  const platform::HeldSignals held;
   do {
-    beside_ = fmt::format("{}.tmp.{}.{}", target, ::getpid(), count.fetch_add(1));
-    file = ::open(beside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-  } while (file < 0 && errno == EEXIST);
-  if (file < 0) {
+    beside_ = fmt::format("{}.tmp.{}.{}", target, platform::process_number(), count.fetch_add(1));
+    file_ = platform::create_file(beside_);
+  } while (file_ == nullptr && errno == EEXIST);
+  if (file_ == nullptr) {
     beside_.clear();
     fail();
   }
   note_unfinished(beside_.c_str());
-  if (there) static_cast<void>(::fchmod(file, old.st_mode & 07777));
+  if (there) platform::copy_permissions(target, file_);
   path_ = target;
-  file_ = ::fdopen(file, "wb");
-  if (file_ == nullptr) fail();
 }
 
 OutputFile::~OutputFile() {
   if (file_ != nullptr && file_ != stdout) std::fclose(file_);
   if (beside_.empty()) return;
-  ::unlink(beside_.c_str());
+  platform::remove_file(beside_.c_str());
   forget_unfinished(beside_.c_str());
 }
 
@@ -187,10 +119,10 @@ void OutputFile::flush() {
 void OutputFile::finish() {
   flush();
   if (file_ == stdout) return;
-  if (!beside_.empty() && ::fsync(::fileno(file_)) != 0) fail();
+  if (!beside_.empty() && !platform::flush_to_disk(file_)) fail();
   if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
   if (beside_.empty()) return;
-  if (std::rename(beside_.c_str(), path_.c_str()) != 0) fail();
+  if (!platform::replace_file(beside_, path_)) fail();
   forget_unfinished(beside_.c_str());
   beside_.clear();
 }
@@ -198,6 +130,8 @@ void OutputFile::finish() {
 bool is_vector_picture(const std::string& path) { return path.ends_with(".svg"); }
 
 void check_picture_name(const char* option, const std::string& path) {
+  const std::string why_not = path.empty() ? std::string() : platform::why_no_pictures();
+  if (!why_not.empty()) throw UserError(fmt::format("{}: {}", option, why_not));
   if (!path.empty() && path != "-" && !path.ends_with(".png") && !is_vector_picture(path))
     throw UserError(
         fmt::format("{} {}: pictures are PNG or SVG; let its name end in .png or .svg", option, path));
@@ -218,11 +152,11 @@ bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOp
       continue;
     }
     for (const FileOption& input : inputs)
-      if (!input.path.empty() && is_same(path, input.path))
+      if (!input.path.empty() && platform::is_same(path, input.path))
         throw UserError(fmt::format("{} {}: is what the command reads ({}); name another file", option, path,
                                     input.option));
     for (std::size_t k = 0; k < i; ++k)
-      if (!outputs[k].path.empty() && outputs[k].path != "-" && is_same(path, outputs[k].path))
+      if (!outputs[k].path.empty() && outputs[k].path != "-" && platform::is_same(path, outputs[k].path))
         throw UserError(
             fmt::format("{} {}: is the file of {} too; name another", option, path, outputs[k].option));
   }

@@ -1,10 +1,5 @@
 #include "tools/files/text_file.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +7,7 @@
 #include <string_view>
 
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -20,31 +16,11 @@ namespace {
   throw UserError(path + ": cannot be read: " + std::strerror(error));
 }
 
-/// Waits until the FIFO has data, or its writer has closed it.
-void wait_for_writer(int file, const std::string& path) {
-  constexpr int patience_ms = 1000;  // ms, wait for a writer before a message says so
-  struct pollfd wanted = {file, POLLIN, 0};
-  int ready = ::poll(&wanted, 1, patience_ms);
-  if (ready == 0) {
-    std::fprintf(stderr, "bristle: %s: a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n",
-                 path.c_str());
-    ready = ::poll(&wanted, 1, -1);
-  }
-  if (ready < 0) fail_read(path, errno);
-}
-
 using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 FilePointer open_for_reading(const std::string& path) {
-  // Opens without blocking, because opening a FIFO without a writer would hang without a message.
-  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) fail_read(path, errno);
-  FilePointer stream(::fdopen(file, "rb"), &std::fclose);
+  FilePointer stream(platform::open_to_read(path), &std::fclose);
   if (!stream) fail_read(path, errno);
-  struct stat status;
-  if (::fstat(file, &status) != 0) fail_read(path, errno);
-  if (S_ISFIFO(status.st_mode)) wait_for_writer(file, path);
-  if (::fcntl(file, F_SETFL, O_RDONLY) != 0) fail_read(path, errno);
   return stream;
 }
 
@@ -75,12 +51,6 @@ std::string read_text_file(const std::string& path, std::size_t most_bytes, bool
   }
   if (std::ferror(file.get())) fail_read(path, errno);
   return text;
-}
-
-void hold_standard_streams() noexcept {
-  for (const int number : {0, 1, 2})
-    if (::fcntl(number, F_GETFD) < 0 && errno == EBADF)
-      static_cast<void>(::open("/dev/null", number == 2 ? O_WRONLY : O_RDONLY));
 }
 
 void print_note(const std::string& text) noexcept { std::fputs(text.c_str(), stderr); }

@@ -18,11 +18,6 @@ constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 
-/// Opens stdin, stdout and stderr if the caller left them closed: otherwise the next opened file would get
-/// such a number, and printed text would go into that file. A closed stdout still refuses output. Call it
-/// first in main().
-void hold_standard_streams() noexcept;
-
 /// Prints to stderr, for people. Ignores failure, which could not be reported anyway.
 void print_note(const std::string& text) noexcept;
 

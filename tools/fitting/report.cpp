@@ -1,15 +1,13 @@
 // Writes reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/reports/JSON.md.
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include <sys/wait.h>
 
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
@@ -18,6 +16,7 @@
 #include "tools/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
 #include "tools/fitting/joint.hpp"
 #include "tools/fitting/judge.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
@@ -91,20 +90,13 @@ std::string quoted(const std::string& text) {
 
 /// Runs gnuplot on the built-in script, with the samples inserted.
 void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
-  std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
-  if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
   const std::string script = fmt::format(
       "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
       quoted(picture.place()), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
-  // Ignores SIGPIPE, so that a write to a pipe without reader fails instead of ending this program.
-  const auto before = std::signal(SIGPIPE, SIG_IGN);
-  std::fwrite(script.data(), 1, script.size(), pipe);
-  const int status = pclose(pipe);
-  std::signal(SIGPIPE, before);
+  const std::optional<int> status = platform::feed_gnuplot(script);
   if (status == 0) return picture.finish();
-  throw UserError(WIFEXITED(status) && WEXITSTATUS(status) == 127
-                      ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
-                      : "--plot: gnuplot failed");
+  throw UserError(status == 127 ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
+                                : "--plot: gnuplot failed");
 }
 
 }  // namespace

@@ -1,29 +1,19 @@
 #include "tools/reports/conditions.hpp"
 
 #include <ctime>
-#include <fstream>
 #include <thread>
 
 #include <fmt/format.h>
 
 #include <bristle/version.hpp>
 
+#include "tools/platform/platform.hpp"
+
 namespace cli {
 namespace {
 
-std::string cpu_model() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const auto colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown";
-}
-
 std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
+  const std::tm utc = platform::utc(std::time(nullptr));
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
@@ -35,7 +25,7 @@ Conditions conditions() {
   return {bristle::library_version(),
           BRISTLE_GIT_COMMIT,
           BRISTLE_BUILD_FLAGS,
-          cpu_model(),
+          platform::cpu_model(),
           static_cast<int>(std::thread::hardware_concurrency()),
           utc_now()};
 }

@@ -9,14 +9,14 @@
 #include <string>
 #include <utility>
 
-#include <unistd.h>
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 
 class Progress {
  public:
   explicit Progress(std::string label, bool quiet = false)
-      : label_(std::move(label)), terminal_(!quiet && isatty(STDERR_FILENO) != 0) {}
+      : label_(std::move(label)), terminal_(!quiet && platform::is_terminal(stderr)) {}
   ~Progress() {
     if (shown_) std::fputs("\r\033[K", stderr);
   }

@@ -5,9 +5,9 @@
 #include <cstdlib>
 
 #include <fmt/color.h>
-#include <unistd.h>
 
 #include "tools/files/text_file.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -40,10 +40,9 @@ TextLayout& text_layout() {
 }
 
 void set_text_layout(bool wide) {
-  const char *no_colour = std::getenv("NO_COLOR"), *terminal = std::getenv("TERM");
+  const char* no_colour = std::getenv("NO_COLOR");
   text_layout().columns = wide ? 0 : 80;
-  text_layout().colour = isatty(STDOUT_FILENO) != 0 && (no_colour == nullptr || *no_colour == 0) &&
-                         terminal != nullptr && std::string_view(terminal) != "dumb";
+  text_layout().colour = platform::shows_colours() && (no_colour == nullptr || *no_colour == 0);
 }
 
 std::size_t width_of(std::string_view text) {

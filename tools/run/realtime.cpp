@@ -1,13 +1,5 @@
 #include "tools/run/realtime.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <charconv>
-#include <fstream>
-#include <string>
-
 namespace cli {
 
 using bristle::DeadlineMonitor;
@@ -51,36 +43,6 @@ void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueCl
   if (loop.monitor.worst().number == number) loop.queued_worst_s = queued_now - queued_s;
   queued_s = queued_now;
   loop.monitor.refresh_events();
-}
-
-QueueClock::QueueClock() noexcept : file_(open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)) {}
-
-QueueClock::~QueueClock() {
-  if (file_ >= 0) close(file_);
-}
-
-double QueueClock::now() const noexcept {
-  // Format of the file: "ns run on a core, ns waiting for a core, number of time slices".
-  char text[64];
-  const ssize_t length = file_ >= 0 ? pread(file_, text, sizeof text, 0) : 0;
-  if (length <= 0) return 0.0;
-  const char* const end = text + length;
-  const char* const space = std::find(static_cast<const char*>(text), end, ' ');
-  std::uint64_t ns = 0;
-  if (space != end) std::from_chars(space + 1, end, ns);
-  return 1e-9 * static_cast<double>(ns);
-}
-
-double stolen_now() {
-  // Format of the line: "cpu  user nice system idle iowait irq softirq steal ...", in clock ticks of the
-  // system.
-  std::ifstream stat("/proc/stat");
-  std::string label;
-  double ticks = 0.0;
-  stat >> label;
-  for (int field = 0; field < 8; ++field) stat >> ticks;
-  const long per_second = sysconf(_SC_CLK_TCK);
-  return stat && label == "cpu" && per_second > 0 ? ticks / static_cast<double>(per_second) : 0.0;
 }
 
 }  // namespace cli

@@ -11,6 +11,7 @@
 
 #include <bristle/deadline_monitor.hpp>
 
+#include "tools/platform/platform.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/run/realtime_thread.hpp"
 
@@ -47,20 +48,8 @@ struct RealtimeResult {
   bool stopped = false;       ///< whether a signal ended the run early
 };
 
-/// Reads how long this thread was ready to run while its core did something else, as Linux reports it: the
-/// effect of a busy machine. Make and read it on one thread; a read is a system call of about a microsecond.
-class QueueClock {
- public:
-  QueueClock() noexcept;
-  ~QueueClock();
-  QueueClock(const QueueClock&) = delete;
-  QueueClock& operator=(const QueueClock&) = delete;
-
-  double now() const noexcept;  ///< s waited for a core since the thread was made; 0 if unknown
-
- private:
-  int file_;
-};
+using platform::QueueClock;
+using platform::stolen_now;
 
 /// Returns a result with empty times of both loops, and what the system granted the thread.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
@@ -76,10 +65,6 @@ void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& cl
 
 /// Records a tick, and how long it waited for a core if it is the worst tick so far.
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
-
-/// Returns the CPU time (s) that the hypervisor has stolen from all cores since the system started; 0 if the
-/// system does not report it.
-double stolen_now();
 
 /// Returns a text on what delayed the worst tick of a loop, as far as the system reports it.
 std::string worst_tick_text(const PacedLoopResult& loop, int threads);

@@ -1,19 +1,13 @@
 #include "tools/run/realtime_thread.hpp"
 
-#include <sched.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include <fmt/format.h>
+
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 
 RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_workers)
-    : slack_ns_(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0)) {
-  prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
+    : timers_(platform::use_exact_timers()) {
   if (options.core) bind(*options.core);
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
@@ -34,59 +28,31 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
 }
 
 RealtimeThread::~RealtimeThread() {
-  if (has_fifo_) {
-    sched_param usual{};
-    sched_setscheduler(0, SCHED_OTHER, &usual);
-  }
-  if (has_locked_memory_) munlockall();
-  if (before_) {
-    cpu_set_t cores;
-    CPU_ZERO(&cores);
-    for (int core : *before_) CPU_SET(core, &cores);
-    sched_setaffinity(0, sizeof cores, &cores);
-  }
-  if (slack_ns_ > 0) prctl(PR_SET_TIMERSLACK, slack_ns_, 0, 0, 0);
+  if (has_fifo_) platform::use_usual_scheduling();
+  if (has_locked_memory_) platform::unlock_memory();
+  if (before_) platform::use_cores(*before_);
+  platform::use_timers(timers_);
 }
 
 void RealtimeThread::take_fifo(int priority) {
-  sched_param wanted{};
-  wanted.sched_priority = priority;
-  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &wanted) == 0) {
-    has_fifo_ = true;
-    return;
-  }
-  refused_.push_back(
-      fmt::format("SCHED_FIFO {}: {}; usual scheduling instead (needs root, CAP_SYS_NICE or ulimit -r {})",
-                  priority, std::strerror(errno), priority));
+  const std::string why_not = platform::take_fifo(priority);
+  has_fifo_ = why_not.empty();
+  if (!has_fifo_) refused_.push_back(fmt::format("SCHED_FIFO {}: {}", priority, why_not));
 }
 
 void RealtimeThread::bind(int core) {
-  cpu_set_t before;
-  CPU_ZERO(&before);
-  sched_getaffinity(0, sizeof before, &before);
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  if (core < CPU_SETSIZE) CPU_SET(core, &one);
-  if (sched_setaffinity(0, sizeof one, &one) != 0) {
-    refused_.push_back(fmt::format("core {}: {}; any core instead (this process may use {})", core,
-                                   std::strerror(errno), CPU_COUNT(&before)));
-    return;
-  }
-  before_.emplace();
-  for (int i = 0; i < CPU_SETSIZE; ++i)
-    if (CPU_ISSET(i, &before)) before_->push_back(i);
+  std::vector<int> before;
+  const std::string why_not = platform::bind_thread(core, before);
+  if (why_not.empty())
+    before_ = before;
+  else
+    refused_.push_back(fmt::format("core {}: {}", core, why_not));
 }
 
 void RealtimeThread::lock_memory() {
-  // Locks only memory that is in use. With future memory locked too, an allocation beyond the system's limit
-  // would fail.
-  if (mlockall(MCL_CURRENT) == 0) {
-    has_locked_memory_ = true;
-    return;
-  }
-  refused_.push_back(fmt::format(
-      "locked memory: {}; pages may be taken away (needs root, CAP_IPC_LOCK or a larger ulimit -l)",
-      std::strerror(errno)));
+  const std::string why_not = platform::lock_memory();
+  has_locked_memory_ = why_not.empty();
+  if (!has_locked_memory_) refused_.push_back(fmt::format("locked memory: {}", why_not));
 }
 
 }  // namespace cli

@@ -1,8 +1,5 @@
 #include "tools/run/run_state.hpp"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -17,6 +14,7 @@
 #include <bristle/state_file.hpp>
 
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -49,14 +47,12 @@ std::vector<double> to_numbers(const std::vector<std::byte>& bytes) {
 
 void check_place_of_state(const std::string& path) {
   if (path == "-") throw UserError("--save-state -: a state cannot go to stdout; name a file");
-  struct stat there {};
-  int why = stat(path.c_str(), &there) == 0 ? 0 : errno;
-  if (why == 0 && !S_ISREG(there.st_mode))
+  const platform::Kind there = platform::kind_of(path);
+  int why = there == platform::Kind::nothing ? errno : 0;
+  if (there == platform::Kind::other)
     throw UserError(path + ": is not a file: a state file cannot take its place");
   if (why == 0 || why == ENOENT) {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    // Tests whether the path is a folder, since "PATH/." fails on anything else.
-    why = access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0 ? 0 : errno;
+    why = platform::takes_files(std::filesystem::path(path).parent_path()) ? 0 : errno;
   }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
 }

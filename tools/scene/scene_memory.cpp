@@ -1,11 +1,6 @@
 #include "tools/scene/scene_memory.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <string>
@@ -17,6 +12,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -77,25 +73,6 @@ class Probe {
       known_;
 };
 
-/// Returns the bytes of free memory, or what a limit of this process leaves if that is less; the largest
-/// number if neither is known.
-std::uint64_t free_memory() {
-  std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
-  std::ifstream machine("/proc/meminfo");
-  for (std::string line; std::getline(machine, line);) {
-    unsigned long long kilobytes = 0;
-    if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kilobytes) == 1) bytes = kilobytes << 10;
-  }
-  struct rlimit limit;
-  std::uint64_t pages = 0;
-  if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
-      std::ifstream("/proc/self/statm") >> pages) {
-    const std::uint64_t taken = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-    bytes = std::min<std::uint64_t>(bytes, limit.rlim_cur > taken ? limit.rlim_cur - taken : 0);
-  }
-  return bytes;
-}
-
 std::string size_text(std::uint64_t bytes) {
   const double mebibytes = static_cast<double>(bytes) / (1 << 20);
   return mebibytes < 1024.0 ? fmt::format("{:.0f} MiB", mebibytes)
@@ -119,7 +96,7 @@ void check_memory(const Scene& scene) {
   const std::uint64_t allowed = scene.limits.bytes.value_or(surely_there);
   if (most <= allowed) return;
   const std::uint64_t needed = estimate_memory(scene);
-  const std::uint64_t there = scene.limits.bytes ? allowed : free_memory();
+  const std::uint64_t there = scene.limits.bytes ? allowed : platform::free_memory();
   if (needed <= there) return;
   throw UserError(
       fmt::format("{}: {} patches need about {} of memory, and {} are {}; give fewer bristles, or "

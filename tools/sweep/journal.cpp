@@ -4,10 +4,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
@@ -40,17 +36,15 @@ SweepRows::SweepRows(const Study& study, const std::string& journal)
   const auto refuse_unless = [&](bool good, const char* what) {
     if (!good) throw UserError(fmt::format("{}: {}: {}", path_, what, std::strerror(errno)));
   };
-  file_ = open(journal.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
-  refuse_unless(file_ >= 0, "cannot be opened");
+  refuse_unless(file_.open(journal), "cannot be opened");
   try {
-    if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    if (!file_.lock())
       throw UserError(
           fmt::format("{}: another sweep writes it now; wait for its end, or take another --out", journal));
-    const off_t size = lseek(file_, 0, SEEK_END);
+    const std::int64_t size = file_.size();
     if (size > 0) read(read_text_file(journal, most_journal_bytes));
-    if (static_cast<off_t>(sound_bytes_) < size)
-      refuse_unless(ftruncate(file_, static_cast<off_t>(sound_bytes_)) == 0,
-                    "its torn last line cannot be dropped");
+    const auto sound = static_cast<std::int64_t>(sound_bytes_);
+    if (sound < size) refuse_unless(file_.cut(sound), "its torn last line cannot be dropped");
     if (sound_bytes_ == 0) write(header_.dump());
     found_ = done_;
     synced_ = bristle::DeadlineMonitor::wall_now();
@@ -102,7 +96,7 @@ bool SweepRows::take(const std::string& row) {
 }
 
 void SweepRows::add(const std::string& row) {
-  if (take(row) && file_ >= 0) write(row);
+  if (take(row) && file_.is_open()) write(row);
 }
 
 std::vector<std::uint64_t> SweepRows::missing() const {
@@ -128,28 +122,20 @@ std::string SweepRows::table_hash() const {
 }
 
 void SweepRows::write(const std::string& json) {
-  const std::string line = line_of(json);
-  for (std::size_t done = 0; done < line.size();) {
-    const ssize_t wrote = ::write(file_, line.data() + done, line.size() - done);
-    if (wrote < 0 && errno == EINTR) continue;
-    if (wrote < 0) throw UserError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-    done += static_cast<std::size_t>(wrote);
-  }
+  if (!file_.append(line_of(json)))
+    throw UserError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
   // Forces the journal to disk once a second: a killed process loses nothing, a power failure at most a
   // second.
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now - synced_ < 1.0) return;
-  fdatasync(file_);
+  file_.flush();
   synced_ = now;
 }
 
-void SweepRows::close() {
-  if (file_ >= 0) ::close(file_);
-  file_ = -1;
-}
+void SweepRows::close() { file_.close(); }
 
 void SweepRows::remove() {
-  if (!path_.empty()) unlink(path_.c_str());
+  if (!path_.empty()) platform::remove_file(path_.c_str());
 }
 
 }  // namespace cli

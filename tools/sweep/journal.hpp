@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/platform/platform.hpp"
 #include "tools/sweep/study.hpp"
 
 namespace cli {
@@ -57,7 +58,7 @@ class SweepRows {
   std::vector<std::string> rows_;
   std::uint64_t done_ = 0, found_ = 0;
   std::string path_;
-  int file_ = -1;
+  platform::LockedFile file_;
   std::size_t sound_bytes_ = 0;  ///< bytes of the file up to its last whole line
   double synced_ = 0.0;          ///< s, time when the file was last forced to disk
 };

@@ -261,7 +261,7 @@ Study::Study(const std::string& recipe, const std::string& folder) {
   reference_ = settings_of(options_.reference, "--reference");
   for (const auto& [name, text] : files_) {
     const std::string path = (std::filesystem::path(folder) / fmt::format("{}.csv", paths_.size())).string();
-    std::ofstream(path, std::ios::binary) << text;
+    std::ofstream(std::filesystem::path(path), std::ios::binary) << text;
     paths_[name] = path;
   }
   prepare();
