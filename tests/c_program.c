@@ -381,7 +381,7 @@ int c_program_twists_a_pad(void) {
   bristle_material material = plain_material(10e-6);
   bristle_patch_options options = plain_options(1000);
   bristle_extended_motion motion = {0};
-  bristle_extended_response response, trial;
+  bristle_extended_response response = {0}, trial = {0}; /* outputs not asked for keep their values */
   bristle_step_report report;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
   EXPECT(bristle_extended_create(batch, &pads) == BRISTLE_OK);
