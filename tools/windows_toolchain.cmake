@@ -1,6 +1,7 @@
 # Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the result by
-# wine, for tools/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and may move 32- and
-# 64-byte vectors to it as if they were aligned (GCC bug 54412).
+# wine, for tools/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and moves 32- and 64-byte
+# vectors to it as if they were aligned (GCC bug 54412): a kernel then ends in a fault. Debian's g++ is patched to write
+# unaligned moves; others (MSYS2) are not.
 set(CMAKE_SYSTEM_NAME Windows)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 foreach(language C CXX)
@@ -22,6 +23,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind PACKAGE INCLUDE LIBRARY)
   set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
+set(ENV{PKG_CONFIG_LIBDIR} ${CMAKE_FIND_ROOT_PATH}) # no libraries of the building machine
 foreach(package xsimd fmt tomlplusplus)
   file(GLOB folders ${CMAKE_FIND_ROOT_PATH}/usr/lib/*/cmake/${package})
   if(folders)
