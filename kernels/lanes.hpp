@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #include <xsimd/xsimd.hpp>
 
@@ -115,13 +116,23 @@ inline Lanes<T> most(Lanes<T> a, Lanes<T> b) {
 template <class T>
 using Bits = Lanes<typename BitsOf<T>::Type>;
 
+/// Returns the bits of x as lanes of another type. The template argument of xsimd's bitwise_cast is a batch
+/// in xsimd 8, and the type of its lanes in later versions.
+template <class To, class From>
+inline Lanes<To> same_bits(Lanes<From> x) {
+  if constexpr (std::is_same_v<decltype(xsimd::bitwise_cast<To>(x)), To>)
+    return xsimd::bitwise_cast<Lanes<To>>(x);
+  else
+    return xsimd::bitwise_cast<To>(x);
+}
+
 template <class T>
 inline Bits<T> bits_of(Lanes<T> x) {
-  return xsimd::bitwise_cast<Bits<T>>(x);
+  return same_bits<typename BitsOf<T>::Type>(x);
 }
 template <class T>
 inline Lanes<T> from_bits(Bits<T> x) {
-  return xsimd::bitwise_cast<Lanes<T>>(x);
+  return same_bits<T>(x);
 }
 
 /// Returns 2^k for whole k with 2^k normal.

@@ -56,7 +56,7 @@ class BristleConan(ConanFile):
         if self._threads:
             self.requires("onetbb/[>=2021.8 <2023]")
         if self.options.with_simd:
-            self.requires("xsimd/8.1.0", visible=False)  # its headers, and no later ones: bits depend on them
+            self.requires("xsimd/8.1.0", visible=False)  # its headers; other versions may have other bits
         if self.options.with_eigen:
             self.requires("eigen/[>=3.4 <4]", transitive_headers=True)
 

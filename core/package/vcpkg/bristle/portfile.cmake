@@ -1,6 +1,6 @@
 # A port as microsoft/vcpkg takes them. Until there is a release to download it is used as an overlay on a checkout:
 #   vcpkg install bristle --classic --overlay-ports=core/package/vcpkg
-# The feature simd wants xsimd 8.1, eigen Eigen 3.4: a manifest asks for them by "overrides" (core/README.md).
+# The feature simd is tried with xsimd 8.1 and 13.2, eigen with Eigen 3.4: a manifest asks for them by "overrides" (core/README.md).
 # To submit it, put vcpkg_from_github with REPO, REF and SHA512 of the release in place of this line.
 get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../../.." ABSOLUTE)
 
