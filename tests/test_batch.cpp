@@ -491,7 +491,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
   batch.warm_up();
   bool shared = false;
   // After a step that found the workers busy, some steps are not shared with them, so it may take many.
-  for (int k = 0; k < 20000 && !shared; ++k) {
+  for (int k = 0; k < (BRISTLE_WITH_TBB ? 20000 : 1) && !shared; ++k) {
     const Motion motion{id, {0.3 * dbar, 0.0}, 2.0 * many};
     Response response;
     const auto report = batch.step(tick, {&motion, 1}, {&response, 1});
@@ -500,7 +500,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
     CHECK(report.patches_stepped == 1);
     shared = report.tasks > 1;
   }
-  CHECK(shared);
+  CHECK(shared == (BRISTLE_WITH_TBB != 0));
 }
 
 TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {

@@ -90,10 +90,13 @@ TEST_CASE("A mass on the brush settles and rings as the independent simulation s
     // Tolerances. While nothing snaps the motion is linear, and only the table and displacements (2^-44 of
     // dbar a step) are rounded. From the virgin state 900 bristles follow the virgin curve to some 1/900 at
     // each snap. After sliding the bristles are at random: the amplitude, a maximum over a quarter of the
-    // run, is known to a tenth. Case J is far beyond its limit and chaotic.
+    // run, is known to a tenth. Case J is far beyond its limit and chaotic: a last bit of another system's
+    // exp shows in it.
     const bool linear = s.start_velocity < 0.05 && expected < 0.4;
-    const bool chaotic = name[0] == 'J' && s.start_velocity > 0.05;
-    const double tolerance = linear ? 1e-6 : s.start_velocity < 0.05 ? 0.005 : chaotic ? 0.35 : 0.1;
+    const bool chaotic = name[0] == 'J';
+    const double tolerance = linear                    ? 1e-6
+                             : s.start_velocity < 0.05 ? (chaotic ? 0.02 : 0.005)
+                                                       : (chaotic ? 0.35 : 0.1);
     CHECK(amplitude == Approx(expected).epsilon(tolerance).margin(1e-8));
   }
 }

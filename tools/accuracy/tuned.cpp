@@ -13,6 +13,7 @@
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_text.hpp"
+#include "tools/platform/platform.hpp"
 
 namespace cli {
 namespace {
@@ -105,10 +106,10 @@ std::string quoted(const std::string& text) {
 // Returns the path of the motion file relative to the folder of the tuned scene.
 std::string moved_file(const std::string& file, const std::string& scene, const std::string& to) {
   namespace fs = std::filesystem;
-  const fs::path here = fs::absolute(scene).parent_path() / file;
-  if (fs::path(file).is_absolute() || to == "-") return file;
+  const fs::path here = fs::absolute(platform::path_of(scene)).parent_path() / platform::path_of(file);
+  if (platform::path_of(file).is_absolute() || to == "-") return file;
   return here.lexically_normal()
-      .lexically_relative(fs::absolute(to).parent_path().lexically_normal())
+      .lexically_relative(fs::absolute(platform::path_of(to)).parent_path().lexically_normal())
       .string();
 }
 

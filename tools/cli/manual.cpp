@@ -160,7 +160,7 @@ void manual_command(const CLI::App& program, const std::string& command, const s
   if (!folder.empty()) {
     if (!command.empty()) throw UserError("manual: --out writes all pages; leave out COMMAND");
     std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
+    std::filesystem::create_directories(platform::path_of(folder), failure);
     for (const ManualPage& page : pages) OutputFile(folder + '/' + page.name + ".1").write(page.roff);
     return;
   }

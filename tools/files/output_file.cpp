@@ -64,7 +64,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
 void OutputFile::open_beside() {
   static std::atomic<unsigned> count{0};
   std::error_code error;
-  const fs::path real = fs::canonical(path_, error);
+  const fs::path real = fs::canonical(platform::path_of(path_), error);
   const std::string target = error ? path_ : real.string();
   const bool there = !error && platform::kind_of(target) != platform::Kind::nothing;
   if (there && !platform::is_writable(target)) fail();
@@ -136,7 +136,7 @@ void check_picture_name(const char* option, const std::string& path) {
     throw UserError(
         fmt::format("{} {}: pictures are PNG or SVG; let its name end in .png or .svg", option, path));
   std::error_code none;
-  if (fs::is_character_file(path, none))
+  if (fs::is_character_file(platform::path_of(path), none))
     throw UserError(
         fmt::format("{} {}: is a device; gnuplot does not say when it is full. Take a file", option, path));
 }

@@ -330,7 +330,7 @@ namespace {
 /// scene is not written to disk.
 std::string motion_file(const FitOptions& options) {
   if (options.write.empty() || options.write == "-") return {};
-  return std::filesystem::path(options.write).replace_extension().string() + "_motion.csv";
+  return platform::path_of(options.write).replace_extension().string() + "_motion.csv";
 }
 
 }  // namespace
@@ -402,7 +402,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   std::string text = fmt::format(
       "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
       "# `bristle run` on this file. Values with their 95 % intervals:\n",
-      std::filesystem::path(data.columns.name).filename().string());
+      platform::path_of(data.columns.name).filename().string());
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
@@ -432,9 +432,11 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   if (replays) {
     namespace fs = std::filesystem;
     std::error_code error;
-    const fs::path folder = options.write == "-" ? fs::path(".") : fs::path(options.write).parent_path();
+    const fs::path folder =
+        options.write == "-" ? fs::path(".") : platform::path_of(options.write).parent_path();
     const std::string motion = own_file ? motion_file(options) : data.columns.name;
-    const fs::path file = fs::proximate(motion, folder.empty() ? fs::path(".") : folder, error);
+    const fs::path file =
+        fs::proximate(platform::path_of(motion), folder.empty() ? fs::path(".") : folder, error);
     text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? motion : file.string());
   } else {
     text += fmt::format("type = \"ramp\"\nvelocity = {}  # m/s\n", data.fast);

@@ -32,6 +32,10 @@ bool is_terminal(std::FILE* stream) noexcept;
 /// Whether stdout is a terminal that shows colours.
 bool shows_colours() noexcept;
 
+/// Returns the path of a UTF-8 text, from which mingw's std::filesystem would take byte by byte. Its string()
+/// is UTF-8.
+std::filesystem::path path_of(std::string_view text);
+
 /// Returns the folder of the running program; empty if unknown.
 std::filesystem::path program_folder();
 /// Returns a number that no other living process has.

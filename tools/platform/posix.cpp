@@ -51,6 +51,8 @@ bool wait_for_writer(int file, const std::string& path) noexcept {
 
 }  // namespace
 
+fs::path path_of(std::string_view text) { return text; }
+
 std::vector<std::string> arguments(int argc, char** argv) { return {argv, argv + argc}; }
 
 void hold_standard_streams() noexcept {

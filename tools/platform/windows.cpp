@@ -116,6 +116,8 @@ bool has_colours = false;
 
 }  // namespace
 
+fs::path path_of(std::string_view text) { return wide(text); }
+
 std::vector<std::string> arguments(int argc, char** argv) {
   int count = 0;
   wchar_t** const words = CommandLineToArgvW(GetCommandLineW(), &count);
@@ -239,8 +241,9 @@ bool is_same(const std::string& a, const std::string& b) {
   std::error_code error;
   const Kind first = kind_of(a), second = kind_of(b);
   if ((first == Kind::nothing) != (second == Kind::nothing)) return false;
-  if (first == Kind::nothing) return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
-  return first == second && fs::equivalent(a, b, error);
+  if (first == Kind::nothing)
+    return fs::weakly_canonical(path_of(a), error) == fs::weakly_canonical(path_of(b), error);
+  return first == second && fs::equivalent(path_of(a), path_of(b), error);
 }
 
 void copy_permissions(const std::string&, std::FILE*) noexcept {}  // a new file has those of its folder

@@ -52,7 +52,7 @@ void check_place_of_state(const std::string& path) {
   if (there == platform::Kind::other)
     throw UserError(path + ": is not a file: a state file cannot take its place");
   if (why == 0 || why == ENOENT) {
-    why = platform::takes_files(std::filesystem::path(path).parent_path()) ? 0 : errno;
+    why = platform::takes_files(platform::path_of(path).parent_path()) ? 0 : errno;
   }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
 }

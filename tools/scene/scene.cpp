@@ -17,6 +17,7 @@
 #include "tools/files/toml_table.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/scene/scene_table.hpp"
 #include "tools/scene/snap_law.hpp"
 #include "tools/scene/waveform.hpp"
@@ -431,7 +432,8 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
     case MotionType::trace: {
       table.allow(
           {"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file", "clip_load"});
-      const std::filesystem::path path = std::filesystem::path(scene_path).parent_path() / table.text("file");
+      const std::filesystem::path path =
+          platform::path_of(scene_path).parent_path() / platform::path_of(table.text("file"));
       const double clip_load = table.number("clip_load", load_range, 0.0);
       Trace& trace = traces[{path.string(), clip_load}];
       if (!trace) trace = read_trace(path.string(), clip_load);

@@ -11,6 +11,7 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
@@ -55,7 +56,7 @@ std::string journal_path(const SweepOptions& options) {
   // Keeps no journal if a table goes to a device or FIFO, beside which there is no place for it.
   const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
     std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::status(o, error);
+    const std::filesystem::file_status status = std::filesystem::status(platform::path_of(o), error);
     return o != "-" && (std::filesystem::is_regular_file(status) || !std::filesystem::exists(status));
   });
   return file == options.out.end() ? std::string() : *file + ".journal";

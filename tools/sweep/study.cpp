@@ -16,6 +16,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
@@ -211,8 +212,9 @@ Forces forces_of(const Scene& scene, const RunOptions& options, const StepCheck&
 /// Returns a text (modification time and size) that changes when the file changes.
 std::string stamp_of(const std::string& path) {
   std::error_code error;
-  const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
-  const auto size = std::filesystem::file_size(path, error);
+  const auto time =
+      std::filesystem::last_write_time(platform::path_of(path), error).time_since_epoch().count();
+  const auto size = std::filesystem::file_size(platform::path_of(path), error);
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
@@ -231,7 +233,7 @@ std::string text_hash(std::string_view text) {
 
 Study::Study(const StudyOptions& options) : options_(options) {
   scene_text_ = read_text_file(options.scene, most_scene_bytes);
-  scene_file_ = std::filesystem::path(options.scene).filename().string();
+  scene_file_ = platform::path_of(options.scene).filename().string();
   if (scene_file_.empty()) scene_file_ = "scene.toml";
   varied_.reserve(options.vary.size());
   for (const std::string& text : options.vary) varied_.push_back(parse_varied(text));
@@ -260,8 +262,8 @@ Study::Study(const std::string& recipe, const std::string& folder) {
   set_ = settings_of(options_.set, "--set");
   reference_ = settings_of(options_.reference, "--reference");
   for (const auto& [name, text] : files_) {
-    const std::string path = (std::filesystem::path(folder) / fmt::format("{}.csv", paths_.size())).string();
-    std::ofstream(std::filesystem::path(path), std::ios::binary) << text;
+    const std::string path = (platform::path_of(folder) / fmt::format("{}.csv", paths_.size())).string();
+    std::ofstream(platform::path_of(path), std::ios::binary) << text;
     paths_[name] = path;
   }
   prepare();
@@ -293,10 +295,10 @@ std::vector<FileOption> Study::inputs() const {
 // Reads every motion file that a row may need: those in the scene, in the settings, and in a varied key
 // `file`.
 void Study::collect_files() {
-  const std::filesystem::path folder = std::filesystem::path(options_.scene).parent_path();
+  const std::filesystem::path folder = platform::path_of(options_.scene).parent_path();
   const auto add = [&](const std::string& name) {
     if (files_.contains(name)) return;
-    const std::string path = std::filesystem::absolute(folder / name).string();
+    const std::string path = std::filesystem::absolute(folder / platform::path_of(name)).string();
     stamps_[path] = stamp_of(path);
     files_[name] = read_text_file(path);
     paths_[name] = path;

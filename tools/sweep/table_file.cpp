@@ -8,6 +8,7 @@
 
 #include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/platform/platform.hpp"
 #include "tools/sweep/results.hpp"
 
 namespace cli {
@@ -29,19 +30,21 @@ std::string csv_cell(const Json& cell) {
 
 void check_table_file(const std::string& path) {
   if (path == "-") return;
-  const std::string ending = std::filesystem::path(path).extension().string();
+  const std::string ending = platform::path_of(path).extension().string();
   if (ending == ".nc" || ending == ".h5")
     throw UserError(fmt::format(
         "--out {}: tables are CSV; in Python bristle.sweep(...).to_xarray().to_netcdf() writes NetCDF",
         path));
   std::error_code none;  // takes the error for a name that no file can have; opening the file says why
-  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  const std::filesystem::path folder = std::filesystem::absolute(platform::path_of(path)).parent_path();
   if (!std::filesystem::is_directory(folder, none))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
-  if (std::filesystem::is_directory(path, none)) throw UserError(fmt::format("--out {}: is a folder", path));
+  if (std::filesystem::is_directory(platform::path_of(path), none))
+    throw UserError(fmt::format("--out {}: is a folder", path));
   // Tries to open regular files only, since the reader of a FIFO would take an empty trial for the whole
   // table.
-  if (!std::filesystem::exists(path, none) || std::filesystem::is_regular_file(path, none))
+  if (!std::filesystem::exists(platform::path_of(path), none) ||
+      std::filesystem::is_regular_file(platform::path_of(path), none))
     OutputFile trial(path);
 }
 
