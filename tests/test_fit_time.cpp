@@ -231,7 +231,7 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     s.rate = 0.2;
     s.strengthening = 0.02;
     s.strengthening_speed = 1e-8;
-    const Fitted fitted = fit(record(s, 11).csv());
+    const Fitted fitted = fit(record(s, 12).csv());
     CHECK_FALSE(fitted[cli::fit_ageing].fitted);
     CHECK_FALSE(fitted[cli::fit_strengthening].fitted);
     CAPTURE(cli::fit_table(fitted.data, fitted.result));

@@ -221,7 +221,9 @@ FitResult Fitter::report(const FitPoint& point) {
   result.residual_rms = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
   const double squares = friction_measured(data_, point.values).squaredNorm();
   result.explained = 1.0 - r.squaredNorm() / squares;
-  if (!(result.explained >= least_explained) || point.free.empty()) {
+  if (result.explained >= least_explained && point.free.empty())
+    throw UserError(fmt::format("{}: the record determines no number of the material", data_.columns.name));
+  if (!(result.explained >= least_explained)) {
     throw UserError(
         fmt::format("{}: the brush explains {:.0f} % of the force, less than {:.0f} %: this is not friction "
                     "of this motion (sign, units, columns?)",
