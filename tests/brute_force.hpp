@@ -18,8 +18,8 @@ namespace bristle_test {
 /// Quantile function Q(u): the snap length below which a share u of the bristles lies, 0 < u < 1.
 using Quantile = std::function<double(double)>;
 
-/// Returns the inverse of the normal distribution function: the rational start of Acklam, then one step of
-/// Halley on erfc.
+/// Returns the inverse of the normal distribution function: a start by Acklam's rational function, then one
+/// step of Halley's method on erfc.
 inline double inverse_normal(double u) {
   if (!(u > 0.0 && u < 1.0)) throw std::domain_error("inverse_normal needs 0 < u < 1");
   const auto tail = [](double p) {
@@ -119,7 +119,7 @@ struct BruteStep {
 
 class BruteForcePatch {
  public:
-  /// Makes bristles with zero deflection and random snap lengths. `redraw`: a fresh length at each snap.
+  /// Makes straight bristles with random snap lengths. With `redraw` each snap samples a fresh length.
   BruteForcePatch(std::size_t bristles, Quantile quantile, bool redraw, std::uint64_t seed)
       : quantile_(std::move(quantile)), redraw_(redraw), generator_(seed), bristles_(bristles) {
     for (BruteBristle& b : bristles_) b.delta = draw();
@@ -127,7 +127,7 @@ class BruteForcePatch {
 
   std::vector<BruteBristle>& bristles() { return bristles_; }
 
-  /// Moves by (dx, dy), with every snap at its exact place.
+  /// Moves the body by (dx, dy); every bristle snaps at its exact place in the step.
   BruteStep step(double dx, double dy) {
     const double path = std::hypot(dx, dy);
     BruteStep sum;
@@ -142,7 +142,7 @@ class BruteForcePatch {
     return average(sum);
   }
 
-  /// Moves by the paper's loop: z += d; if |z| > delta then z = 0.
+  /// Moves the body by (dx, dy) with the paper's literal rule: z += d; if |z| > delta then z = 0.
   BruteStep literal_step(double dx, double dy) {
     BruteStep sum;
     for (BruteBristle& b : bristles_) {

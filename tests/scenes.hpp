@@ -34,7 +34,7 @@ using bristle::Status;
 constexpr double dbar = 10e-6;
 constexpr double tick = 1e-3;  ///< duration of a step, s
 
-/// Snap-length law of most test scenes.
+/// Snap-length law of most test scenes: uniform.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
 /// Returns the precisions of this build.
@@ -43,7 +43,7 @@ inline std::vector<Precision> precisions() {
   return {Precision::single};
 }
 
-/// Whether the batch uses the scalar reference, which visits every bristle and has no vectors.
+/// Whether the batch steps by the scalar reference code, which visits every bristle and has no vectors.
 inline bool is_scalar(const PatchBatch& batch) { return std::string(batch.isa()) == "scalar"; }
 
 /// Returns a material with simple arithmetic: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
@@ -102,7 +102,7 @@ inline SnapLength reference_law(const std::string& name, double mean = dbar) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material for which friction over load equals the mean deflection over the mean snap length.
 inline Material reduced_material(const SnapLength& law, SnapRule rule, double kappa = 0.0,
                                  double residual_over_mean = 0.0) {
   return plain_material(law, rule)
@@ -179,7 +179,7 @@ inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Mate
   return ids;
 }
 
-/// Returns an equal motion for each patch.
+/// Returns one motion for each patch, all equal.
 inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double dx_m, double dy_m,
                                        double load_n) {
   std::vector<Motion> motions(ids.size());

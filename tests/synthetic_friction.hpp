@@ -15,7 +15,7 @@
 namespace bristle_test {
 
 struct SyntheticFriction {
-  // Parameters of the material:
+  // Parameters of the material. `kinetic`: kinetic friction over load.
   double kinetic = 0.35;
   double length = 15e-6;   // mean snap length, m
   double spread = 0.4;     // coefficient of variation of the snap length, lognormal
@@ -24,14 +24,14 @@ struct SyntheticFriction {
   double stribeck = 1e-3;  // Stribeck velocity, m/s
   bool redraw = true;
   std::size_t bristles = 1800;
-  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
-  // is then that just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
+  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. With
+  // ageing `length` is the mean just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
   std::function<double(double age)> growth;
   double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
   double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
 
-  // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
+  // Number of rings of equal area that make a turning disc, recorded by x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
   double compliance = 0.0;  // compliance of the stage, m/N
@@ -43,9 +43,9 @@ struct SyntheticFriction {
 
   // Drift of the force as a function of time (s), N.
   std::function<double(double)> drift = [](double) { return 0.0; };
-  int every = 1;  // keeps one sample of this many in the record
+  int every = 1;  // records one sample of this many
 
-  // Motion and load over time: s to m, s to N.
+  // Motion and load over time: functions from s to m, and from s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
@@ -86,11 +86,11 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// A slide or a rest of a programme of motion: its duration, and its speed (0 for a rest).
+/// Slide or rest of a programme of motion: its duration, and its speed (0 for a rest).
 struct Piece {
   double seconds, speed;  // m/s
 };
-/// Returns the position over time of a programme, from 0 on; the last piece continues for ever.
+/// Returns the position over time of a programme of motion, from 0 on; the last piece continues for ever.
 inline std::function<double(double)> programme(std::vector<Piece> pieces) {
   return [pieces = std::move(pieces)](double t) {
     double x = 0.0;
@@ -124,8 +124,8 @@ inline double logarithmic_growth(double age, double beta, double tau) {
   return 1.0 + beta * std::log1p(age / tau);
 }
 
-/// Returns friction over load in sliding at a speed, by sums: mean of r S(r / g(r/v)) over mean of S(r /
-/// g(r/v)) (SnapRule::redraw), plus strengthening.
+/// Returns friction over load in sliding at a speed, by a sum over the law: mean of r S(r / g(r/v)) over mean
+/// of S(r / g(r/v)) (SnapRule::redraw), plus strengthening.
 inline double kinetic_at(const SyntheticFriction& s, double speed) {
   double elastic = s.kinetic;
   if (s.growth) {
@@ -163,7 +163,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    // Mean square of the levers of a disc, over the rim's, for the parts of friction that grow with speed.
+    // Mean square of a disc's radii over the rim's: factor of the parts of friction that grow with speed.
     double speed_arm = 1.0;
     if (s.annuli > 0) {
       speed_arm = 0.5;

@@ -1,4 +1,4 @@
-// After warm_up a step allocates nothing, on any thread.
+// Checks that after warm_up() a step allocates no memory, on any thread.
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
@@ -92,8 +92,8 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    CHECK(shedder.report(batch).decisions > 16);  // checks that the load shedder made a decision, since
-                                                  // otherwise it was not tested
+    CHECK(shedder.report(batch).decisions > 16);  // whether the load shedder decided anything, else it was
+                                                  // not tested
     for (const auto& [what, number] : counted) {
       INFO(what);
       CHECK(number == 0);

@@ -24,7 +24,7 @@ TEST_CASE("A removed id never names a later patch", "[batch]") {
     REQUIRE(id.value != 0);
     REQUIRE(seen.insert(id.value).second);
     live.push_back(id);
-    if (k % 3 != 0) {  // removes two of three patches, so that slots are reused many times
+    if (k % 3 != 0) {  // removes two of three patches: slots are reused often
       const std::size_t at = static_cast<std::size_t>(k * 7) % live.size();
       batch.remove(live[at]);
       dead.push_back(live[at]);
@@ -156,14 +156,14 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     const Material shorter = plain_material(SnapLength::uniform(0.4 * dbar, 0.8 * dbar), SnapRule::keep);
     const double rounding = precision == Precision::single ? 1e-6 : 1e-12;
 
-    // All bristles are bent by 0.6 mean lengths, so half of the new snap lengths are shorter than that.
+    // Bends all bristles by 0.6 mean lengths, so that half of the new snap lengths are shorter than that.
     OnePatch patch(longer, plain_options(n, 2, precision));
     patch.step(0.0, 0.0, n);
     patch.step(0.6 * dbar, 0.0, n);
     const double energy = patch.energy();
     patch.batch.set_material(patch.id, shorter);
     const Response r = patch.step(0.0, 0.0, n);
-    // Half of 1000 snap, within 10, because lengths are stratified.
+    // Of 1000 bristles half snap, within 10, because the new lengths are stratified.
     CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);
     const double left = static_cast<double>(n - r.snaps);
     expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
@@ -176,7 +176,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(patch.energy() < energy);
     CHECK(patch.step(0.0, 0.0, n).snaps == 0);
 
-    // Changes only the stiffness: deflections and weight stay, the forces follow.
+    // Gives the patch a material that differs in stiffness only: deflections and weight stay, forces follow.
     OnePatch other(longer, plain_options(n, 2, precision));
     other.step(0.0, 0.0, n);
     other.step(0.5 * dbar, 0.2 * dbar, n);
@@ -303,8 +303,8 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
   const Bristles b = read(batch, ids[1], 1000);
   CHECK(a.delta != b.delta);
   for (const Bristles* s : {&a, &b}) {
-    // The first n lengths of a patch are a stratified sample for every n: the error of their mean is a few
-    // 1/n, far below n^-1/2.
+    // Checks that a patch's first n lengths are a stratified sample for every n: the error of their mean is a
+    // few 1/n, far below n^-1/2.
     double sum = 0.0;
     for (std::size_t i = 0; i < 1000; ++i) {
       sum += s->delta[i] / dbar;
@@ -318,7 +318,7 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
 
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  // Patches that the other thread does not touch, so their results must not change.
+  // Patches that the adding and removing thread leaves alone; their results must not change.
   const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
   const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
   batch.warm_up();
@@ -376,7 +376,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
     std::vector<Response> responses(ids.size());
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      // A patch may have been removed since its id was read; checks that every other patch was stepped.
+      // Skips patches removed since their ids were read; checks that every other patch was stepped.
       const bool right = i < steady.size()
                              ? responses[i].status == Status::ok
                              : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
@@ -451,7 +451,7 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
 }
 
 TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
-  // More patches than the slots of a new batch, so that the queue of move() is rebuilt.
+  // Adds more patches than a new batch has slots for, so that the queue of pending move() calls is rebuilt.
   PatchBatch batch;
   const Material material = plain_material(uniform, SnapRule::redraw);
   const PatchOptions options = plain_options(20);
@@ -480,7 +480,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
   const PatchId id = batch.add(material, plain_options(many));
   batch.warm_up();
   bool shared = false;
-  // After a step that found the workers busy, some steps are not shared with them, so it may take many.
+  // Takes many steps, because after one that found the workers busy, the batch does not share some steps.
   for (int k = 0; k < 20000 && !shared; ++k) {
     const Motion motion{id, {0.3 * dbar, 0.0}, 2.0 * many};
     Response response;
@@ -494,7 +494,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
 }
 
 TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {
-  // Steps of 0.3 position units (2^-44 mean lengths): the remainder is carried to the next step.
+  // Moves by 0.3 of the unit of stored positions (2^-44 mean lengths) per step; the rest must be carried on.
   constexpr double unit = 0x1p-44;
   for (const int axis : {0, 1}) {
     OnePatch used(plain_material(uniform, SnapRule::redraw), plain_options(20));
@@ -515,7 +515,7 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
       moved += b.elastic[axis] != 0.0;
     }
     CHECK(moved > 6);
-    CHECK(moved < 12);  // the first steps together are shorter than one position unit
+    CHECK(moved < 12);  // rounding held back less than a position unit
   }
 }
 

@@ -31,7 +31,7 @@ using bristle::TimeHistogram;
 
 namespace {
 
-/// Returns the smallest of the times that at least this share of them does not exceed.
+/// Returns the smallest of the times that at least `share` of them do not exceed.
 double percentile_of(std::vector<double> times, double share) {
   std::sort(times.begin(), times.end());
   const double rank = std::ceil(share * static_cast<double>(times.size()));
@@ -78,7 +78,7 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
   }
   DeadlineMonitor monitor(1e-3);
   monitor.record(1e-3, 0.0);
-  CHECK(monitor.p50() == 1e-3);  // of a single time the percentile is the maximum, not the end of its bucket
+  CHECK(monitor.p50() == 1e-3);  // a single time is its own percentile, not the end of its bucket
 }
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
@@ -131,8 +131,8 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
   TimeHistogram histogram;
   std::vector<double> times;
   for (int i = 0; i < 20000; ++i) {
-    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, for which bucket edges are
-                                                            // exact
+    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, which the buckets' edges
+                                                            // hold exactly
     histogram.record(times.back());
   }
   std::uint64_t all = 0;
@@ -221,7 +221,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
   CHECK(monitor.skipped() == 4);
   CHECK(monitor.misses() == 7);
   run(4, 0);
-  monitor.pause();  // a pause ends the run of late ticks
+  monitor.pause();  // ends the present run of late ticks
   run(4, 0);
   CHECK(monitor.longest_run() == 6);
   monitor.reset();
@@ -233,7 +233,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
 #if defined(__linux__)
 TEST_CASE("Page faults and preemptions since the last reading are told of late ticks only", "[deadline]") {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const auto touch = [page](std::size_t pages) {  // Touches fresh memory, each page of which faults once.
+  const auto touch = [page](std::size_t pages) {  // touches fresh memory: a page fault for each page
     void* block = mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     REQUIRE(block != MAP_FAILED);
     madvise(block, pages * page, MADV_NOHUGEPAGE);
@@ -306,7 +306,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   for (int k = 0; turns < 1000 && elapsed() < (turns == 0 ? 60.0 : 3.0); ++k) {
     monitor = k % 2 ? few : many;
     if (k % 4 == 0) monitor.reset();
-    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between records, as between ticks
+    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between two ticks, as in a servo loop
     while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
   done = true;
@@ -318,8 +318,8 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
 }
 
 TEST_CASE("A snapshot taken while another thread records holds whole ticks only", "[deadline][threads]") {
-  // Tick k ends k us after it was due, and every second one has used more CPU time than the deadline, so for
-  // any whole number of ticks the numbers are related in closed form.
+  // Records ticks: tick k ends k us after it was due, and every second one has used more CPU time than the
+  // deadline, so for any whole number of ticks the numbers are related in closed form.
   const std::uint64_t ticks = bristle_test::test_size(20000);
   const double longest_s = 1e-6 * static_cast<double>(ticks);
   constexpr double us = 1e-6;

@@ -29,7 +29,7 @@ std::vector<std::unique_ptr<Twin>> make_twins() {
   return twins;
 }
 
-/// Returns an outline. Throws bristle::Error if it is refused.
+/// Returns a random outline of a patch. Throws bristle::Error if it is refused.
 Outline any_outline(Input& input) {
   const auto pressure = input.flag() ? bristle::Pressure::hertz : bristle::Pressure::uniform;
   constexpr double sizes[] = {1e-4, 1e-5, 1e-3, 0.0};
