@@ -70,11 +70,11 @@ TEST_CASE("An arm in MuJoCo hangs on the friction of its joints without creep, w
   CHECK(std::abs(ours.data->qpos[0] - before) < 1e-9);
   CHECK(std::abs(ours.data->qpos[1] - before_elbow) < 1e-9);
   CHECK(std::abs(theirs.data->qpos[0] - its_before) > 1e-3);
-  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both weights
+  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both links' weight
 }
 
-// Torques are below friction: 0.4 to 8.4 N m of 12 in the shoulder, 2.9 of 5 in the elbow, at 2 Hz for a
-// minute.
+// Shakes the arm for a minute at 2 Hz, with torques below friction: 0.4 to 8.4 N m of 12 in the shoulder, 2.9
+// of 5 in the elbow.
 TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on frictionloss and on LuGre it does",
           "[mujoco][joints]") {
   const auto creep = [](World& world, mujoco_example::BristleJoints* joints) {
@@ -99,7 +99,7 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
            limit + ' ' + limit + " 0.1'/>";
   };
   World lugre("0", "0", motor("shoulder", "12") + motor("elbow", "5"));
-  // Explicit integration is unstable with the stiffness of LuGre's bristles.
+  // LuGre's bristles are so stiff that explicit integration would be unstable.
   lugre.model->opt.integrator = mjINT_IMPLICITFAST;
   CHECK(creep(lugre, nullptr) > 0.01);
   CHECK(lugre.data->warning[mjWARN_BADQACC].number == 0);
