@@ -69,7 +69,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           patch.step(0.0, 0.0, load1);
           if (rule == SnapRule::keep) patch.step(1000.37 * dbar, 0.0, load1);
           for (int k = 0; k < 60; ++k) patch.step(0.83 * dbar, 0.0, load1);
-          const double unit = load1 * kinetic * dbar;  // kinetic force at the first load
+          const double unit = load1 * kinetic * dbar;  // kinetic friction at load1, unit of the tables' force
           const double before = -patch.step(0.0, 0.0, load1).elastic[0];
           double x = 0.0;
           for (const Row& row : rows) {
@@ -144,7 +144,7 @@ TEST_CASE("A falling load sheds the bristles that came into contact last", "[loa
                   (precision == Precision::single ? 1e-6 : 1e-12) * energy, "energy that left");
       const Bristles after = read(patch, n);
       for (std::uint32_t i = 0; i < n; ++i) {
-        // A bristle that counts by a fraction keeps its deflection; one out of contact reads as 0.
+        // Bristles in contact keep their deflections, also the fractional one; out of contact they read 0.
         const bool in_contact = i < to;
         expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
         expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");

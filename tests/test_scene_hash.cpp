@@ -160,7 +160,7 @@ TEST_CASE("Delayed copies and slanted lines of one axis move as their scene says
       "outputs = [\"energy\"]\n"
       "[[motion]]\npatch = \"line\"\ntype = \"ramp\"\nvelocity = [0.03, 0.04]\nload = 1.0\n",
       "s.toml");
-  scene.patches[1].options.axes = 1;  // as `bristle accuracy` tries for a motion on a line
+  scene.patches[1].options.axes = 1;  // one axis, as `bristle accuracy` tries for a motion on a line
   const TemporaryFolder folder;
   cli::RunOptions options;
   options.out = folder.at("forces.csv");

@@ -139,7 +139,7 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
       [&] {
         const long before = changes;
         long steps = 0;
-        // Takes at least 200 steps, and goes on until 500 changes were made (the adding thread may wait for a
+        // Takes at least 200 steps, until 500 changes were made (the adding thread may wait for a
         // core).
         for (; steps < 200 || (changes < before + 500 && steps < 2000000); ++steps)
           scene->step(static_cast<int>(steps % 1000));
@@ -180,7 +180,7 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    // Only the count of locks sees a free mutex, which makes no system call.
+    // Locking a free mutex makes no system call, so only the count of locks shows it.
     CHECK(seen.system_call_count == 0);
     CHECK(seen.counts.locks == 3);
   }
