@@ -140,8 +140,8 @@ TEST_CASE("Force and motion of two loggers are merged by time", "[fit][files]") 
     const char* what;
     int every;  // keeps one row of this many of the 1000 force rows a second
     double rate, ahead, encoder;
-    // m, largest error of a position: half of an encoder's count, or what a chord of the motion cuts off,
-    // 0.4 mm (pi / s)^2 (1 / rate)^2 / 8.
+    // Largest error of a position, m: half of an encoder's count, or what a chord of the motion cuts off, 0.4
+    // mm (pi / s)^2 (1 / rate)^2 / 8.
     double most_error;
   } cases[] = {{"a slow motion", 5, 50.0, 0.0, 0.0, 0.2e-6},
                {"a fast motion", 20, 1000.0, 100.0, 0.0, 1e-9},

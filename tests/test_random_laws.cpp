@@ -281,7 +281,7 @@ TEST_CASE("A load drawn anew in each step follows bristles that know who came la
     INFO("resolution " << resolution);
     // Moves by small steps of 0.3 mean lengths, in which hardly any bristle snaps.
     CHECK(error_under_loads(0.3, resolution, true) < 3e-4);
-    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
+    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // noise of the 30,000 bristles beside: 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }
   CHECK(error_with_renewal() < 0.06);  // measured: 0.044 (COHORTS.md, "Load")

@@ -100,7 +100,7 @@ TEST_CASE("Friction of strokes along y is counted from each turn, through a save
         "strokes.toml");
   };
   const cli::Scene scene = scene_of(0.8);
-  // A step slides once the patch is ten mean lengths from its last turn, at a quarter and at three quarters.
+  // Expects sliding from ten mean lengths after a turn; turns are at a quarter and at three quarters.
   const double far = 10.0 * scene.materials[0].material.snap_length.mean();
   std::uint64_t sliding = 0;
   for (int k = 1; k <= 1000; ++k) {

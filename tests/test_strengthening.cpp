@@ -42,7 +42,7 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
       OnePatch with(strengthening_material(), options);
       OnePatch without(Material(strengthening_material()).with_speed_strengthening(0.0, slow), options);
       for (int i = 0; i < 200; ++i) {
-        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // speeds of 1e-7 to 1 m/s
+        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // speeds of 1e-7 to 1 m/s in all
         const double dx = i % 3 == 0 ? -size : 0.6 * size, dy = axes == 2 ? 0.8 * size : 0.0;
         const double load = 1.0 + i % 4;
         Motion motion{with.id, {dx, dy}, load};

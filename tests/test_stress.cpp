@@ -1,4 +1,4 @@
-// Tests of time, with generous margins, in an executable of their own that runs alone (label `stress`).
+// Bounds on computing time, wide ones, in an executable of their own that runs alone (label `stress`).
 //
 // Uses thread CPU time, the best of several tries, so that other programs do not decide.
 #include <catch2/catch.hpp>

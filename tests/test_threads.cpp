@@ -226,7 +226,7 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
 
 TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
-  // Paths of one and of several pieces, turns, and long slides that are mostly carried by their steady state.
+  // Steps of one and of several pieces, turns, and long slides that mostly follow from their steady state.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
   const std::uint32_t n = 70000;  // bristles for several ranges of blocks, the last one shorter
