@@ -35,7 +35,7 @@ class AgedBristles {
     for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].fresh = lengths[i];
   }
 
-  /// Moves by (dx, dy) at constant velocity within the given time.
+  /// Moves the body by (dx, dy) at constant velocity within the given time.
   void step(double dx, double dy, double seconds) {
     for (Bristle& b : bristles_) advance(b, dx / seconds, dy / seconds, seconds);
   }

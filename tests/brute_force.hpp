@@ -74,7 +74,7 @@ inline Quantile single_quantile(double length) {
 inline Quantile uniform_quantile(double low, double high) {
   return [=](double u) { return low + u * (high - low); };
 }
-/// Returns the quantile function of a normal law cut at 0.
+/// Returns the quantile function of a snap-length law: normal, cut at 0.
 inline Quantile normal_quantile(double mean, double deviation) {
   const double below_zero = 0.5 * std::erfc(mean / (deviation * std::sqrt(2.0)));
   return [=](double u) {
@@ -88,7 +88,7 @@ inline Quantile lognormal_quantile(double mean, double cv) {
 inline Quantile exponential_quantile(double mean) {
   return [=](double u) { return -mean * std::log1p(-u); };
 }
-/// Returns the quantile function of a table: values at 0, 1/(n-1), ..., 1, linear in between.
+/// Returns the quantile function of a law by a table: values at 0, 1/(n-1), ..., 1, linear in between.
 inline Quantile table_quantile(std::vector<double> values) {
   return [values = std::move(values)](double u) {
     const double place = u * static_cast<double>(values.size() - 1);
@@ -179,7 +179,7 @@ class BruteForcePatch {
     for (;;) {
       const double along = b.zx * ex + b.zy * ey;
       const double aside = b.zx * ey - b.zy * ex;
-      // Solves |z + t e| = delta for the positive path t.
+      // Finds the positive path t after which |z + t e| = delta, the bristle's snap length.
       const double to_snap =
           std::max(std::sqrt(std::max(b.delta * b.delta - aside * aside, 0.0)) - along, 0.0);
       const double t = std::min(to_snap, left);

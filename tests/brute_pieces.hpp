@@ -15,8 +15,8 @@
 
 namespace bristle_test {
 
-/// All bristles of a patch, as one group for each piece of the path. Lengths in units of the mean snap
-/// length.
+/// A patch's bristles, as one group for each piece of the past path. Lengths are in mean snap
+/// lengths.
 class SmallPieces {
  public:
   /// Makes straight bristles. `quantiles`: snap lengths below which shares 0, 1/(n-1), ..., 1 of them lie.
@@ -103,7 +103,7 @@ class SmallPieces {
 
   static constexpr double per_length = 8192.0;
   double residual_, renewal_;
-  std::vector<double> left_;  ///< survival function of the snap length, as a table
+  std::vector<double> left_;  ///< survival function of the snap length (share of longer ones), a table
   std::vector<Group> groups_;
 };
 

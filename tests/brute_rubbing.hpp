@@ -114,8 +114,8 @@ inline double kinetic_bend(RubbedBristles sliding, double length, double piece) 
   return sum;
 }
 
-/// A measured record in a file: strokes of one to four presliding lengths (18 um, a third of it residual) to
-/// either side, at 50 Hz under 2 N, with noise of 10 mN.
+/// Record of a simulated experiment in a file: strokes of one to four presliding lengths (18 um, a third of
+/// it residual) to either side, at 50 Hz under 2 N, with noise of 10 mN.
 struct RubbedStrokes {
   static constexpr double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
   std::string csv(std::uint64_t seed) const {

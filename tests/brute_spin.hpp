@@ -16,7 +16,7 @@
 
 namespace bristle_test {
 
-/// Means over all bristles of the deflection z, and of its torque r x z.
+/// Means over all bristles of the deflection z, and of its moment r x z about the disc's centre.
 struct SpinDeflection {
   double x = 0.0, y = 0.0;
   double torque = 0.0;

@@ -28,7 +28,7 @@ inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
 }
 
-/// Returns the text of the error that a call throws.
+/// Returns the text of the error that a call throws; "(no error)" if it throws none.
 template <class Exception = bristle::Error, class Call>
 std::string message_of(const Call& call) {
   try {

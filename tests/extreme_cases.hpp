@@ -45,12 +45,12 @@ inline std::vector<Kind> kinds() {
   return all;
 }
 
-/// Takes a step of `length` (m) along the kind's direction.
+/// Moves a patch by `length` (m) in one step, along the direction of its kind.
 inline Response step_along(OnePatch& patch, const Kind& kind, double length, double load,
                            double dt_s = tick) {
   return patch.step(length * kind.ex(), length * kind.ey(), load, dt_s);
 }
-/// Returns the elastic friction along the kind's direction, N.
+/// Returns the elastic friction along the direction of the patch's kind, N.
 inline double friction_along(const Response& r, const Kind& kind) {
   return -(r.elastic[0] * kind.ex() + r.elastic[1] * kind.ey());
 }

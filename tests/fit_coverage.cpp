@@ -145,8 +145,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor are
-/// simulated at 1 kHz and recorded at 100 Hz.
+/// Adds experiments with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor
+/// are simulated at 1 kHz and recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;

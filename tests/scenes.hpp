@@ -120,7 +120,7 @@ inline const char* name_of(Precision precision) {
   return precision == Precision::single ? "single" : "double";
 }
 
-/// Steps a single patch of a batch, or a single outline, and returns its response.
+/// Steps the only patch of a batch, or the only outline, and returns its response.
 template <class Patches, class AnyMotion>
 auto step_one(Patches& patches, const AnyMotion& motion, double dt_s = tick) {
   decltype(patches.find_force(dt_s, motion)) response;
@@ -192,7 +192,7 @@ inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double d
   return motions;
 }
 
-/// Returns the name of the first field in which two responses differ by a bit; empty if none does.
+/// Returns the name of the first field in which two responses differ by a bit; "" if none does.
 inline std::string first_difference(const Response& a, const Response& b) {
   const auto differ = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) != 0; };
   if (a.id != b.id) return "id";

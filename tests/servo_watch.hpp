@@ -17,7 +17,7 @@ struct Counts {
   long exceptions = 0;   ///< number of exceptions thrown
 };
 
-/// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).
+/// Whether this build can be watched: it needs glibc, and no sanitizer (these bring a malloc of their own).
 bool can_watch() noexcept;
 
 /// Returns the counts since the program started; `locks` counts from the calling thread's first call of this

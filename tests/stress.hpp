@@ -19,7 +19,7 @@ namespace bristle_test {
     !defined(__SANITIZE_THREAD__)
 constexpr bool timed_build = true;
 #else
-constexpr bool timed_build = false;  // whether to assert on times; if false, only the work is done
+constexpr bool timed_build = false;  // whether to assert bounds on times; if false, only the work is done
 #endif
 
 inline void check_below(double value, double limit, const char* what) {

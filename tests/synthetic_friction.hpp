@@ -56,7 +56,7 @@ struct SyntheticFriction {
 
 struct RecordedFriction {
   std::vector<double> t, x, load, force;
-  /// Writes angle and torque of a disc of this radius (m).
+  /// Returns the record as CSV with angle and torque, those of a disc of this radius (m).
   std::string disc_csv(double radius) const {
     std::string text = "t,angle,load,torque\n";
     char line[160];
@@ -109,12 +109,12 @@ inline double programme_length(const std::vector<Piece>& pieces) {
   return sum;
 }
 
-/// Returns a programme of slides at one speed with rests of 0.3 to 30 s between them.
+/// Returns a programme of motion: slides at one speed, with rests of 0.3 to 30 s between them.
 inline std::vector<Piece> slide_hold_slide() {
   constexpr double v = 100e-6;
   return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
 }
-/// Returns a programme with speeds of 5 um/s to 1 mm/s, to and fro, and rests of 1 to 12 s.
+/// Returns a programme of motion: slides to and fro at 5 um/s to 1 mm/s, and rests of 1 to 12 s.
 inline std::vector<Piece> velocity_steps() {
   return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
           {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
@@ -199,8 +199,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
-    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction straight
-    // between steps..
+    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction linear between
+    // steps.
     if (s.delay > 0.0) {
       const double lag = s.delay * (force - force_before) * s.rate;
       shown =

@@ -75,7 +75,7 @@ double kept_deflection(double x) {
   return sum / points;
 }
 
-/// Returns places of a slide, m, from 20 to 1000 mean snap lengths.
+/// Returns places on a slide, m, spread over 20 to 1000 mean snap lengths.
 std::vector<double> late_places() {
   std::vector<double> places;
   for (int k = 0; k < 60; ++k) places.push_back(10e-6 * 20.0 * std::pow(50.0, (k + 0.37) / 60.0));
@@ -260,8 +260,8 @@ TEST_CASE("Seeds that scramble err no more on the virgin curve than the golden r
 }
 
 TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 1/n", "[accuracy]") {
-  // At x = 0.8 a share G = 0.3 of the bristles has snapped and is bent by x - delta < x: per bristle f = x -
-  // delta [delta < x], Var f = E[delta^2; < x] - E[delta; < x]^2 = 0.129 - 0.195^2.
+  // Error of the force on first loading: at x = 0.8 a share G = 0.3 has snapped, bent by x - delta: per
+  // bristle f = x - delta [delta < x], Var f = E[delta^2; < x] - E[delta; < x]^2 = 0.129 - 0.195^2.
   const double per_bristle = std::sqrt(0.129 - 0.195 * 0.195) / (0.8 - 0.32 + 0.125);
   const int seeds = 200;
   for (const std::uint32_t n : {100u, 1600u}) {
@@ -269,8 +269,8 @@ TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 
     // that; five such errors are allowed.
     CHECK(virgin_error(true, n, seeds) ==
           Approx(per_bristle / std::sqrt(n)).epsilon(2.5 * std::sqrt(2.0 / seeds)));
-    // Koksma's inequality: variation of f over the shares (0.3 x down from x, once: 0.8 up and the slope's
-    // 0.3) times the discrepancy, below (2 + log2 n) / n for the golden ratio.
+    // Bounds the error of golden-ratio lengths by Koksma's inequality: variation of f over the shares (0.8 of
+    // its jump, 0.3 of its slope) times the discrepancy, below (2 + log2 n) / n for the golden ratio.
     CHECK(virgin_error(false, n, 20) < 1.2 / 0.605 * (2.0 + std::log2(n)) / n);
   }
 }
@@ -425,7 +425,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   const std::string file = folder.write("ramp.toml", ramp_scene(rule, 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
-  // Time for the study, s; ten times as long in builds that run slowly.
+  // Time limit for the study, s; ten times as long in builds that run slowly.
   options.seconds = bristle_test::test_size(10) == 10 ? 1.5 : 15.0;
   options.error = 0.02;
   const cli::Scene before = cli::read_scene(file);
@@ -493,7 +493,7 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
           "[accuracy]") {
   const bristle_test::TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
-  // Sets a key to a value that is also the default of coefficients().
+  // Adds a key to the scene with a value that is the default of coefficients() too.
   text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");
   cli::AccuracyOptions options;
   options.quick = true;
@@ -547,7 +547,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
       fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
   const std::string file = folder.write("inline.toml", scene);
   const cli::Scene before = cli::read_scene(file);
-  // Checks that a scene written to another folder names its motion file by the path from that folder.
+  // Checks that a scene written to another folder refers to its motion file by the path from that folder.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
   CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);

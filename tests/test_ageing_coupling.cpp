@@ -39,7 +39,7 @@ PatchOptions options_of(Population population) {
   return options;
 }
 
-/// Slides a patch, in steps of a tenth of the presliding length.
+/// Slides a patch at a constant speed, in steps of a tenth of the presliding length.
 Response slide(OnePatch& patch, double lengths, double speed) {
   Response r;
   for (double x = 0.0; x < lengths; x += 0.1) r = patch.step(0.1 * length, 0.0, load, 0.1 * length / speed);

@@ -36,23 +36,23 @@ class AgeingBrush {
               int axes = 1, std::uint32_t seed = 1)
       : bristles_(n), patch_(material, plain_options(n, axes, precision).with_seed(seed)) {}
 
-  /// Moves along x. Returns the mean deflection at the end of the step.
+  /// Moves the patch along x. Returns the mean deflection at the end of the step.
   double slide(double length, double speed) {
     const Response r = patch_.step(length * dbar, 0.0, bristles_, length / speed * tau);
     return deflection(r.elastic[0]);
   }
-  /// Moves along x. Returns the mean deflection averaged over the step.
+  /// Moves the patch along x. Returns the mean deflection averaged over the step.
   double mean_over(double length, double speed) {
     return deflection(patch_.step(length * dbar, 0.0, bristles_, length / speed * tau).mean[0]);
   }
-  /// Moves along x in steps of at most `piece`. Returns the mean deflection at the end.
+  /// Moves the patch along x in steps of at most `piece`. Returns the mean deflection at the end.
   double slide_in_pieces(double length, double speed, double piece) {
     const int steps = std::max(1, static_cast<int>(std::ceil(length / piece - 1e-9)));
     double end = 0.0;
     for (int k = 0; k < steps; ++k) end = slide(length / steps, speed);
     return end;
   }
-  /// Lets time pass in a step that does not name the patch.
+  /// Lets time pass in a step that leaves out the patch, which rests.
   void wait(double taus) { patch_.batch.step(taus * tau, {}, {}); }
 
   double deflection(double force) const { return -force / (bristles_ * dbar); }
@@ -473,8 +473,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   OnePatch patch(material, plain_options(n, 1));
   patch.step(0.0, 0.0, 500.0, tau);
   patch.batch.step(99.0 * tau, {}, {});
-  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1, so they stick up to 1 +
-  // ln(2) / 2 lengths, the old ones up to 3.3.
+  // Half of 1000 bristles have age 100, half are new (in tau). Within this step the new ones age by 1, so
+  // they stick up to 1 + ln(2) / 2 mean lengths, the old ones up to 3.3.
   const auto force = [&](double length, double taus) {
     return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
   };
@@ -576,8 +576,8 @@ TEST_CASE("the rest of a patch that ages is over after a slide in any direction"
 }
 
 TEST_CASE("a material changed after a rest begins the count of the slide that ends the rest", "[ageing]") {
-  // Moves half of the path after which a rest is forgotten, rests, changes the material, moves the whole
-  // path: afterwards bristles are at most as old as the change.
+  // Moves by half of the path after which bristles have forgotten a rest, rests, changes the material, moves
+  // the whole path: afterwards bristles are at most as old as the change.
   const bristle::Ageing ageing = bristle::Ageing::saturating(0.5, 1000.0);
   const Material material = plain_material(uniform, SnapRule::redraw).with_ageing(ageing);
   const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;

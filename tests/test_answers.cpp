@@ -117,7 +117,7 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Sets the width of lines for its lifetime; its end restores the text layout of the process.
+/// Sets the width of text lines while this object lives; its end restores the process's text layout.
 struct Columns {
   explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
   ~Columns() { cli::text_layout() = cli::TextLayout(); }
@@ -243,7 +243,7 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
 
 TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
           "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
+  if (!BRISTLE_WITH_DOUBLE) return;  // the scene has a patch in double precision
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
   const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
@@ -369,8 +369,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
   const Folder folder;
   const std::string script = folder.write("completion", run_cli(folder, "completion bash").out);
   const std::vector<std::string> paths = command_paths(folder);
-  // Runs one shell for all places: for each it prints the words that may follow, then those that begin with
-  // "--".
+  // Runs one shell that completes command lines at all places: for each it prints the words that may follow,
+  // then those that begin with "--".
   std::string program = "source '" + script +
                         "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
                         "COMP_CWORD=$(($# - 1)); COMPREPLY=(); _bristle; echo \"${COMPREPLY[*]}\"; }\ncd '" +

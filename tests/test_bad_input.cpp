@@ -80,7 +80,7 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   CHECK(first_difference(got[0], expected[0]) == "");
   CHECK(first_difference(got[2], expected[1]) == "");
 
-  // Checks that a trial with the bad motion changes nothing either.
+  // Checks that a trial step with the bad motion changes nothing either.
   const Response trial = bad.batch.find_force(tick, motions[1]);
   CHECK(trial.status == Status::bad_input);
   check_no_force(trial);
@@ -269,7 +269,7 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
   std::uint64_t hashes[3];
   int at = 0;
   for (unsigned mode :
-       // Modes in which denormal results count as 0, then also denormal inputs.
+       // Floating-point modes in which denormal results count as 0, then also denormal inputs.
        {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {
     PatchBatch batch(BatchOptions{}.with_threads(2));
     const std::vector<PatchId> ids =
@@ -286,7 +286,7 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
     hashes[at++] = batch.state_hash();
     const unsigned after = _mm_getcsr();
     _mm_setcsr(original);
-    // Compares the control bits only; sticky exception flags (the low six) may be raised by any arithmetic.
+    // Compares the floating-point mode's control bits; any arithmetic may raise the low six (sticky) flags.
     CHECK((after & ~0x3fu) == (mode & ~0x3fu));
   }
   CHECK(hashes[0] == hashes[1]);

@@ -107,11 +107,11 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   PatchBatch simple, bulk;
   const std::vector<PatchId> a = add_patches(simple, 3, material, options);
   const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // before the first step there is no response
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step yet, so no response
   for (int k = 0; k < 15; ++k) {
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < 3; ++i) {
-      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // this patch is not named, so it rests
+      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // leaves out this patch, which rests
       const double dx = 1e-6 * (k + 1.0);
       simple.move(a[i], dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i));
       motions.push_back(same_motion({b[i]}, dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i))[0]);
@@ -188,7 +188,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(s.stiffness == Approx(3.0 * n));
     CHECK(other.batch.info(other.id).weight == 1.0);
 
-    // Changes from keep to redraw and back.
+    // Changes the snap rule of a live patch from keep to redraw and back.
     other.batch.set_material(other.id, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
     for (int k = 0; k < 30; ++k) REQUIRE(other.step(0.7 * dbar, 0.0, n).status == Status::ok);
     CHECK(-other.step(0.0, 0.0, n).elastic[0] / (n * dbar) == Approx(0.545).epsilon(0.15));
@@ -249,8 +249,8 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   bristle::PatchInfo info = batch.info(one);
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.representatives == 500);
-  CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
-  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at a weight of 4
+  CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max, 2 N / (1000 N/m x 1e-6 m), over 500
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at 4 per representative
   CHECK(info.normal_load == 0.5);
   CHECK(info.memory_bytes >= 500u * info.bytes_per_representative);
   CHECK(info.bytes_per_representative >= 8);
@@ -324,7 +324,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   batch.warm_up();
 
   std::mutex mutex;
-  std::vector<PatchId> shared;  // patches that the other thread has added and not removed
+  std::vector<PatchId> shared;  // patches that the other thread added and has not removed
   std::atomic<bool> stop{false};
   std::atomic<int> added{0}, removed{0}, changed{0};
   std::thread other([&] {
@@ -365,8 +365,8 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   const int enough = static_cast<int>(test_size(3000));
   int steps = 0;
   int wrong = 0;
-  for (; steps < enough || added <= 10; ++steps) {  // in slow builds the loop goes on until the other thread
-                                                    // has had its turns
+  for (; steps < enough || added <= 10; ++steps) {  // slow builds go on until the other thread had its
+                                                    // turns
     std::vector<PatchId> ids = steady;
     {
       const std::lock_guard<std::mutex> lock(mutex);

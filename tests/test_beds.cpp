@@ -28,7 +28,7 @@ namespace {
 
 constexpr double pi = 3.141592653589793;
 
-/// One bed in a batch of its own.
+/// A single bed in a batch of its own, with its motion and response.
 struct OneBed {
   BedBatch batch;
   BedMotion motion;
@@ -353,7 +353,7 @@ TEST_CASE("A bed without rolling steps as its bristles do one by one") {
       if (cells[i].load > 0.0)
         CHECK(shown[i].stiffness / cells[i].stiffness == Approx(shown[1].stiffness / cells[1].stiffness));
       else
-        CHECK(shown[i].stiffness == 0.0);  // a bristle out of contact has no stiffness
+        CHECK(shown[i].stiffness == 0.0);  // bristles out of contact have no stiffness
       CHECK(shown[i].stiffness * shown[i].limit ==
             Approx(shown[1].stiffness * shown[1].limit * cells[i].load / cells[1].load).epsilon(1e-5));
       limit += shown[i].stiffness * shown[i].limit;
@@ -623,8 +623,8 @@ TEST_CASE(
     "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
     "one") {
   // Steady rolling in closed form: slip bends a bristle by slip x t, t the distance from the leading edge, up
-  // to the static limit; from there it has the kinetic one. Limits are 4 u (1 - u), u = t / 2a.
-  // Unit: kinetic limit of the deflection at the middle, m.
+  // to the static limit; from there it has the kinetic one. Limits are 4 u (1 - u), u = t / 2a. `unit`:
+  // kinetic limit of the deflection at the middle, m.
   const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;
   for (const double slip : {0.5, 1.0, 2.0, 3.0}) {  // slip times contact length, in `unit`s
     OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
@@ -914,7 +914,7 @@ TEST_CASE("Tiny motions of a bed add up, rolling as well as sliding") {
 }
 
 TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met, its half-space stated") {
-  // CONTACT's example `tractcurv`. The flexibilities are those that it prints, in m^3/N.
+  // Example `tractcurv` of the program CONTACT. The flexibilities are those that it prints, in m^3/N.
   const double a = 6.304e-3, b = 12.61e-3, load = 106.7e3, friction = 0.33, step = a / 16.0;
   int cases = 0;
   for (const Row& row : read_table("contact_program.csv")) {
@@ -977,8 +977,8 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
 }
 
 TEST_CASE("A wheel that is turned where it stands: parking torque over the steering angle, there and back") {
-  // Expects every bristle to follow an arc of its own: T(phi) = sum of r min(k r phi, limit), and Masing's
-  // rule on return.
+  // Expects that every bristle follows its own arc: T(phi) = sum of r min(k r phi, limit); Masing's rule on
+  // return.
   const double a = 0.07, b = 0.08, load = 4000.0, friction = 0.9, presliding = 2e-3;
   OneBed wheel(BedMaterial(friction).with_presliding(presliding),
                BedShape::rectangle(a, b, BedPressure::parabolic).rolling(33, 12), with_load(load));
@@ -1051,7 +1051,7 @@ namespace {
 /// end.
 struct WheelOfCar : OneBed {
   static constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3;
-  double inertia, end;  ///< inertia in kg m^2, 0: the brake holds the wheel
+  double inertia, end;  ///< inertia of the wheel, kg m^2; 0: the brake holds it
   double speed = 0.0, rim = 0.0, at = 0.0;
 
   WheelOfCar(double slip_stiffness, double inertia_kg_m2, double end_share)
@@ -1108,8 +1108,8 @@ TEST_CASE("A wheel with inertia under a car's mass, by the midpoint solve, climb
           gained = std::max(gained, car.energy(downhill) - before);
           before = car.energy(downhill);
         }
-        // Expects the speed of rolling without creep, reduced by the creep, which is force over slip
-        // stiffness.
+        // Expects the wheel's speed as if it rolled without creep, reduced by the creep, which is force over
+        // slip stiffness.
         CHECK(car.speed == Approx(2.0 - downhill / heavy * time).margin(2e-3));
         CHECK(gained < 1e-7);
       }
@@ -1127,7 +1127,7 @@ TEST_CASE("A locked wheel under a car's mass, by the midpoint solve, stops and g
         gained = std::max(gained, car.energy(slope * car.load) - before);
         before = car.energy(slope * car.load);
       }
-      // Checks that the car rocks on its tyre, which nothing damps, with no more energy than the last slip
+      // Checks that the stopped car rocks on its undamped tyre with no more energy than the last slip
       // left.
       CHECK(std::abs(car.speed) <
             1.05 * 0.9 * car.load * std::sqrt(0.07 / (slip_stiffness * car.mass)) + 1e-3);
@@ -1202,7 +1202,7 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(keyed.end_step() == 1);  // key 7 was not requested in this step, so its bed is lost
   CHECK(keyed.size() == 1);
   CHECK_FALSE(static_cast<bool>(keyed.find(7)));
-  // The bed of the lost contact serves the new one; its bristles are straight.
+  // Checks that the bed of the lost contact serves the new one with straight bristles.
   CHECK(push(12, 0.0).id == first);
   CHECK(batch.info(first).normal_load == 2.0);
   CHECK(push(12, 0.0).force[0] == 0.0);

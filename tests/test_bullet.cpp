@@ -208,7 +208,7 @@ TEST_CASE(
 
 TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness", "[bullet][beds]") {
   constexpr double slip_stiffness = 40.0, radius = 0.1, mass = 0.3,
-                   torque = 0.02;  // N per unit slip; m; kg; N m
+                   torque = 0.02;  // N per unit slip, kg, m, N m
   FrictionOptions options = OnFloor::options(1e-3);
   options.rolling.emplace();
   options.rolling->material = bristle::BedMaterial(0.8).with_slip_stiffness(slip_stiffness, slip_stiffness);

@@ -22,7 +22,7 @@ using namespace bristle;
 
 namespace {
 
-/// A batch of the C interface, and a patch in it.
+/// A batch of the C interface with one patch.
 struct CPatch {
   bristle_batch* batch = nullptr;
   bristle_material material;

@@ -32,7 +32,7 @@ Material skin() {
                                          .with_damping_per_newton(2.0));
 }
 
-/// Makes a floor: everything below z = 0, from x = `from` to `to`.
+/// Returns the distance function of a floor: everything below z = 0, from x = `from` to `to`.
 cGenericObject::Distance floor_between(double from = -1e9, double to = 1e9) {
   return [=](const Vector3d& p, Vector3d& normal) {
     normal = Vector3d::UnitZ();
@@ -216,8 +216,8 @@ TEST_CASE("A damper takes the velocity of a scaled device from many counts where
       last = now;
     }
   }
-  // Without the filter, one encoder count in a tick is a velocity of 0.1 m/s, and the damper of 2 N times 5
-  // s/m makes 1 N of it.
+  // Without the velocity's filter, one encoder count in a tick is a velocity of 0.1 m/s, of which the damper
+  // (2 N times 5 s/m) makes 1 N.
   CHECK(jump[0] > 0.9);
   CHECK(jump[1] < 0.3 * jump[0]);
 }
@@ -288,7 +288,7 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
     most = std::max(most, -tool.friction()[0]);
   });
   CHECK(least > 0.999 * most);
-  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force, which includes the
+  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force so far, with the
                                                                      // damper's part
 }
 
@@ -304,8 +304,8 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // an object with another frame, whose top lies where the old
-                                                // object's was
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // object with another frame, its top in the old
+                                                // place
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;
@@ -374,7 +374,7 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
 
 namespace {
 
-/// Result of a tool that slides over the floor at 0.1 m/s with bristles that all snap at one friction.
+/// Result of a tool that slides over the floor at 0.1 m/s: a run with bristles of one law.
 struct Sliding {
   double ripple;  // rms of the friction about its mean, over the mean
   double early;   // pull in the first tick, which moves 0.1 um, N

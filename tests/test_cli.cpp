@@ -95,8 +95,8 @@ void check_refused(const Folder& folder, const std::string& arguments,
 }  // namespace
 
 TEST_CASE("The sine of prescribed motions is a sine", "[cli]") {
-  // Compares with libm, over several turns in both directions; the tolerance covers the rounding of libm's
-  // argument.
+  // Compares the trace's positions with libm, over several turns in both directions; rounding of libm's
+  // argument is allowed.
   for (int i = -4000; i <= 4000; ++i) {
     const double turns = i / 1000.0;
     REQUIRE(std::abs(cli::sine_of_turns(turns) - std::sin(2.0 * M_PI * turns)) < 6e-15);
@@ -269,9 +269,9 @@ TEST_CASE("A body thrown onto a surface stops where Coulomb says", "[cli][physic
   s.motion =
       "[[body]]\nname = \"puck\"\nmass = 0.1\ngravity = 10.0\npatches = [\"tip\"]\nvelocity = [0.24, 0.32]\n";
   const json report = run_report(folder, "run '" + folder.write("throw.toml", s.text()) + "'");
-  // v0^2 / (2 mu g) along the throw = 0.16 / (2 0.4 10) = 20 mm, stopped after 0.1 s. 1000 bristles in
-  // contact slide 2000 snap lengths: spread below 0.7 / sqrt(1000 * 100), of which five are allowed; the
-  // first bending and the last recoil are a snap length of 10 um each.
+  // Expected path of the throw: v0^2 / (2 mu g) = 0.16 / (2 0.4 10) = 20 mm, stopped after 0.1 s. 1000
+  // bristles in contact slide 2000 snap lengths: spread below 0.7 / sqrt(1000 * 100), of which five are
+  // allowed; the first bending and the last recoil are a snap length of 10 um each.
   const json& body = report["bodies"][0];
   const double tolerance = 0.020 * 5 * 0.7 / std::sqrt(1000.0 * 100) + 20e-6;
   CHECK(body["position"][0].get<double>() == Approx(0.6 * 0.020).margin(tolerance));
@@ -295,8 +295,8 @@ TEST_CASE("A body pushed below the limit does not creep", "[cli][physics]") {
       static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "x") - rows[0].begin());
   const double at_2_s = std::stod(rows.at(2000).at(column)), at_4_s = std::stod(rows.at(4000).at(column));
   CHECK(at_2_s > 0.0);
-  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // tolerance 1e-8 of a mean snap length; the file holds
-                                                   // nine digits
+  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // tolerance 1e-8 of a mean length; the file has nine
+                                                   // digits
   CHECK(std::stod(rows.at(4000).at(2)) == Approx(-0.3).epsilon(1e-9));
 }
 
@@ -712,8 +712,8 @@ TEST_CASE("Completion offers models, instruction sets and the keys of a scene", 
 TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const Folder folder;
   const json body = run_report(folder, "run " + scene_path("block_on_floor"))["bodies"][0];
-  // The push rises to 1.3 N in 0.6 s from 1.4 s on, past the 0.46 x 2.45 N that the block holds. The block
-  // moves by a snap length within 17 ms.
+  // Expects a slip: the push rises to 1.3 N in 0.6 s from 1.4 s on, past the 0.46 x 2.45 N that the block
+  // holds. The block moves by a snap length within 17 ms.
   CHECK(body["broke_away_n"].get<double>() == Approx(0.46 * 0.25 * 9.80665).epsilon(0.04));
   CHECK(body["broke_away_s"].get<double>() == Approx(1.4 + 0.6 * 0.46 * 0.25 * 9.80665 / 1.3).margin(0.02));
   CHECK(body["stuck_s"] > 2.0);
@@ -755,7 +755,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   if (!BRISTLE_MINIMAL) {
     CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, one patch",
                                               "2 axes, slide, end, single, patches of 32"});
-    // Expects rows for rest, tremor, three straight slides and one in zigzag, for one patch and for ten
+    // Expects capacity rows for rest, tremor, three straight slides, a zigzag, for one patch and for ten
     // thousand.
     REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1));
     for (const json& row : report["infinite"]) {
@@ -788,7 +788,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
   const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
 
-  // A simulated clock of 1 ns per bristle; late steps of probes and confirming run take these factors of it.
+  // A simulated clock of 1 ns per bristle. Late steps take longer by the factors `probes` and `confirming`.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
       const double factor = steps <= 300 ? probes : bristles >= late_from ? confirming : 1.0;
@@ -805,7 +805,7 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 
   const cli::CapacityRow usual = cli::find_capacity({}, options, clock(1.0, 1.0));
   CHECK(usual.fits.bristles <= 1'000'000);
-  CHECK(usual.fits.bristles >= 980'000);  // the search ends at a difference of 2 %
+  CHECK(usual.fits.bristles >= 980'000);  // the search stops at 2 % precision
   CHECK_FALSE(usual.unconfirmed);
 
   // Simulates a clock by which 2^24 bristles (the most) fit in every probe of the search, but not in the

@@ -27,7 +27,7 @@ constexpr double tau = 1.0;  ///< s
 
 // ------------------------------------------------------------------------------- a patch, in reduced units
 
-/// A patch that moves along (0.6, 0.8), with lengths in mean snap lengths, times in s, forces over load.
+/// A patch that moves along (0.6, 0.8), in reduced units: mean snap lengths, s, forces over load.
 struct AgedBrush : Brush {
   using Brush::Brush;
 
@@ -87,8 +87,8 @@ Errors steady_errors(double resolution) {
   return errors;
 }
 
-/// Returns the relative errors of peak forces. `brief`: only rows with a hold of tau, which the table has to
-/// 1.4e-3 only (see the test against quadrature).
+/// Returns the relative errors of the peak force after a hold, by law. `brief`: only rows with a hold of tau,
+/// which the table has to 1.4e-3 only (see the test against quadrature).
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
   for (const Row& row : read_table("ageing_hold.csv")) {
@@ -367,8 +367,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
 }
 
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Makes steps of 0.1 s, of 1 ms and, for some parts of the motion, of 1 us. Bristles that restart and snap
-  // again inside a step age too, which the exponential law tests.
+  // Moves in steps of 0.1 s, of 1 ms and, partly, of 1 us, and compares. Bristles that restart and snap again
+  // inside a step age too, which the exponential law tests.
   const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
                         {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {

@@ -54,7 +54,7 @@ struct OpenBrush {
   const Cohorts* rows;
 };
 
-/// Mass, moments and ranks of a patch, summed over its cohorts one by one.
+/// Mass, moments and ranks (order of entering contact) of a patch, summed over its cohorts one by one.
 struct Books {
   double mass = 0.0, x = 0.0, reach = 0.0, rank = 0.0, spread = 0.0;
 };
@@ -92,8 +92,8 @@ struct WildPath {
   }
 };
 
-/// Returns the number of steps after which the mass of the cohorts differed from that of the load by a unit
-/// or more.
+/// Returns in how many steps the mass of the cohorts differed from that of the load by a unit or
+/// more.
 long count_mass_errors(const bristle::SnapLength& law, double resolution, std::uint32_t capacity, long steps,
                        unsigned seed, long& full) {
   OpenBrush brush(law, resolution, capacity);
@@ -123,7 +123,7 @@ TEST_CASE("The mass of an infinite brush is that of its load, to the last unit, 
       long full = 0;
       INFO(to_string(law.law()) << ", " << capacity << " cohorts");
       CHECK(count_mass_errors(law, 4.0, capacity, steps, capacity, full) == 0);
-      CHECK(full > steps / 100);  // checks that cohorts were merged, since otherwise nothing was tested
+      CHECK(full > steps / 100);  // whether cohorts were merged, else nothing was tested
     }
 }
 

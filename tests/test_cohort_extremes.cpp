@@ -112,8 +112,8 @@ TEST_CASE("Tremor of every amplitude keeps its error over hundreds of cycles", "
 }
 
 TEST_CASE("Steps of 1e-3 to 1e200 lengths are the same slide for every law", "[cohorts][extreme]") {
-  // A law of spread 2 forgets only after hundreds of lengths, and its longest bristles, one in a hundred
-  // thousand, carry 1 % of the force.
+  // Laws of increasing spread. One of spread 2 forgets its start only after hundreds of lengths, and its
+  // longest bristles, one in a hundred thousand, carry 1 % of the force.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), lognormal,
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::lognormal(dbar, 2.0),
                                 SnapLength::exponential(dbar), SnapLength::normal(dbar, 0.1 * dbar)}) {

@@ -298,7 +298,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
 
 TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
           "[cohorts][rubbing][physics][determinism]") {
-  constexpr int parts = 250;  // number of equal pieces into which a move is cut for the independent model
+  constexpr int parts = 250;  // number of pieces of a move in the independent model
   for (const SnapLength& law : {uniform, lognormal, SnapLength::exponential(dbar)})
     for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.1, 1.0}, Rubbing{0.4, 2.0}}) {
       INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);

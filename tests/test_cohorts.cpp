@@ -167,8 +167,8 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
 
 TEST_CASE("Steady sliding in steps within a piece is exact to 1e-4 at the default resolution",
           "[cohorts][physics]") {
-  // Placing all bristles born in a piece of length h at its middle would leave an error of h^2 / (24 dbar):
-  // 1.2e-3 of the force.
+  // Allows less than the error of placing all bristles born in a piece of length h at its middle, h^2 / (24
+  // dbar), 1.2e-3 of the force.
   for (double cv : {0.3, 0.5}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
     const double expected = law.moment(2) / (2.0 * law.mean()) / dbar;
@@ -396,8 +396,8 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   struct Wavering {
     const char* name;
     double lowest, highest;  // range of the load, over max_normal_load
-    double stroke;           // path per step in mean snap lengths; 0 means that the patch rests after the
-                             // first steps
+    double stroke;           // path per step, mean snap lengths; 0: the patch rests after its first
+                             // steps
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},

@@ -311,7 +311,7 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
 }
 
 TEST_CASE("A rigid motion of the whole scene changes no force but its direction", "[frame]") {
-  // A body slides and spins over a curved, turning surface; repeats it while everything turns about the
+  // Lets a body slide and spin over a curved, turning surface; repeats it while everything turns about the
   // origin, by any amount in a step.
   for (double rate : {1e-3, 0.1, 2.0}) {
     SpacePatch still, moving;
@@ -393,7 +393,7 @@ TEST_CASE("A force at an arm gives its moment", "[frame]") {
   const ContactFrame::Wrench w = ContactFrame::wrench(frame.force(tangential), Vector3d(0.5, 0.0, 0.25));
   const Vector3d force = w.head<3>(), moment = w.tail<3>();
   CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
-  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // torque r x F, computed by hand
+  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // torque r x F, by hand
 }
 
 TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, and are restored by a copy",

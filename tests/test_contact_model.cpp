@@ -32,8 +32,8 @@ using bristle_test::saved_state;
 using bristle_test::step_one;
 using bristle_test::tick;
 
-/// One elastic bristle along x that slides when bent beyond the mean snap length: Coulomb friction with an
-/// elastic beginning.
+/// Contact model of one elastic bristle along x that slides when bent beyond the mean snap length: Coulomb
+/// friction with an elastic beginning.
 struct Coulomb : PatchRecord {
   /// Deflection (scaled length) at the last position at which a kernel moved the patch; with this model
   /// always the present position.
@@ -49,8 +49,8 @@ Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
 
 double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
 
-/// Copies to the record that all models share: the bristle's deflection, its weight, and the bound within
-/// which the patch may move without a call of the model.
+/// Copies to the part of a patch that all models share: the bristle's deflection, its weight, and the bound
+/// within which the patch may move without a call of the model.
 void note(Patch& p) noexcept {
   const auto& m = p.material();
   p.part = p.zeta > 0.0 ? 1.0 : 0.0;

@@ -23,7 +23,7 @@ namespace bristle_test::test_contracts {
 
 namespace {
 
-/// A patch so large that its step is shared among threads.
+/// Returns a patch so large that its step is shared among threads.
 struct Shared {
   PatchBatch batch;
   Motion motion;
@@ -229,8 +229,8 @@ TEST_CASE("An outline that was just added is there at once, with all of its cell
   CHECK_FALSE(failed);
 }
 
-// The thread sanitizer supports no threads in the fork of a process with threads, and finds no symbol, and
-// hence no suppression, for a race of oneTBB in code that was unloaded.
+// Skips under the thread sanitizer, which supports no threads in the fork of a process with threads, and has
+// no suppression for a race of oneTBB in code that was unloaded.
 #if !defined(__SANITIZE_THREAD__)
 
 TEST_CASE("A forked process makes batches of its own, whatever its parent has", "[contracts][threads]") {

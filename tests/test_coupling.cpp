@@ -18,7 +18,7 @@ enum class Way { predictor, midpoint };
 
 constexpr double mass = 0.1;
 
-/// A mass on a rail over one patch, with k = K T^2/m and c = C T/m at T = tick.
+/// A mass on a rail over one patch, with a chosen k = K T^2/m and c = C T/m, where T = tick.
 struct Rail : RailBody {
   Rail(Way way, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
       : RailBody(way == Way::midpoint, mass, 1.0,
@@ -212,7 +212,7 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
   batch.step(tick, motions, responses);  // a step only to put the patches under load
-  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities, along x and y
+  bristle::MovingBody<2> body;           // body of 1 kg with velocities along x and y
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {
@@ -280,8 +280,8 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
 }
 
 TEST_CASE("The plate of the example holds below the limit, and accelerates beyond it", "[coupling]") {
-  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. A held plate moves by less than the longest bristle; past
-  // the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
+  // The load is 0.25 kg * 9.81 = 2.45 N, kinetic friction 0.98 N. A held plate moves by less than the longest
+  // bristle; past the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
   CHECK(pushed_plate(0.5) < 15e-6);
   CHECK(pushed_plate(0.5) > 1e-6);
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));

@@ -37,8 +37,8 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
 }
 
 TEST_CASE("A creep far below the resolution of positions counts in full", "[creep]") {
-  // Positions are multiples of 2^-44 scaled lengths, 4.3e-19 m here. With each step rounded alone, steps of
-  // 1e-18 m would be 14 % short and steps of 1e-19 m nothing.
+  // Moves in steps below the resolution. Positions are multiples of 2^-44 scaled lengths, 4.3e-19 m here.
+  // With each step rounded alone, steps of 1e-18 m would be 14 % short and steps of 1e-19 m nothing.
   for (const double d : {1e-18, 1e-19, 3e-17}) {
     for (const int axes : {1, 2}) {
       INFO("steps of " << d << " m, axes " << axes);
@@ -51,7 +51,7 @@ TEST_CASE("A creep far below the resolution of positions counts in full", "[cree
       const double tolerance = 2.2e-19 + 1e-10 * steps * d;
       expect_near(-r.elastic[0], steps * d, tolerance, "force");
       expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
-      // Moves back by the same steps, and checks that no displacement was lost.
+      // Moves back by as many steps, and checks that no displacement was lost.
       for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
       expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
     }
@@ -67,7 +67,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   REQUIRE(fresh.hash() == before);
   crept.step(1.7e-19, 0.0, 300.0);  // 0.4 of a position unit: only the remainder changes
   CHECK(crept.hash() != before);
-  // A trial step includes the remainder and leaves it unchanged.
+  // Checks that a trial step includes the remainder of the position and leaves it unchanged.
   Motion trial{crept.id, {1.7e-19, 0.0}, 300.0};
   const std::uint64_t hash = crept.hash();
   for (int k = 0; k < 5; ++k) crept.batch.find_force(1e-3, trial);
@@ -260,7 +260,7 @@ Depth hold(HeldCapsule& capsule, const Grip& grip, int from, int steps) {
 
 TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the grip does from 12 to 60 N",
           "[creep]") {
-  constexpr double damping_per_newton = 20.0;  // damping of the pads per newton of load, s/m
+  constexpr double damping_per_newton = 20.0;  // damping of both pads per newton of load, s/m
   constexpr int steps = 1600;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -310,7 +310,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   patch.step(0.0, 0.0, n);
   const double path = 0.29 * dbar;  // path of each step, m
 
-  // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
+  // With two axes the path is a circle: each step turns by 1e-3 rad.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;
   double x = 1.0, y = 0.0;
@@ -341,10 +341,10 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);
-  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: the
-  // energies delta^2/2 of the snaps are rewards of a renewal process with the relative deviation
-  // sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number.
-  // Path of a tenth of the slide, mean snap lengths.
+  // Sampling error. SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H).
+  // SnapRule::redraw: the energies delta^2/2 of the snaps are rewards of a renewal process with the relative
+  // deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number. `path`: a tenth of
+  // the slide, mean lengths.
   const double path = 0.29 * static_cast<double>(steps) / 10.0;
   const double sampling =
       rule == SnapRule::keep ? 1.5 / path : sigmas * std::sqrt(2.0) * 0.254 / std::sqrt(n * path);

@@ -85,10 +85,10 @@ TEST_CASE("A late tick is ours when its thread used more than the budget, else t
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.5e-3, 0.4e-3);  // a tick in time
   monitor.record(1e-3, 1e-3);      // a tick that ends exactly at its deadline
-  monitor.record(2e-3, 1.5e-3);    // a late tick, caused by this program
-  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: caused by the machine
+  monitor.record(2e-3, 1.5e-3);    // a late tick, the program's fault
+  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: the machine's fault
   monitor.record(3e-3, 1e-3);      // a late tick whose CPU time did not exceed the deadline
-  monitor.record(2e-3);            // a late tick with unknown CPU time: counts as caused by this program
+  monitor.record(2e-3);            // a late tick of unknown CPU time: the program's fault
   CHECK(monitor.deadline() == 1e-3);
   CHECK(monitor.count() == 6);
   CHECK(monitor.misses() == 4);
@@ -155,8 +155,8 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
-  tick(5.001, 40e-6);  // this period is 30 us too long
-  tick(5.002, 20e-6);  // this period is 20 us too short
+  tick(5.001, 40e-6);  // a period 30 us too long
+  tick(5.002, 20e-6);  // a period 20 us too short
   tick(5.005, 0e-6);   // two ticks are skipped: the period is 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
@@ -199,7 +199,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step of all ticks, that of tick 3
+  CHECK(monitor.max() == Approx(1.6e-3));  // step time of tick 3, the longest
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {
@@ -243,7 +243,7 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.1e-3, 0.0);
   touch(1000);
-  monitor.record(0.1e-3, 0.0);  // a tick in time does not read the counters
+  monitor.record(0.1e-3, 0.0);  // a tick in time reads no counters
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
@@ -285,7 +285,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::atomic<int> turns{0};  // number of snapshots that differ from the previous one
+  std::atomic<int> turns{0};  // number of times that the reader saw new numbers
   std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;

@@ -107,7 +107,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
           "[determinism][state]") {
   const std::vector<PatchCase> cases = every_variant(test_size(1500));
   const std::vector<std::size_t> all = all_of(cases);
-  // Expects the bits of the scalar kernels, which visit every bristle.
+  // Expects of every way of running the bits of the scalar kernels, which visit every bristle.
   const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar").with_threads(1));
   CHECK(expected.most_tasks == 1);
 
@@ -329,7 +329,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   const std::uint64_t hash_end = original.state_hash();
   REQUIRE(hash_end != hash_then);
 
-  // Restores an earlier state in the same batch.
+  // Checks that restoring an earlier state in the same batch repeats the steps.
   original.restore_state(state);
   CHECK(original.state_hash() == hash_then);
   std::vector<Response> again = advance(original, ids, settled, end);
@@ -338,7 +338,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   for (std::size_t i = 0; i < expected.size(); ++i) wrong += !first_difference(expected[i], again[i]).empty();
   CHECK(wrong == 0);
 
-  // Restores the state into a batch with other options, which has made other steps.
+  // Restores the state into a batch with other options and another history.
   for (const BatchOptions& options : {BatchOptions{}.with_isa("scalar"), BatchOptions{}.with_threads(1)}) {
     PatchBatch other(options);
     const std::vector<PatchId> other_ids = fill(other);

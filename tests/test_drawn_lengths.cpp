@@ -36,7 +36,7 @@ double length_at(const std::vector<double>& table, double u, bool single) {
 
 struct Sums {
   double moment[3] = {0.0, 0.0, 0.0};
-  double distance = 0.0;  ///< largest distance between the distribution functions of draws and law
+  double distance = 0.0;  ///< largest distance between the distribution functions of drawn lengths and law
   double shortest = 1e9, longest = 0.0;
 };
 Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& table, bool single) {

@@ -33,7 +33,7 @@ const char* model_of(const std::string& variant) {
   return variant == "fixed" ? "brush_keep" : "brush_redraw";
 }
 
-// Returns the kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
+// Returns the kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2 (second moment).
 double kinetic_deflection(const std::string& dist, const std::string& variant) {
   const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
   return number(row, "f_kinetic");
@@ -365,7 +365,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
         INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
         const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
         expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
-        // After a turn to the left, the direction of the first slide lies to the right of the motion.
+        // After a turn to the left, bristles are still bent in the old direction, on the right.
         expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
         ++points;
       }
@@ -430,7 +430,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
 
 namespace {
 
-// Returns the cells of the table of tools/EXPERIMENTS.md, by experiment and phenomenon.
+// Returns the cells of the table in tools/EXPERIMENTS.md, by experiment and phenomenon.
 std::map<std::string, std::vector<std::string>> page_cells() {
   std::ifstream page(BRISTLE_EXPERIMENTS_PAGE);
   std::map<std::string, std::vector<std::string>> cells;

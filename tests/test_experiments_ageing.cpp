@@ -78,8 +78,8 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
       if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
     }
-    // The experiment integrates in some hundred pieces with errors of up to 1e-7 in F / (a N) and in psi
-    // (RateState::tolerance), which is 3e-9 N and 8e-9 N.
+    // Tolerance: the experiment integrates in some hundred pieces with errors of up to 1e-7 in F / (a N) and
+    // in psi (RateState::tolerance), which is 3e-9 N and 8e-9 N.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
     const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);
@@ -246,7 +246,7 @@ struct RubbedLaw {
     return residual + integral([&](double r) { return r * left(r, v, nu); }) /
                           integral([&](double r) { return left(r, v, nu); });
   }
-  // Returns the relative rise of the peak over the relative growth of all snap lengths, for a small growth at
+  // Returns how much the peak rises per growth of all snap lengths, both relative, for a small growth at
   // once, as in a hold. Snaps come late by that growth, so the falls of force that they bring are missing,
   // and those of the bristles that they would have renewed.
   double rise() const {
@@ -396,7 +396,7 @@ TEST_CASE(
     const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
     const Sets sets = plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal),
                                        set("ageing", beta), "resolution=32"};
-    // At speeds so slow that ages far exceed tau, dF/d ln v is -beta of the friction beyond the residual.
+    // When ages far exceed tau, at slow speeds, dF/d ln v is -beta of the friction beyond the residual.
     const ExperimentResult slid =
         run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
     const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
@@ -421,8 +421,8 @@ TEST_CASE(
 
 namespace {
 
-// Checks three dampings: small, where fast swings are damped last; middle; and so large that it takes a share
-// of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
+// Checks three dampings: small, where fast swings are damped last; middle; and so large that it changes the
+// fall of friction with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
 // "Stick-slip"); it uses neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",

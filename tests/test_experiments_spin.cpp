@@ -47,7 +47,7 @@ TEST_CASE("Brush and LuGre slide and spin as the table of the limit surface says
     CHECK(finding(result, "limit_surface", model) == Approx(100.0 * worst).margin(0.01));
     CHECK(is_shown(result, "limit_surface", model));
   }
-  // Checks that two rings of cells are too coarse for 1 %, and that the experiment says so.
+  // Checks that two rings of cells are too coarse for 1 %, and that the experiment reports the miss.
   const cli::ExperimentResult coarse = run("limit-surface", {"rings=2"}, {"brush_infinite"});
   CHECK(!is_shown(coarse, "limit_surface", "brush_infinite"));
 }
@@ -80,7 +80,7 @@ TEST_CASE("A disc turned from rest follows the table, with its peak", "[experime
   CHECK(found > 10);
   CHECK(1.5 * highest(turned, 1) == Approx(peak).epsilon(0.005));
   CHECK(finding(result, "spin_peak", model) == Approx(peak).epsilon(0.005));
-  // A first pull has a peak of 0.625 mean snap lengths, over the kinetic 13/24 (reference/README.md).
+  // Expected peak of a first pull: 0.625 mean snap lengths, over the kinetic 13/24 (reference/README.md).
   CHECK(highest(pulled, 1) == Approx(0.625 * 24.0 / 13.0).epsilon(0.002));
   CHECK(finding(result, "spin_peak_share", model) == Approx(peak / (0.625 * 24.0 / 13.0)).epsilon(0.005));
   CHECK(finding(result, "torsion_spring", model) == Approx(1.0).epsilon(1e-6));
@@ -137,7 +137,7 @@ TEST_CASE("A plate at its corner: friction at its mean distance, and LuGre cells
     INFO(model);
     CHECK(finding(result, "corner_moment", model) == Approx(1.0).epsilon(0.01));
   }
-  CHECK(finding(result, "corner_holds", "lugre") > 1.0);  // creep of the corner, um per cycle
+  CHECK(finding(result, "corner_holds", "lugre") > 1.0);  // creep of a plate held at its corner, um per cycle
   CHECK(!is_shown(result, "corner_holds", "lugre"));
   for (const char* model : {"elasto_plastic", "brush_infinite", "brush_keep"}) {
     INFO(model);

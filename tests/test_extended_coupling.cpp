@@ -33,7 +33,7 @@ const char* name_of(Population population) {
   return population == Population::infinite ? "infinite" : "representatives";
 }
 
-/// Returns options with the widest precision that the build has for representatives, for the energy balance.
+/// Returns options with double precision if the build has it for representatives, for the energy balance.
 PatchOptions options_of(Population population, double max_load, std::uint32_t bristles = 2400) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(max_load).with_population(population).with_outputs(Outputs::all);
@@ -98,7 +98,7 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< position (m) and angle (rad) of the first patch
+  Vector3d pose = Vector3d::Zero();  ///< place (m) and angle (rad) of the first patch
   double lost = 0.0;                 ///< energy lost so far, J
 };
 
@@ -290,7 +290,7 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
 TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor comes to rest",
           "[extended][coupling][stability]") {
   const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m, for a step T
-  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m, for a step T
+  const double c = GENERATE(0.0, 1.0);                   // damping over mass in units of the step, C T / m
   CAPTURE(k, c);
   constexpr double length = 10e-6;
   // Stiffness per newton of load, for a disc of 0.1 kg under a load of one newton.

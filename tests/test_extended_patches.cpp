@@ -177,8 +177,8 @@ TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", 
   }
   for (int rings : {1, 4, 13, 64})
     CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
-  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a rectangle of no width
-                                                                                   // has its cells on a line
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // cells of a rectangle of
+                                                                                   // no width are on a line
 }
 
 TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
@@ -300,7 +300,7 @@ TEST_CASE("A disc that slides and spins has the force and torque of the limit su
     const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::infinite, 0));
     expect_near(error.force, 0.0, 0.005, "error of the force");
     expect_near(error.torque, 0.0, 0.005, "error of the torque");
-    // Bristles lag behind their cell's direction of motion, which turns; their force across the motion is of
+    // Tolerance: bristles lag behind their cell's direction, which turns, so they have a force across it of
     // the order of delta / R.
     expect_near(error.side, 0.0, 0.015, "force across the motion");
     expect_near(error.imbalance, 0.0, 1e-12, "energy");
@@ -521,7 +521,7 @@ TEST_CASE("The tangent is the change of force and torque in sticking, and turns 
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
     Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
-    pad.load = 0.0;  // turns the outline out of contact, where no force arises
+    pad.load = 0.0;  // turns the outline while out of contact, without force
     pad.step(0.0, 0.0, angle);
     pad.load = load_n;
     pad.step(0.0, 0.0, 0.0);
@@ -806,7 +806,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   };
   slide(pads, keyed.find_or_add(11));
   keyed.end_step();
-  keyed.end_step();  // key 11 is lost after two steps without it
+  keyed.end_step();  // key 11 is lost when two steps went without it
   CHECK_FALSE(static_cast<bool>(keyed.find(11)));
   const ExtendedResponse again = slide(pads, keyed.find_or_add(12));
   PatchOptions of_key = options;
@@ -971,7 +971,7 @@ TEST_CASE("An outline that grows with its load has no size after a reset", "[ext
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
   stick(pads, pad, 8.0 * load_n);
-  CHECK(pads.info(pad).scale == Approx(2.0));  // the scale grows with the cube root of the load
+  CHECK(pads.info(pad).scale == Approx(2.0));  // an outline's scale grows with the cube root of its load
   REQUIRE(pads.reset(pad));
   CHECK(pads.info(pad).scale == 0.0);
   CHECK(pads.info(pad).along[0] == 1.0);
@@ -1050,7 +1050,7 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
     return bytes_in_use();
   };
   const double bytes = again(20);
-  CHECK(again(200) < bytes + 1e6);  // keeping the cells of 200 discs would take 6 MB
+  CHECK(again(200) < bytes + 1e6);  // kept cells of 200 discs would take 6 MB
 }
 
 TEST_CASE("An outline that was given another seed keeps it when it is reset", "[extended]") {
@@ -1082,7 +1082,7 @@ TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[ex
 }
 
 TEST_CASE("The cells of an outline fluctuate together as the bristles asked for", "[extended][fluctuation]") {
-  // Cells slide in parallel, each with noise of its own; the sum has the variance of `n` bristles.
+  // Cells slide in parallel, each with noise of its own, so their sum has the variance of `n` bristles.
   constexpr double n = 400.0;
   Pad pad(plain_material(smooth, SnapRule::redraw),
           infinite_options(8.0).with_outputs(Outputs::end).with_fluctuation(400),
@@ -1090,7 +1090,7 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
   std::vector<double> deflection;
   for (int k = 0; k < 6000; ++k)
     deflection.push_back(-pad.step(4.0 * dbar, 0.0, 0.0).end[0] / (load_n * dbar));
-  // Mean of the k-th power of a bristle's deflection in steady sliding: its density is S(z) / E[delta].
+  // Returns the mean of the k-th power of a deflection in steady sliding, whose density is S(z) / E[delta].
   const auto mean_of = [](int k) { return smooth.moment(k) / std::pow(dbar, k); };
   const double of_one = mean_of(3) / (3.0 * mean_of(1)) - std::pow(0.5 * mean_of(2) / mean_of(1), 2);
   // Samples four mean lengths apart are independent: 6000 of them give the variance to 1.8 %.

@@ -109,7 +109,7 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
     const Material material = plain_material(uniform, kind.rule);
     const PatchOptions options = plain_options(n, kind.axes, kind.precision);
     OnePatch patch(material, options);
-    OnePatch steady(material, options);  // a twin under the low load, with the same first hundred bristles
+    OnePatch steady(material, options);  // twin under the low load, with the same first hundred bristles
 
     // Tolerance: in float each change of load rounds deflections once more.
     const double tolerance = kind.is_double() ? 1e-11 : 1e-5;

@@ -256,7 +256,7 @@ TEST_CASE("A thousand and 2^53 snap lengths in a step leave the right force and 
       const double bend = keep ? 0.5 : 0.5 * m2;
       const double spread = std::sqrt(keep ? m2 / 3.0 - 0.25 : m3 / 3.0 - 0.25 * m2 * m2);
       expect_near(friction_along(r, kind) / (n * dbar), bend, sigmas * spread / std::sqrt(n), "force");
-      // The energy lost per distance is the kinetic force; the mean snap length of these n bristles has an
+      // Expects kinetic friction as energy lost per distance; the mean length of these n bristles has an
       // error of 1/n.
       expect_near(r.dissipated / (n * dbar * dbar * lengths * bend), 1.0,
                   3e-3 + sigmas * 0.254 / std::sqrt(n * lengths), "energy");

@@ -35,7 +35,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Returns an experiment of loops and strokes, recorded at 100 Hz.
+/// Returns settings of an experiment of loops and strokes, recorded at 100 Hz.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -224,7 +224,7 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
         Approx(fitted[cli::fit_residual].value * fitted[cli::fit_length].value));
   CHECK(fitted.result.material.shared_renewal == fitted[cli::fit_renewal].value);
 
-  // The paper's brush, with residual and renewal held at 0, fits worse; held parameters stay fixed.
+  // The paper's brush (residual and renewal held at 0) must fit worse, and held parameters stay fixed.
   cli::FitOptions paper;
   paper.residual = paper.renewal = 0.0;
   const Fitted plain = fit(csv, paper);
@@ -393,8 +393,8 @@ TEST_CASE("Kept bristles meet again where they were straight together, unless a 
       expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::forgotten});
   CHECK(whole[0] == Approx(1.0).margin(0.02));
   CHECK(forgotten[0] == Approx(1.0).margin(0.02));
-  // Mean of (snap length - before) over the kinetic deflection, which is half a mean length. It leaves out
-  // the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
+  // Expected: mean of (snap length - before) over the kinetic deflection, which is half a mean length. It
+  // leaves out the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
   CHECK(whole[1] == Approx(-2.0 * (1.0 - before)).margin(0.02));
   CHECK(forgotten[1] == Approx(-1.0).margin(0.02));
 }
@@ -473,7 +473,7 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
     for (int i = 0; i < n; ++i)
       if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
   }
-  // The residuals may be taken at any parameters, here (2, 1), because the derivatives of a line are
+  // Residuals may be taken at any parameters, here (2, 1), because a line's derivatives are
   // constant.
   const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
   CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
@@ -734,7 +734,7 @@ TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
   const double room = std::stod(scene.substr(scene.find(key) + key.size()));
   CHECK(room >= 2.99);
   CHECK(room <= 3.1);
-  CHECK(scene.find("load = 2") == std::string::npos);  // the replay's load comes from the recorded file
+  CHECK(scene.find("load = 2") == std::string::npos);  // load in the replay: that of the recorded file
 }
 
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
@@ -769,7 +769,7 @@ TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
 
 TEST_CASE("A long record is searched in a part of its samples and fitted to all", "[fit]") {
   SyntheticFriction s = usual();
-  s.rate = 1000.0;  // ten seconds at 1 kHz give 10,000 rows
+  s.rate = 1000.0;  // ten seconds at 1 kHz: 10,000 rows
   const RecordedFriction data = record(s, 8);
   const Fitted fitted = fit(data.csv());
   CHECK(fitted.result.curve.size() == 10000);

@@ -81,7 +81,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
-    const int rings = 150;  // expected: sum over 150 rings of equal width, by the midpoint rule
+    const int rings = 150;  // expected torque: sum over 150 rings of equal width, by the midpoint rule
     std::vector<double> sum(path.size(), 0.0);
     for (int k = 0; k < rings; ++k) {
       const double lever = (k + 0.5) / rings;

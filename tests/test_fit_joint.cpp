@@ -139,7 +139,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.motor[2] == Approx(1.0));
   CHECK(log.outside[2] == Approx(-3.0 * std::sin(log.angle[2])));
   CHECK(log.speed[7] == Approx((log.angle[8] - log.angle[6]) / 0.002));  // at a jump: angles restart at 0
-  // The caller gives names and units of columns, for logs that other programs write.
+  // Names and units of columns are given by the caller, for logs that other programs write.
   cli::FitReading reading;
   reading.columns = {{"angle", "q"}, {"motor", "3"}};
   reading.units = {{"t", "ms"}, {"angle", "deg"}, {"motor", "mN m"}};
@@ -153,7 +153,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     return bristle_test::message_of<cli::UserError>(
         [&] { cli::parse_joint_log(text, "log", how, constant, {}); });
   };
-  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms as too short
+  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms of a log are too short
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

@@ -73,7 +73,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
   const struct {
     const char* what;
     Strokes motion;
-    double sign, rate, begin;  // begin: s of the record that are cut off at its start
+    double sign, rate, begin;  // begin: time cut off at the record's start, s
   } cases[] = {{"from rest", {}, 1.0, 200.0, 0.0},
                {"on the body, from the far end", {0.503, -0.2e-3, 0.4e-3, 0.0}, -1.0, 200.0, 0.0},
                {"rests at both ends", {0.503, 0.2e-3, 0.4e-3, 0.7}, 1.0, 200.0, 0.0},

@@ -145,7 +145,7 @@ TEST_CASE("A free law finds the damper beside its lengths, and the velocity over
 TEST_CASE("The stage of a free law is bent by the friction, not by the sensor's noise", "[fit]") {
   SlidingSprings springs;
   springs.compliance = 30e-6;
-  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean length
+  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean snap length
   cli::FitValues about = about_springs();
   about[cli::fit_compliance] = springs.compliance;
   const cli::FreeLaw found = free_law(springs, 6, about);
@@ -352,7 +352,7 @@ TEST_CASE("A stage as soft as straight bristles leaves them half of the motion, 
 
 TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
   cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
-  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // a point a quarter of the way
+  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // point a quarter of the way on
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
   cli::FitValues p = cli::fit_defaults;

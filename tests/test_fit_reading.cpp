@@ -319,7 +319,7 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   const cli::MotionFile motion = cli::parse_motion_file(cli::fit_motion(data), "fitted_motion.csv");
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
-  // The printed table states how the fit has read the data.
+  // Checks that the printed table states how the fit has read the data.
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

@@ -95,7 +95,7 @@ TEST_CASE("A fit finds a stage that is stiffer one way than the other", "[fit]")
   check_recovered(fitted[cli::fit_kinetic], 0.35, 0.004);
   check_recovered(fitted[cli::fit_length], 15e-6, 1.2e-6);
   CHECK(fitted.result.residual_rms < 1.1 * 0.01);
-  // Each model must predict held-out parts of the record, whose forces it does not see.
+  // Compares models on held-out parts of the record, whose forces a model does not see.
   const cli::FitColumns columns = cli::parse_fit_columns(soft.csv(6), "data.csv");
   const cli::Judgements all = cli::judge_rivals(columns, any_rule(), 7.5);
   CHECK(all.models.back().model == "brush, as fitted");

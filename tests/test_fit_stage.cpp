@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Returns loops and strokes of growing speed, recorded at 200 Hz; brush and sensor at 1 kHz.
+/// Returns settings of loops and strokes of growing speed, recorded at 200 Hz, simulated at 1 kHz.
 SyntheticFriction fine() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -116,7 +116,7 @@ TEST_CASE("A stiff spring in series under one load is left to the brush, and the
   const double bristles = s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length) * 2.0;  // N/m
   const double both = 1.0 / (1.0 / bristles + s.compliance) / 2.0;
   check_recovered(fitted.result.stiffness, both, 0.04 * both);
-  // If the stage's compliance is known and held, the fit finds the stiffness of the bristles themselves.
+  // Checks that with the stage's compliance known and held the fit finds the bristles' own stiffness.
   cli::FitOptions held;
   held.compliance = s.compliance;
   const Fitted own = fit(record(s, 1).csv(), held);

@@ -145,7 +145,7 @@ TEST_CASE("An interval holds the lengths of every spread that does as well", "[f
   const Fitted found = fit(record(s, 11).csv());
   double least = 0.0, most = 0.0;
   REQUIRE(std::sscanf(found[cli::fit_spread].why.c_str(), "%lg to %lg do as well", &least, &most) == 2);
-  // The record shows the stiffness, which is kinetic force over length (1 + spread^2) / 2.
+  // The record shows only kinetic force over length (1 + spread^2) / 2, so length and spread trade off.
   const cli::FitEstimate& length = found[cli::fit_length];
   const auto wide = [](double spread) { return 1.0 + spread * spread; };
   const double same = length.value * wide(found[cli::fit_spread].value);

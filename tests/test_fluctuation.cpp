@@ -45,8 +45,8 @@ struct Path {
   int steps;
 };
 const Path straight{0.08, 0.0, 30000};
-// The circle is wider than the longest bristle: one that is longer than the diameter would never snap and
-// turn with the circle for ever.
+// Chooses a circle wider than the longest bristle: one longer than the diameter would never snap and turn
+// with the circle for ever.
 const Path circle{0.08, 0.3, 50000};
 
 /// Records the mean deflection of a brush along a path, once the brush has forgotten its start. `move(dx,

@@ -126,7 +126,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     }
     CHECK(glides > 20);
     expect_near(worst, 0.0, 2.5e-3, "gliding");
-    // Turns sharply back, sharply aside, then slightly, each of which ends the brush's glide.
+    // Turns sharply back, sharply aside, then slightly; each turn ends the brush's glide (steady slide).
     for (const double turn : {3.0, 1.5, 0.1}) {
       pair.direction += turn;
       for (int i = 0; i < 12; ++i) {
@@ -238,7 +238,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     INFO(what.name);
     OnePatch quick(what.material, what.options);
     OnePatch eager(what.material, what.options, stepped_eagerly());
-    int unasked = 0;  // number of steps that visited no bristle
+    int unasked = 0;  // number of steps that visited no bristle, in glides
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);
       motion.id = quick.id;

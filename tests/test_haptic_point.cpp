@@ -185,7 +185,7 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
       last = x;
     }
     INFO("speed " << speed << ": off by " << worst << ", a difference by " << worst_difference);
-    // The velocity over a window has an error of half an encoder count at either end.
+    // Tolerance: the velocity over a window has an error of half an encoder count at either end.
     CHECK(window.window() == WindowedVelocity::longest);
     CHECK(worst <= count / (WindowedVelocity::longest * dt) * 1.000001);
     if (speed == 0.003) CHECK(worst_difference > 0.015);
@@ -271,7 +271,7 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  // Checks that the elastic part of the force is not cut, only the damper's part.
+  // Checks that the force limit cuts only the damper's part, not the elastic part.
   CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);
   response.elastic[0] = -4.0;
   force = point.finish(response);

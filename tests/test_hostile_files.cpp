@@ -205,7 +205,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     int code;
     std::string said;
   };
-  // Starts a command beside others, because each waits seconds. The shell commands `beside` run once the
+  // Starts a command in a thread, because commands wait for seconds. The shell commands `beside` run once the
   // program has said that it waits.
   const auto run = [&](const std::string& name, const std::string& arguments, const std::string& beside) {
     const std::string fifo = folder.at(name), said = folder.write(name + ".stderr", "");

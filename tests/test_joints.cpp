@@ -51,7 +51,7 @@ JointMaterial gear() {
 
 double& number_of(JointMaterial& m, unsigned p) { return reinterpret_cast<double*>(&m)[p]; }
 
-/// A batch of one joint, and the outputs of its last step.
+/// A batch of one joint, with the outputs of its last step.
 struct OneJoint {
   JointFriction batch;
   double torque = 0, mean = 0, by_angle = 0, by_speed = 0, by_motor = 0, by_outside = 0;
@@ -218,7 +218,7 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
     expect_near(joint.torque, -std::copysign(friction, speed) - 0.03 * speed, 1e-12, "torque in sliding");
     expect(joint.by_angle == 0.0, "a sliding joint has no stiffness");
   }
-  // Without a motor torque the joint counts as driven by the outside torque.
+  // A joint without a motor torque counts as driven by the outside torque.
   OneJoint joint(m);
   joint.go(0, 0, 0, 2);
   joint.go(1, 1e3, 0, 2);
@@ -401,8 +401,8 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs for each number of the material, with that number lowered and raised by a relative 1e-6, or by
-    // 1e-6 if it is 0.
+    // Runs for each parameter of the material, with that parameter lowered and raised by a relative 1e-6, or
+    // by 1e-6 if it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);
@@ -556,7 +556,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
     CHECK(step().status == Status::ok);
     CHECK(torque[17] == before);
   }
-  // Refuses arrays whose length is not the number of joints.
+  // Refuses input arrays whose length is not the number of joints.
   const std::uint64_t hash = joints.state_hash();
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);

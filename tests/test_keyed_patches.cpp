@@ -213,7 +213,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   CHECK(batch.force(left_out).status == Status::no_capacity);
   CHECK(batch.set_detail(left_out, 5) == Status::no_capacity);
   CHECK(batch.stored_energy(left_out) == 0.0);
-  batch.move(left_out, dbar, 0.0, 5.0);  // moving a patch that was refused does nothing
+  batch.move(left_out, dbar, 0.0, 5.0);  // a motion for a key that was refused does nothing
   batch.step(tick);
   patches.clear();
   CHECK(patches.size() == 0);
@@ -245,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // contact j is missing in some steps
+        if ((k / (7 + j)) % 3 == 0) continue;  // contact j is missing in some of the steps
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -343,7 +343,7 @@ TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", 
   for (int k = 0; k < 200; ++k) {
     for (ContactPoint& p : points)
       for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
-    // Points drift by 0.5 mm a step on average and 2.6 mm at most, which is less than half their spacing.
+    // Moves points by 0.5 mm a step on average and 2.6 mm at most, less than half their spacing.
     std::shuffle(order.begin(), order.end(), random);
     std::vector<ContactPoint> listed;
     for (const std::size_t i : order) listed.push_back(points[i]);
@@ -371,7 +371,7 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
   for (int trial = 0; trial < 400; ++trial) {
     ContactMatcher matcher(MatcherOptions{}.with_capacity(40).with_reach(reach));
     std::vector<ContactPoint> before, now;
-    // Half of the trials put points on a coarse grid, so that distances tie.
+    // In half of the trials points are on a coarse grid, so that some distances are equal.
     const auto add = [&](std::vector<ContactPoint>& list, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) {
         ContactPoint p{1 + random() % 2, {flat(), flat(), 0.0}};
@@ -591,11 +591,11 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 
-  // A second pool with equal options has other patches, so it refuses the first pool's saved keys.
+  // Checks that a pool refuses the saved keys of another pool with equal options, which had other patches.
   KeyedPatches twin(engine.batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
                     KeyedOptions{}.with_capacity(5).with_keep_steps(1));
   REQUIRE_THROWS_AS(twin.restore_state(points), bristle::Error);
-  // Restoring keys without the state of their patches is refused.
+  // Checks that keys cannot be restored without the state of their patches.
   Engine fresh;
   REQUIRE_THROWS_WITH(fresh.points.restore_state(points), Catch::Contains("restore theirs first"));
   REQUIRE(fresh.points.size() == 0);

@@ -39,7 +39,7 @@ Kind sliding(Precision precision, double drop = 0.0) {
   return {"slide", plain_material(law, SnapRule::slide).with_drop(drop), counted(32, precision)};
 }
 
-/// Returns patches of every rule and population that accept different limits along and across the lay.
+/// Returns patches of every rule and population that accept different friction along and across the lay.
 std::vector<Kind> kinds() {
   const Material redraw = plain_material(law, SnapRule::redraw), keep = plain_material(law, SnapRule::keep);
   const Material rubbed = Material(redraw).with_residual_length(0.4 * dbar).with_shared_renewal(1.0);
@@ -61,7 +61,7 @@ std::vector<Kind> kinds() {
   return all;
 }
 
-/// Makes motions along a winding path under a varying load, in the axes of the patch.
+/// Returns motions along a winding path under a varying load, in the axes of the patch.
 struct Winding {
   std::mt19937 random{7};
   double angle = 0.4;
@@ -260,7 +260,7 @@ struct Brute {
         z[i][0] += dx / steps;
         z[i][1] += dy / steps;
         const double limit = strata.length[i];
-        // Returns the distance of the force from the limit curve after a slip along the normal at f.
+        // Returns how far the force is beyond the limit curve after a slip along the normal at f.
         const auto beyond = [&](double slip) {
           const double f[2] = {z[i][0], stiff * z[i][1]};
           const double n[2] = {f[0] - lean * limit, f[1] / (ratio * ratio)};
@@ -393,7 +393,7 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
     CHECK(patch.hash() == other.hash());
     CHECK(patch.batch.ages(patch.id));  // with ageing the limit at rest exceeds that of sliding
 
-    // Changes the number of bristles and the material at rest: the force stays, and losses account for the
+    // Changes the number of bristles, and the material, at rest: the force stays, and losses balance the
     // change of stored energy.
     const Motion rest = moved(patch.id, 0.0, 0.0);
     const Response before = patch.step(rest);
@@ -426,7 +426,7 @@ TEST_CASE("bristles with a lay are read in the axes of the patch", "[lay]") {
   for (const Lay& lay : {Lay{0.5, 1.8, 0.0, 1.0}, Lay{0.5, 1.8, 0.6, 1.0}, Lay{0.5, 1.8, 0.0, 3.0}}) {
     Kind kind = sliding(Precision::double_);
     OnePatch patch(kind.material, kind.options.with_lay(lay));
-    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step so short that no bristle slides
+    patch.step(0.05 * dbar, 0.03 * dbar, load);  // step so short that no bristle slides
     Bristles all = read(patch.batch, patch.id, 32);
     for (std::size_t i = 0; i < 32; ++i) {
       expect_near(all.zx[i], 0.05 * dbar, 1e-13 * dbar, "x");

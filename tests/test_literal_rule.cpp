@@ -127,8 +127,8 @@ TEST_CASE("The literal rule has no friction left when a step exceeds every snap 
 }
 
 TEST_CASE("A step of the literal rule beyond every length is one along either axis", "[step]") {
-  // The long step snaps every bristle and leaves it straight, so the next step bends it along its own
-  // direction.
+  // By the paper's rule a long step snaps every bristle and leaves it straight, so the next step bends it
+  // along its own direction.
   const std::uint32_t n = 50;
   for (const double length : {1e4, 1e6, 3e6, 1e9, 1e290}) {
     for (const Precision precision : precisions()) {

@@ -17,7 +17,7 @@ namespace {
 // bristles in contact, and the elastic force is minus the weighted sum of their deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// Returns the rounding error when one bristle's fraction changes, because its deflection is rewritten once.
+/// Returns the force's rounding error when a bristle counts by another fraction, which rewrites it once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
 /// Returns the sum of the deflections z of `active` bristles, where the last one counts by a fraction.
@@ -216,7 +216,7 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
     CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
     CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
-    // A path of 100 lengths snaps every bristle, so dissipation follows the kinetic force.
+    // Slides 100 mean lengths, in which every bristle snaps, so that the loss is kinetic force times path.
     const Response far = patch.step(100.0 * dbar, 0.0, max_load);
     CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
   }
@@ -328,7 +328,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double force = 0.4 * dbar * n;
     expect_near(-r.elastic[0], force, ulp, "force at the maximum");
 
-    // Load doubled at rest: the force stays, each bristle holds it at half the deflection.
+    // Doubles the load at rest: the force stays, each bristle holds it at half the deflection.
     r = patch.step(0.0, 0.0, 2.0 * n);
     CHECK(has(r.status, Status::overload));
     CHECK(has(patch.report.status, Status::overload));
@@ -336,7 +336,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     expect_near(r.stiffness, 2.0 * n, 1e-9 * n, "stiffness at twice the maximum");
     expect_near(read(patch, 1).zx[0], 0.2 * dbar, 2.0 * rounding(precision), "deflection");
 
-    // In motion the doubled load has twice the stiffness.
+    // Checks that in motion the doubled load has twice the stiffness.
     r = patch.step(0.1 * dbar, 0.0, 2.0 * n);
     expect_near(-r.elastic[0], force + 2.0 * n * 0.1 * dbar, 2.0 * ulp,
                 "force after a motion at twice the maximum");
@@ -344,14 +344,14 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double energy = patch.energy();
     expect_near(energy, 2.0 * n * 0.5 * (0.09 + 0.0025) * dbar * dbar, 1e-6 * energy, "stored energy");
 
-    // Load halved: the deflections stay, the force falls with the load.
+    // Halves the load: the deflections stay, the force falls with the load.
     r = patch.step(0.0, 0.0, n);
     CHECK(r.status == Status::ok);
     expect_near(-r.elastic[0], n * 0.3 * dbar, ulp, "force back at the maximum");
     expect_near(r.contact_loss, 0.5 * energy, 1e-6 * energy, "energy that left");
 
-    // From part load directly into overload and back: continuous, and the last to enter are the first to
-    // leave.
+    // Goes from a part of the load directly into overload and back: forces are continuous, and the last
+    // bristles to enter are the first to leave.
     OnePatch other(plain_material(uniform, SnapRule::keep), plain_options(n, 2, precision));
     other.step(0.0, 0.0, 100.5);
     other.step(0.3 * dbar, 0.0, 100.5);

@@ -267,11 +267,11 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
       CHECK(virgin_deflection(c.law, SnapRule::keep, -x) == -virgin_deflection(c.law, SnapRule::keep, x));
     }
   }
-  // Lengths uniform from 0 to b, path x below b: x - x^2/(2b) pi^2/6 in closed form.
+  // Expected with keep for lengths uniform from 0 to b and a path x below b: x - x^2/(2b) pi^2/6.
   const double x = 0.75, b = 2.0;
   CHECK(virgin_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::keep, x) ==
         Approx(x - x * x / (2.0 * b) * M_PI * M_PI / 6.0).epsilon(1e-14));
-  // Far from the start a bristle's deflection is uniform on its length, so the mean is half the mean length.
+  // Expected far from the start: half the mean length, as a deflection is uniform on its length.
   for (const SnapLength& law : {SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.3),
                                 SnapLength::lognormal(1.0, 0.3), SnapLength::exponential(1.0)}) {
     CHECK(virgin_deflection(law, SnapRule::keep, 99999.7) == Approx(0.5).margin(1e-5));
@@ -279,7 +279,7 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
 }
 
 TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virgin]") {
-  // Lengths uniform from 0 to b = 2 mean lengths, path xi b: the mean deflection is b (1 + 2 xi - exp(xi)).
+  // Expected for lengths uniform from 0 to b = 2 means, redraw, path xi b: b (1 + 2 xi - exp(xi)).
   for (double x : {0.01, 0.3, 1.0, 1.7, 2.0}) {
     INFO(x);
     CHECK(virgin_deflection(SnapLength::uniform(0.0, 3e-5), SnapRule::redraw, x) ==
@@ -413,7 +413,7 @@ TEST_CASE("The peak coefficient is the highest point of the virgin curve, or its
   // Lengths uniform from 0.9 to 1.1: nothing snaps before a path of 0.9, where the peak is.
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::redraw) == Approx(0.9).epsilon(1e-12));
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::keep) == Approx(0.9).epsilon(1e-12));
-  // Lengths uniform from 0 to b, redraw: the peak is (2 ln 2 - 1) b.
+  // Expected with redraw for lengths uniform from 0 to b: the peak is (2 ln 2 - 1) b.
   CHECK(peak_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::redraw) ==
         Approx(2.0 * (2.0 * std::log(2.0) - 1.0)).margin(1e-6));
 }
@@ -584,7 +584,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
       }
     }
   }
-  // The conversion and back also holds with ageing, at a given sliding speed and without one.
+  // Checks that the conversion and back also holds with ageing, with and without a sliding speed.
   Material ageing = Material::from_coefficients(Coefficients{}.with_spread(0.7));
   ageing.with_ageing(bristle::Ageing::logarithmic(0.01, 0.5));
   for (double speed : {0.0, 1e-5}) {

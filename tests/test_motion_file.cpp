@@ -15,7 +15,7 @@ using cli::parse_motion_file;
 
 namespace {
 
-/// Returns the message with which `text` is refused; empty if it is accepted.
+/// Returns the message with which the parser refuses `text`; empty if it accepts it.
 std::string refusal(const std::string& text) {
   return bristle_test::message_of<cli::UserError>([&] { parse_motion_file(text, "hand.csv"); });
 }

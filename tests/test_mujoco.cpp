@@ -47,7 +47,7 @@ class World {
       friction->step(*model, *data);
     }
   }
-  /// Returns the sum of the forces on the second geoms of all contact pairs, N.
+  /// Returns the sum of contact forces on the second geom of each contact, N.
   Eigen::Vector3d force() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const auto& c : friction->contacts())
@@ -409,7 +409,7 @@ TEST_CASE(
   scene.seconds = 4.0;
   const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
   const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
-  const auto slip = [](const Run& r) {  // Returns how far the box slips after the fingers have closed on it.
+  const auto slip = [](const Run& r) {  // Returns how far (m) a box slips once the fingers hold it.
     return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
   };
   CHECK(turn(runs[0]) > 5.0);
@@ -417,7 +417,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Discs at the contacts hold the box. Point contacts would let it turn until it hangs below the fingers.
+  // Holds the box by disc contacts: point contacts would let it turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
@@ -429,8 +429,8 @@ TEST_CASE(
   const std::vector<Run> runs = run(pushed_book(), {Friction::stock, Friction::bristle});
   CHECK(runs[0].creep > 10e-6);
   CHECK(std::fabs(runs[1].creep) < 1e-12);
-  // In each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 - stop) mu g until
-  // it rests.
+  // Expected travel: in each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 -
+  // stop) mu g until it rests.
   const double ahead = (book_go - 1.0) * book_coefficient * gravity,
                back = (1.0 - book_stop) * book_coefficient * gravity;
   const double way = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);

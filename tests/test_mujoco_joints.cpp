@@ -14,7 +14,7 @@ namespace test_mujoco_joints {
 
 namespace {
 
-/// Two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 N m at the elbow.
+/// Arm of two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 at the elbow.
 const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   <joint name="shoulder" type="hinge" axis="0 1 0" frictionloss="LOSS1" damping="0.05"/>
   <geom type="sphere" size="0.02" pos="0.3 0 0" mass="1" contype="0" conaffinity="0"/>
@@ -108,8 +108,8 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
 
 TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at that of being driven",
           "[mujoco][joints]") {
-  // Only the elbow moves; high friction holds the shoulder. Gravity acts on the elbow with 2.943 N m in the
-  // positive direction.
+  // Lets only the elbow move; high friction holds the shoulder. Gravity acts on the elbow with 2.943 N m in
+  // the positive direction.
   const double weight = 0.3 * 9.81, base = 0.5;
   const double lifts = (weight + base + 0.05 * weight) / (1 - 0.1);
   const double lets_down = (weight - base - 0.05 * weight) / (1 + 0.3);

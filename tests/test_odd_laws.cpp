@@ -25,7 +25,7 @@ struct Group {
                             ///< (mean snap lengths)
 };
 
-/// Returns the mixture of the groups as a table of 257 quantiles.
+/// Returns a law, a mixture of groups of uniform lengths, as a table of 257 quantiles.
 SnapLength law_of(const std::vector<Group>& groups) {
   std::vector<double> lengths;
   for (int k = 0; k <= 256; ++k) {

@@ -135,8 +135,8 @@ TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
     CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
     CHECK(read_file(journal) == text);
   }
-  // A link in the journal's place is refused. An empty journal, which a sweep killed in its first line
-  // leaves, is continued.
+  // Checks that a sweep refuses a link in place of its journal, and continues an empty one, as a sweep that
+  // was killed in its first line leaves.
   fs::remove(folder.at("t.csv.journal"));
   fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
   CHECK(run_cli(folder, study).code == 2);
@@ -253,7 +253,7 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
         ::execl("/bin/sh", "sh", "-c", ("exec '" BRISTLE_CLI "' " + command).c_str(), nullptr);
         ::_exit(127);
       }
-      // The temporary file beside the output shows that the command has begun.
+      // Waits for the temporary file beside the output, which shows that the command has begun.
       const auto begun = [&] {
         return std::any_of(
             fs::directory_iterator(folder.path), fs::directory_iterator(),

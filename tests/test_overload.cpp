@@ -157,7 +157,7 @@ TEST_CASE(
             sum += off;
             if (k > 24) squares += off * off;
           }
-          // The margin is five standard deviations of the mean over all patches.
+          // Tolerance: five standard deviations of the mean force over all patches.
           expect_near(sum / patches, 0.0, 5.0 * noise / std::sqrt(patches),
                       "the mean force over the kinetic");
         }
@@ -381,7 +381,7 @@ TEST_CASE("Work of four times the budget is shed within three steps, and never m
   int misses = 0, last_miss = -1;
   for (int k = 0; k < 5000; ++k)
     if (loop.tick_once(one_nanosecond_each) > 1e-6) ++misses, last_miss = k;
-  CHECK(misses >= 1);  // the first step is late because the time per bristle is not known yet
+  CHECK(misses >= 1);  // late first step: the time per bristle is unknown
   CHECK(last_miss <= 2);
   // The shedder reduces the patch of lowest priority first, down to its least number. Patches of equal
   // priority are reduced equally, the one of highest priority as little as possible.
@@ -408,7 +408,7 @@ TEST_CASE("What was shed comes back when there is room, highest priority first, 
   CHECK(loop.detail(1) < 400);
   const int before = loop.changes;
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
-  CHECK(loop.changes == before);  // no further change while the load is constant
+  CHECK(loop.changes == before);  // no more changes of detail under a constant load
   scale = 1.0;
   int misses = 0;
   std::uint32_t last = loop.detail(1);
@@ -555,7 +555,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
                                        static_cast<std::uint64_t>(k));
       replay.batch.step(tick, replay.motions, replay.responses);
     }
-    // Applies the recorded decisions that follow the last step.
+    // Applies the recorded decisions of a load shedder that follow the last step.
     next += bristle::apply_decisions(replay.batch, {decisions.data() + next, decisions.size() - next}, 1000);
     CHECK(next == decisions.size());
     CHECK(replay.batch.state_hash() == loop.batch.state_hash());
@@ -670,7 +670,7 @@ struct FineBrushes {
     for (int k = 0; k < 20; ++k) report = batch.step(tick, motions, responses);
     REQUIRE(report.bristles_visited == 0);
   }
-  /// Takes a step under the shedder's eye, within the budget. Returns the changes of detail before it.
+  /// Takes a step after asking the shedder, within the budget. Returns the number of changes of detail.
   int step() {
     const int changes = shedder.before_step(batch, motions);
     report = batch.step(tick, motions, responses);
@@ -754,12 +754,12 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       }
       CHECK(late <= 3);
       CHECK(late_at_last == 0);
-      // The bristles get between half and all of the time that the glides leave.
+      // Checks that the bristles' patch gets between half and all of the time that the glides leave.
       const double left = budget - brushes * glide;
       const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
       CHECK(taken > 0.5);
       CHECK(taken < 1.0);
-      // The shedder takes no pieces of gliding brushes, because that would save no time.
+      // Checks that the shedder takes no pieces of gliding brushes, because that would save no time.
       for (std::size_t i = 1; i < ids.size(); ++i) REQUIRE(batch.info(ids[i]).detail == 8);
     }
 }
@@ -867,7 +867,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  // A single slow step does not raise the time per bristle.
+  // Checks that a single slow step does not raise the shedder's estimate of the time per bristle.
   CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
   CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise the time per bristle to the smaller
 }

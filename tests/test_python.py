@@ -41,7 +41,7 @@ HAS_TOOLS = hasattr(bristle, "fit")
 
 
 def command_line(*arguments):
-    """Returns what `bristle` prints. It gets no LD_PRELOAD, because it has a sanitizer's runtime of its own."""
+    """Returns what `bristle` prints. Unsets LD_PRELOAD, because the program has a sanitizer's runtime of its own."""
     environment = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
     return subprocess.run([COMMAND_LINE, *arguments], check=True, capture_output=True, text=True, env=environment).stdout
 
@@ -75,7 +75,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(self.responses.__array_interface__["data"], address)
         stiffness = 900 * LOAD * 82.05128205128205  # number of bristles in contact times the stiffness of one, N/m
         np.testing.assert_allclose(self.responses["stiffness"], stiffness, rtol=1e-12)
-        # No bristle snaps below 5 um, so each patch is a linear spring whose force opposes the motion.
+        # As no bristle snaps below 5 um, each patch is a linear spring whose force opposes the motion.
         np.testing.assert_allclose(end[:, 0], [-stiffness * d for d in (1e-6, 2e-6, -3e-6)], rtol=1e-5)
         np.testing.assert_array_equal(end[:, 1], 0.0)
         np.testing.assert_array_equal(self.responses.id, self.ids)
@@ -509,7 +509,7 @@ class Outputs(unittest.TestCase):
     def test_mean_is_the_force_and_no_function(self):
         _, _, responses = self.step("mean", "all")
         stiffness = 900 * LOAD * 82.05128205128205
-        # No bristle snaps below 5 um, so the mean force is that of a spring stretched from 0 to 1 um.
+        # As no bristle snaps below 5 um, the mean force is that of a spring stretched from 0 to 1 um.
         np.testing.assert_allclose(responses.mean, [[-0.5e-6 * stiffness, 0.0]] * 2, rtol=1e-5)
         self.assertEqual(responses[1].mean[0], responses["mean"][1, 0])
         responses.mean[0] = 7.0  # responses.mean is a view, so this writes into the array
@@ -787,7 +787,7 @@ class Threads(unittest.TestCase):
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
 class Fit(unittest.TestCase):
-    """Friction of a known material along a decaying oscillation, with the noise of a sensor."""
+    """Data and fit of one record: friction of a known material along a decaying oscillation, with a sensor's noise."""
 
     @classmethod
     def setUpClass(cls):
@@ -1307,7 +1307,7 @@ class Interface(unittest.TestCase):
         monitor.refresh_events()
         monitor.pause()
         monitor.record_tick(due=20.0, start=20.0, end=20.0001)
-        # A pause does not count as an interval between ticks.
+        # Checks that a pause does not count as an interval between ticks.
         self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
@@ -1341,7 +1341,7 @@ class Interface(unittest.TestCase):
                 stubbed[node.name] = set()
             elif isinstance(node, ast.AnnAssign):
                 stubbed[node.target.id] = set()
-        # Leaves out names that only a type checker sees, such as the keys of a dict.
+        # Skips names that only a type checker sees, such as the keys of a dict.
         stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
         self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)
@@ -1547,7 +1547,7 @@ class Sweeps(unittest.TestCase):
             outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
             table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
                                   report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
-            # A journal is kept only if the caller names one.
+            # Checks that without the argument `journal` no journal is left behind.
             self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])
             self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
             with open(outs[1], newline="") as file:

@@ -288,7 +288,7 @@ TEST_CASE("A load drawn anew in each step follows bristles that know who came la
 }
 
 TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physics]") {
-  // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: 1.136 after 400.
+  // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: F / kinetic 1.136 after 400.
   Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 0, 1));
   for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
   CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));

@@ -81,7 +81,7 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       // Checks that the next due time is on the time grid, whatever number of ticks was left out.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // the due time was still ahead when wait() was called
+      CHECK(clock.due_s() > called - rounding);  // wait() was called before the due time
     }
   }
 }
@@ -203,8 +203,8 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["scene_dt"] == 1e-3);
   CHECK(realtime["busy_wait_s"] == Approx(1e-4));
   CHECK(realtime["stopped"] == false);
-  // The request for core 1023 is refused on every machine. Whether the other requests succeed depends on the
-  // user's rights.
+  // The system refuses a request for core 1023 on every machine; other requests may succeed by the user's
+  // rights.
   CHECK(realtime["core"].is_null());
   std::string refused;
   for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
@@ -280,7 +280,7 @@ TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
   const TemporaryFolder folder;
   const std::string file = folder.at("report.json");
   for (const char* signal : {"INT", "TERM"}) {
-    // A signal that comes before the program is ready ends it; then the test tries again with more time.
+    // Sends a signal after a time. If the program was not ready, it ends; the test tries a longer time.
     int status = -1;
     for (const char* seconds : {"0.5", "2", "8"}) {
       status = run_shell(std::string("timeout --foreground --preserve-status -s ") + signal + ' ' + seconds +
@@ -331,7 +331,7 @@ TEST_CASE("A second interrupt ends the program when the first is half a second o
     if (!cli::stop_requested()) _exit(2);
     usleep(600'000);
     raise(SIGTERM);
-    usleep(2'000'000);  // waits, because the thread sanitizer delivers signals late
+    usleep(2'000'000);  // waits: the thread sanitizer delivers signals late
     _exit(3);
   }
   int status = 0;

@@ -26,11 +26,11 @@ constexpr double allowed_bias = 1e-3;
 
 struct JumpLaw {
   const char* name;
-  SnapLength law;                ///< law of the snap length in metres, with the mean dbar
+  SnapLength law;                ///< law of the snap length (m), whose mean is dbar
   Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
-  std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
+  std::array<double, 5> moment;  ///< moments E[delta^k] of the law in mean snap lengths, closed form
 
-  /// Whether the law's tail makes the sampling error of a variance too uncertain to estimate
+  /// Whether the law's tail is so heavy that the sampling error of a variance cannot be estimated well.
   bool heavy = false;
 };
 

@@ -64,7 +64,7 @@ RivalGrid coulomb_grid(PressedCells cells, double creep_velocity) {
   return {rivals::Coulomb{.surface = dry(), .creep_velocity = creep_velocity}, std::move(cells)};
 }
 
-// Returns the largest error of friction and torque over the rows of spin_limit.csv of one pressure.
+// Returns a grid's largest error of friction and torque over the rows of spin_limit.csv of one pressure.
 template <class Make>
 double limit_error(const Make& make, const std::string& pressure) {
   double worst = 0.0;
@@ -155,8 +155,8 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
   const double from_centre = (std::sqrt(2.0) + std::asinh(1.0)) / 6.0 * side;
   const SpinForce spin = pad.step({}, 1e-9, 1e-5, 2.5);
   CHECK(-spin.mean.torque == Approx(from_centre * 0.4 * 2.5).epsilon(2e-4));
-  // Spin about the corner at (side, side) / 2 also moves the centre. The torque about the corner is that
-  // about the centre plus arm x force.
+  // Spins the square about its corner. Spin about the corner at (side, side) / 2 also moves the centre. The
+  // torque about the corner is that about the centre plus arm x force.
   const double turn = 1e-9;
   const Pair arm{-0.5 * side, -0.5 * side};
   const SpinForce f = pad.step({-turn * arm.y, turn * arm.x}, turn, 1e-5, 2.5);

@@ -43,7 +43,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
   expect_near(a.mean.y, b.mean.y, tolerance, what);
 }
 
-// A part of a path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
+// A part of the test path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
 struct Stretch {
   Pair way;  // m
   double dt;
@@ -148,8 +148,8 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
       // of the path. Elasto-plastic has the error of its pieces too.
       const double tolerance = plastic ? 3e-3 : 1e-8;
       expect_near(-f.end.x, 1e5 * z + s.damping * rate + 0.4 * v, tolerance, "end force");
-      // The mean of dz/dt over a step of dt is (z1 - z0)/dt, where the deflection z goes from z0 to z1. Where
-      // the equation is linear, its integral gives the mean of z: zss/|v| (v - (z1 - z0)/dt).
+      // Expected mean force: the mean of dz/dt in a step is (z1 - z0)/dt, for z from z0 to z1. Where the
+      // equation is linear, its integral gives the mean of z: zss/|v| (v - (z1 - z0)/dt).
       if (!plastic) {
         const double mean = zss / std::fabs(v) * (v - (z - before) / dt);
         expect_near(-f.mean.x, 1e5 * mean + s.damping * (z - before) / dt + 0.4 * v, 1e-7, "mean force");
@@ -175,7 +175,7 @@ TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[ri
   for (const double v : {1e-3, 0.3, -2.0, 20.0, 0.0, -0.05}) {
     const double g = 0.5 + 0.2 * std::exp(-(v / 10.0) * (v / 10.0)), a = -100.0 * std::abs(v) / g;
     const double begins = -(100.0 * z + 1.0 * (a * z + v));
-    // A step of almost no length ends with the torque at the beginning of MuJoCo's step.
+    // Takes a step of almost no length, which ends with the torque at the beginning of MuJoCo's step.
     rivals::LuGre at_once = ours;
     expect_near(at_once.step({v * 1e-12, 0.0}, 1e-12, 1.0).end.x, begins, 1e-6, "torque");
     z = v == 0.0 ? z : std::exp(a * h) * z + (std::exp(a * h) - 1.0) / a * v;
@@ -285,13 +285,13 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
     rivals::RateState model = steady(v);
     const double before = model.surface.stiffness * model.z.x / n;
     CHECK(before == Approx(mu0 + (a - b) * std::log(v / v0)).margin(1e-9));
-    // A jump in speed by a factor of 10. The step is 1e-4 Dc long: enough for the spring to follow, which
+    // Jumps in speed by a factor of 10. The step is 1e-4 Dc long: enough for the spring to follow, which
     // takes some a N / sigma0 = 3e-12 m, while the state decays by no more than 1e-4.
     const double ratio = 10.0;
     rivals::RateState fast = model;
     const double at_once = -fast.step({1e-4 * dc, 0.0}, 1e-4 * dc / (ratio * v), n).end.x / n - before;
     CHECK(at_once == Approx(a * std::log(ratio)).margin(2.0 * b * ratio * 1e-4));
-    // A small change of speed from v to v'. Over the path x the state theta moves from Dc/v to Dc/v' as
+    // Changes the speed a little, from v to v'. Over the path x the state theta moves from Dc/v to Dc/v' as
     // exp(-x / Dc), and friction follows its logarithm.
     rivals::RateState little = model;
     const double e = 0.01, x = 0.7 * dc;

@@ -48,7 +48,7 @@ Settings few_bristles() {
 }
 
 HandRow at_place(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
-/// Returns a row of a hand script that pushes the tool with a force instead of a spring.
+/// Returns a row of a scripted hand that pushes the tool with a force instead of a spring.
 HandRow with_force(double t, double fx, double fy, double fz) {
   return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
 }
@@ -224,7 +224,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
   settings.presliding_length = 50e-6;
   settings.hand_damping = 20.0;
   const double weight = settings.mass * g;
-  // Pushes low, so that the push hardly shifts load between the corners: 30 mm/s through a spring of 40 N/m.
+  // Pushes the block low, so that the load of its corners hardly shifts: 30 mm/s through a spring of 40 N/m.
   settings.hand_stiffness = 40.0;
   Run run(settings,
           {at_place(0.0, -0.0581, 0, 0.009), at_place(2.0, 0.0019, 0, 0.009), at_place(2.2, -0.1, 0, 0.009)});
@@ -259,7 +259,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
 }
 
 TEST_CASE("A block let go with a speed stops where kinetic friction says", "[room]") {
-  // A shove: the tool pushes for 0.1 s, then is pulled back.
+  // Gives the block a shove: the tool pushes for 0.1 s, then is pulled back.
   Settings settings = few_bristles();
   settings.presliding_length = 20e-6;
   Run run(settings,
@@ -303,7 +303,7 @@ TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]
     Run run(few_bristles(),
             {at_place(0.0, -0.065, 0.025 * side, 0.03), at_place(1.0, -0.005, 0.025 * side, 0.03)});
     run.until(1.2);
-    // A push along x at positive y turns the block clockwise, seen from above.
+    // Checks that a push along x at positive y turns the block clockwise, seen from above.
     CHECK(side * turn_about(run.now(), 2) < -0.2);
     CHECK(std::fabs(run.now().block_position[2] - 0.03) < 1e-4);
   }
@@ -510,7 +510,7 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
-  t += slide_lasts;  // the last slide of a cycle ends at 20.4 s
+  t += slide_lasts;  // end of the last slide of a cycle, 20.4 s
   CHECK(t == Approx(20.4));
   CHECK(rest_phase(t).place == Approx(6 * slide_speed));
   CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
@@ -647,7 +647,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   wishes.write(settings);
   run.until(1.2);
   CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
-  // SnapRule::keep needs a finite number of bristles, so the room leaves the infinite brush.
+  // The room leaves the infinite brush for SnapRule::keep, which needs a finite number of bristles.
   settings.rule = bristle::SnapRule::keep;
   wishes.write(settings);
   run.until(1.3);
@@ -732,8 +732,8 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
       continue;
     }
     CHECK(material.ageing_time == of[i].time);
-    // The table's growth is of first order in the strength of ageing. So it is measured at a tenth of the
-    // strength, scaled by ten, and taken relative to the ageing factor at 100 s.
+    // The table of MATERIALS.md has growth of first order in the strength of ageing. So it is measured at a
+    // tenth of the strength, scaled by ten, and taken relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
     const double growth =
@@ -911,7 +911,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
   HapticLoop loop(options);
-  // The virtual clock is not tied to real time: every tick is stepped, whatever the speed.
+  // The virtual clock does not follow real time: every tick is stepped, whatever the machine's speed.
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
   CHECK(after(loop, 100).speed == Approx(0.01));
   CHECK(loop.exchange().room.latest().time == Approx(0.1));
@@ -1085,7 +1085,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   while (run.now().time < end - 5e-4) run.tick();
   CHECK(run.loop().state_hash() == hash);
 
-  // The files of a recording can be played as a script.
+  // Checks that the files of a recording can be played as a script.
   const std::string base =
       (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
   const Script script = read_script(base + ".toml", RoomMeasures{});
@@ -1348,7 +1348,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const long reads = felt->reads;
   loop.advance(20);
   CHECK(felt->force.back() == 0.0);
-  CHECK(felt->reads == reads + 20);  // the device is read in every tick, so its packets do not queue up
+  CHECK(felt->reads == reads + 20);  // read in every tick, so packets do not queue up
 
   acts.push(Act::run);
   double largest_jump = 0.0;
@@ -1519,7 +1519,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
-  // Loopback usually delivers a packet at once, but does not promise it, so this tries repeatedly.
+  // Tries repeatedly, because loopback usually delivers a packet at once, but does not promise it.
   const auto read = [&](double x) {
     for (int k = 0; k < 200; ++k) {
       if (device.read(0.0, hand) && hand.position[0] == x) return true;
@@ -1574,7 +1574,7 @@ TEST_CASE("A network device with a token takes packets that carry it, and no oth
 }
 
 TEST_CASE("The tag of a packet is SipHash-2-4 of its first 64 bytes under the token", "[room]") {
-  // Expected tag from a separate program, which was checked against SipHash's published vector (key bytes 0
+  // Expected tag of a packet, from a separate program that reproduces SipHash's published vector (key bytes 0
   // to 15).
   HandPacket packet{4, {true, {0.4, 0, 0}, {0, 0, 0}}};
   packet.token = 0x8123456789abcdefu;

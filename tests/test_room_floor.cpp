@@ -20,7 +20,7 @@ using Vector3 = FloorMesh::Vector3;
 
 constexpr double g = 9.80665;
 
-/// Makes a plane that falls by `slope` per metre towards +x, of `pieces` squares to a side, halved.
+/// Returns a mesh that is a plane falling by `slope` per metre to +x: `pieces` squares to a side, halved.
 std::shared_ptr<const FloorMesh> falling_plane(double slope, int pieces) {
   std::vector<FloorMesh::Triangle> triangles;
   const auto corner = [&](int i, int j) {

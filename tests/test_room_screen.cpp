@@ -136,8 +136,8 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     for (int axis = 0; axis < 3; ++axis)
       CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
 
-    // The wheel raises the tool by 2 mm a notch, and with control presses by 0.1 N; the tool stays in the
-    // room.
+    // Checks the mouse wheel: a notch raises the tool by 2 mm, with control it presses by 0.1 N more; the
+    // tool stays in the room.
     mouse.turn_wheel(3, false, camera, measures);
     CHECK(mouse.hand().position[2] == Approx(0.016));
     mouse.turn_wheel(-2, true, camera, measures);
@@ -212,7 +212,7 @@ TEST_CASE("Keys take the tool where it is, push it at 10 mm/s, and hold on until
 TEST_CASE("Keys turn the block from where it lies at half a radian per second, until they let go", "[room]") {
   room::MouseControl mouse;
   Snapshot room;
-  room.block_orientation[0] = std::cos(0.1);  // turned by 0.2 rad about the floor's normal
+  room.block_orientation[0] = std::cos(0.1);  // block turned by 0.2 rad about the floor's normal
   room.block_orientation[3] = std::sin(0.1);
   CHECK(mouse.turn(0, false, 0.1, room) == 0.0);
   CHECK_FALSE(mouse.hand_changed());

@@ -75,7 +75,7 @@ struct Rub {
 /// reaches it.
 double sampling_error(std::uint32_t n) { return 1.0 / std::sqrt(static_cast<double>(n)); }
 
-/// Returns how many steps of length `step` end at x, or 0 if x lies between the ends of steps.
+/// Returns after how many steps of length `step` a path x ends, or 0 if x is inside a step.
 int steps_to(double x, double step) {
   const double k = x / step;
   return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
@@ -114,10 +114,10 @@ BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts
   return sum;
 }
 
-/// Returns the load of step k as a share of the highest load. It varies by 10 % in a period of 20 steps.
+/// Returns the load of step k as a share of the maximum. It varies by 10 % in a period of 20 steps.
 double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.141592653589793 * k)) / 1.1; }
 
-/// Slides by `path` to steady sliding, in steps of `step`; lengths in dbar.
+/// Slides the patch by `path` to steady sliding, in steps of `step`; lengths over dbar.
 void slide(Rub& rub, double path, double step) {
   for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
 }
@@ -336,8 +336,8 @@ TEST_CASE("Long steps back take bristles that keep a long residual as far as it 
     const double allowed = 4.0 * sampling_error(n) + 0.005;
     for (double way = 0.0; way < 60.0; way += step) {
       const double bend = rub.bend(rub.move(-step));
-      // The bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until then
-      // they stick.
+      // The sliding bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until
+      // then they stick.
       if (way + step <= 40.0) expect_near(bend, f - way - step, allowed, "before any snaps");
       if (way + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
     }
@@ -439,7 +439,7 @@ class BruteRub {
     for (std::size_t i = 0; i < z_.size(); ++i) {
       z_[i] += d;
       if (z_[i] * e > residual_ + delta_[i]) {
-        z_[i] -= e * delta_[i];  // the bristle is bent on by the rest of the piece
+        z_[i] -= e * delta_[i];  // bends the bristle on by the rest of the piece
         if (redraw_) delta_[i] = draw();
         ++snaps;
       }

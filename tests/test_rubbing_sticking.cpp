@@ -17,7 +17,7 @@ namespace bristle_test::test_rubbing_sticking {
 
 namespace {
 
-/// A patch under a force along x, quasi-static: it moves until friction holds the force. Lengths in units of
+/// A patch under a force along x, moved quasi-statically until friction holds the force. Lengths in units of
 /// the contact's presliding length (residual plus mean snap length), forces over its kinetic friction.
 class Held {
  public:
@@ -212,7 +212,7 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     patch.step(length, 0.0, 4.0);
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
-      if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
+      if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap
 
       // Share of the step that came after the bristle's renewal, found from its deflection.
       sum += (now[i] - residual) / length;

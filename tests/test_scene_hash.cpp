@@ -27,7 +27,7 @@ namespace bristle_test::test_scene_hash {
 
 namespace {
 
-/// Returns the scenes of patches. Scenes of beds have no state hash; test_beds.cpp compares the bits of beds.
+/// Returns the files of scenes with patches. Scenes of beds have no state hash; test_beds.cpp compares beds.
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(BRISTLE_SCENES)) {

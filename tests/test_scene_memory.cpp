@@ -114,7 +114,7 @@ TEST_CASE("A limit given by hand lifts the limits of numbers", "[cli][memory]") 
   CHECK_THROWS_WITH(cli::parse_scene(text + material("m7", "presliding_length = 1e-5"), "s"),
                     Contains("bristles"));
   text = head + patch("tip", "material = \"m7\"\ncount = 2000000\nbristles = 1");
-  for (int i = 0; i < 1001; ++i)  // all materials have one law of snap lengths, so that set-up is fast
+  for (int i = 0; i < 1001; ++i)  // all materials have one law, so that set-up is fast
     text += material("m" + std::to_string(i), "bristle_stiffness = 80.0");
   CHECK_THROWS_WITH(cli::parse_scene(text, "s"), Contains("1000 in a scene, or any number with --memory"));
   const cli::Scene scene = cli::parse_scene(text, "s", {std::uint64_t{1} << 30});

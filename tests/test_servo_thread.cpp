@@ -21,7 +21,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Patches of many kinds, moved about: light and heavy, stuck and sliding, some with bad input.
+/// A batch and motions of patches of many kinds: light and heavy, stuck and sliding, some with bad input.
 class BusyScene {
  public:
   explicit BusyScene(int threads, std::uint32_t large = 200000)
@@ -39,7 +39,7 @@ class BusyScene {
     responses_.resize(ids_.size());
   }
 
-  /// Makes step k. Counts the bristles visited, so that the test notices a step that did nothing.
+  /// Makes step k of the watched loop. Counts visited bristles, to notice a step that did nothing.
   long step(int k) noexcept {
     for (std::size_t i = 0; i + 1 < motions_.size(); ++i) {
       motions_[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);
@@ -106,7 +106,7 @@ TEST_CASE("With workers a step makes no system call but theirs: futex and sched_
                               },
                               {SYS_futex, SYS_sched_yield});
   check_clean(seen);
-  CHECK(seen.value >= 1);  // number of threads that took part; on one core it may stay 1
+  CHECK(seen.value >= 1);  // number of threads that took part; 1 on one core
 }
 
 TEST_CASE("Patches that come, go and change on another thread cost the servo thread nothing of the kind",

@@ -20,7 +20,7 @@ using bristle_test::is_scalar;
 using bristle_test::plain_options;
 using bristle_test::stepped_eagerly;
 
-/// Two batches that must never differ: one skips, one visits every bristle in every step.
+/// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy{BatchOptions{}};
   PatchBatch eager{stepped_eagerly()};
@@ -88,7 +88,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
           case 4:  // the patch stays at rest
             dx = dy = 0.0;
             break;
-          case 5: {  // moves by a snap length, or by one bit less or more
+          case 5: {  // a snap length, or a bit less or more
             const double tie = mean_length * (0.5 + 0.25 * static_cast<double>(random() % 5));
             dx = (std::nextafter(tie, unit() < 0.5 ? 0.0 : 1.0)) * (unit() < 0.5 ? -1.0 : 1.0);
             dy = 0.0;
@@ -198,7 +198,7 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  // Expects no response from force(), which returns only those of the other step function, step(dt).
+  // Checks that force(), which returns responses of step(dt) only, has none after the other step function.
   CHECK(batch.force(id).status == Status::unknown_id);
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t many = 50000;  // 50000 bristles: 196 blocks, 4 groups
 
-/// Two batches that must never differ: one skips, one visits every bristle in every step.
+/// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy;
   PatchBatch eager{stepped_eagerly()};

@@ -27,7 +27,7 @@ SnapLength law_of(const std::string& name) {
   if (name == "uniform_0.5_1.5") return uniform;
   if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
   if (name == "exponential") return SnapLength::exponential(dbar);
-  // Quantiles of limits in proportion to 1 - u^2, u uniform on [0, 1], of mean 1: 1.5 (1 - (1 - q)^2) dbar.
+  // Law of limits in proportion to 1 - u^2, u uniform on [0, 1], mean 1: quantiles 1.5 (1 - (1 - q)^2) dbar.
   std::vector<double> quantiles(SnapLength::max_table_size);
   for (std::size_t k = 0; k < quantiles.size(); ++k) {
     const double u = 1.0 - static_cast<double>(k) / static_cast<double>(quantiles.size() - 1);
@@ -178,8 +178,8 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
     CAPTURE(bristle::to_string(law.law()), law.cv(), error[0], error[1]);
     CHECK(error[0] < allowed);
     CHECK(error[1] < error[0] / 3.5);
-    // The error of the strata alternates between equal extremes, at each of their lengths and between any
-    // two. So no other lengths and weights have a smaller maximum (equioscillation).
+    // Checks that the error of the strata alternates between equal extremes, at each of their lengths and
+    // between any two. So no other lengths and weights have a smaller maximum (equioscillation).
     for (const int k : {0, 1}) CHECK(-lowest[k] == Approx(error[k]).epsilon(0.05));
     CHECK(turns >= 2 * 32 - 1);
   }
@@ -514,7 +514,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
       CHECK(again.bristle_stiffness == Approx(m.bristle_stiffness).epsilon(1e-9));
       CHECK(again.snap_length.cv() == Approx(m.snap_length.cv()).epsilon(1e-12));
     }
-  // With one length for all bristles the peak exceeds kinetic friction by the whole drop: 1 - 0.4 / 0.5.
+  // With one limit for all bristles the peak exceeds kinetic friction by the whole drop: 1 - 0.4 / 0.5.
   CHECK(Material::from_coefficients(
             Coefficients{}.with_rule(SnapRule::slide).with_law(SnapLaw::single).with_peak(0.5))
             .drop == Approx(0.2).epsilon(1e-9));

@@ -164,8 +164,8 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
     CHECK(still.dissipated == 0.0);
   }
   SECTION("a slide far shorter than the limit keeps its digits") {
-    // The deflection is across the motion. Over a path s the force along the motion grows as s and the force
-    // across falls by s^2 / 2 l, with l the limit.
+    // Checks small paths s after a bend across the motion: the force along grows as s, the force across falls
+    // by s^2 / 2 l, with l the limit.
     const float s = 1e-4f;
     const Slid<float> end = slide<float, 2, true, true>(0.6f, 0.8f, 1.0f, 1.0f, 0.0f, s);
     CHECK(end.dissipated == Approx(static_cast<double>(s) * 0.6).epsilon(1e-4));

@@ -306,7 +306,7 @@ TEST_CASE("The longest snap length is the bound of the law or its quantile at 1 
   CHECK(SnapLength::table(values).longest() == 5.0);
   const double z = 5.3 - (0.5 * std::erfc(5.3 / std::sqrt(2.0)) - std::ldexp(1.0, -24)) *
                              -std::sqrt(2.0 * M_PI) *
-                             std::exp(0.5 * 5.3 * 5.3);  // expected by one Newton step from 5.3
+                             std::exp(0.5 * 5.3 * 5.3);  // quantile at 1 - 2^-24, by a Newton step from 5.3
   CHECK(SnapLength::normal(1.0, 0.1).longest() == Approx(1.0 + 0.1 * z).epsilon(1e-4));
   // Checks that every length is below 2^10 mean lengths, on which fixed-point sums of deflections rely.
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() < 1024.0);

@@ -34,7 +34,7 @@ double mean_arm(BrutePressure pressure) {
 struct Turned {
   std::vector<double> s, torque;
 };
-// Returns the rows of a table of discs that turn from rest, ordered by angle, without the row of the peak.
+// Returns the rows of a reference table of discs that turn from rest, by angle, without the peak's row.
 Turned turned_rows(const std::string& table, const std::string& pressure, const std::string& length) {
   Turned rows;
   for (const Row& row : read_table(table)) {

@@ -113,8 +113,8 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
           CAPTURE(to_string(scheme), second, k, sliding);
           const LoopResult result = cli::run_loop(cli::cell_setup(scheme, k, second, sliding, options));
           CHECK((result.verdict == Verdict::settles) == (inside || cli::is_implicit(scheme)));
-          // Snaps bound the swing of a spring that is too stiff for the step: by dbar plus the path in one
-          // step, k dbar.
+          // Bound: snaps limit the swing of a spring that is too stiff for the step to dbar plus the path in
+          // one step, k dbar.
           if (!inside) CHECK(result.peak_to_peak_m < 20.0 * (1.0 + k) * 1e-5);
         }
       }

@@ -77,7 +77,7 @@ class Scripted {
   std::vector<double> forces;  ///< forces and energies lost in the last step, of all patches
 };
 
-/// Makes two small patches with bent bristles.
+/// Adds two small patches with bent bristles to a batch.
 PatchBatch small_batch() {
   PatchBatch batch;
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
@@ -251,7 +251,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for data
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // refuses a pipe without waiting for data
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -315,7 +315,7 @@ TEST_CASE("The name of a state file is UTF-8", "[state]") {
 
 #if defined(__unix__)
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
-  // A limit on the size of files simulates a full disk.
+  // Simulates a full disk by a limit on the size of files.
   const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   bristle::save_state_file(folder.at("state"), batch);

@@ -107,7 +107,7 @@ TEST_CASE("The kinetic coefficient is that of the closed form at any weight and 
 
 namespace {
 
-/// Returns the material of a parameter set of steady_force_velocity.csv, with its damper and lubricant.
+/// Returns the material of a parameter set of steady_force_velocity.csv, with damper and viscous friction.
 Material damped_material(const Row& row, bristle::DamperDecay decay) {
   const Row set = find_row(read_table("param_sets.csv"), {{"set", row.at("set")}, {"variant", "fixed"}});
   const double length = number(set, "dbar_m");
@@ -141,7 +141,7 @@ TEST_CASE("Dampers and lubricant add to the kinetic force what the table of spee
       const double load = load_of(row);
       OnePatch patch(damped_material(row, decay),
                      PatchOptions{}.with_max_normal_load(load).with_bristles(900).with_outputs(Outputs::all));
-      // In oblique motion the damper force depends on the magnitude of the velocity, and acts along it.
+      // Checks oblique motion: the damper force depends on the magnitude of the velocity, and acts along it.
       const double dt = 1e-4;
       const Response r = patch.step(0.6 * v * dt, -0.8 * v * dt, load, dt);
       const double damper = number(row, column) - number(row, "Fk_N");
@@ -156,7 +156,7 @@ TEST_CASE("Dampers and lubricant add to the kinetic force what the table of spee
       }
       expect_near(r.damper_work, damper * v * dt, tolerance * v * dt, "damper work");
 
-      // A velocity given by the caller replaces displacement / dt in the damper, and nowhere else.
+      // Checks that the caller's velocity replaces displacement / dt in the damper, and nowhere else.
       Motion motion;
       motion.id = patch.id;
       motion.normal_load = load;

@@ -39,8 +39,8 @@ void check_row(const Row& row, double unit, int axes, Precision precision, SnapR
   const double delta = length("delta");
   const double snaps = number(row, "snaps");
   const double lost = number(row, "energy_lost_over_sigma0") * unit * unit;
-  // In double the tolerance is 1e-12 of a length, as the table has 12 digits. In float it is four rounding
-  // errors of the path and of the snap length.
+  // Tolerance: in double 1e-12 of a length, as the table has 12 digits; in float four rounding errors of the
+  // path and of the snap length.
   const double path = std::hypot(d[0], d[1]);
   const double tolerance = precision == Precision::double_ ? 1e-12 * unit : 0x1p-22 * (path + 2.0 * delta);
 
@@ -212,8 +212,8 @@ TEST_CASE("A one-axis patch and a two-axis patch moving along x agree", "[step]"
         const double dx = 0.8 * dbar * flat(random);
         const Response a = one.step(dx, 0.0, n);
         const Response b = two.step(dx, 0.0, n);
-        // In float, rounding may decide whether a bristle near its length snaps, which changes a force by up
-        // to two mean lengths.
+        // Tolerance in float: rounding may decide whether a bristle near its length snaps, which changes a
+        // force by up to two mean lengths.
         const double tie = precision == Precision::single ? 2.0 * dbar : 0.0;
         expect_near(a.elastic[0], b.elastic[0], rounding * n * dbar + tie, "end force");
         expect_near(a.mean[0], b.mean[0], rounding * n * dbar + tie, "mean force");

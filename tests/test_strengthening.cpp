@@ -60,13 +60,13 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
                   Approx(r.damper[k] - plain.damper[k]).epsilon(1e-9).margin(1e-12));
           REQUIRE(trial.damper[k] == r.damper[k]);
         }
-        // The reported damping is force over velocity, so that damping times velocity gives the force.
+        // Checks the reported damping, force over velocity, so that damping times velocity gives the force.
         REQUIRE(r.damping == Approx(plain.damping + force / speed).epsilon(1e-12));
         REQUIRE(r.damper_work == Approx(r.damping * speed * speed * tick).epsilon(1e-12));
         REQUIRE(with.batch.strengthening_damping(with.id, load, speed) ==
                 Approx(force / speed).epsilon(1e-12));
       }
-      // At rest there is no force, and damping is the limit of force over velocity.
+      // Checks a patch at rest: there is no force, and damping is the limit of force over velocity.
       const Response rest = with.step(0.0, 0.0, 2.0);
       CHECK(rest.damper[0] == 0.0);
       CHECK(rest.damping ==

@@ -58,8 +58,8 @@ class Rivals {
   std::vector<std::thread> threads_;
 };
 
-/// A plain loop over equally many bristles, all of which snap in every step. bristle's time is compared with
-/// its time.
+/// A plain loop over equally many bristles, all of which snap in every step, to compare times
+/// with.
 struct PlainStep {
   bristle::plain::PlainLoop loop;
   double sum = 0.0;
@@ -85,7 +85,7 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = u
   return patch;
 }
 
-/// Asserts the limit only where bristle uses the machine's widest vectors, for which the plain loop is
+/// Asserts the bound only where bristle uses the machine's widest vectors, for which the plain loop is
 /// compiled.
 void check_vectors_below(const PatchBatch& batch, double value, double limit, const char* what) {
   if (is_scalar(batch) || std::getenv("BRISTLE_ISA") != nullptr)
@@ -139,14 +139,14 @@ TEST_CASE("A rival that streams memory on the other core leaves the servo thread
 
 namespace {
 
-/// A motion chosen to make steps slow. `motion` returns it for step k of a patch of n bristles.
+/// A case of motion chosen to make steps slow. `motion` returns it for step k of a patch of n bristles.
 struct HardMotion {
   const char* name;
   SnapLength law;
   SnapRule rule;
   Motion (*motion)(int k, std::uint32_t n);
-  /// Largest allowed ratio of the 90th percentile of step times to the median of a plain loop. At least every
-  /// fourth step is a hard one.
+  /// Largest allowed ratio of the 90th percentile of step times to a plain loop's median. At least every
+  /// fourth step is a slow one.
   double limit;
 };
 
@@ -230,7 +230,7 @@ class Adder {
   std::array<std::vector<PatchId>, 4> ids_;
 };
 
-/// A servo loop over two thousand permanent patches and those that came in the last two ticks.
+/// Servo loop that steps two thousand permanent patches and those that came in the last two ticks.
 class BusyServo {
  public:
   BusyServo()
@@ -392,7 +392,7 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
   PlainHandOver plain;
   int ticks = 0;
   in_rounds([&] {
-    // Both lists are filled by one thread and emptied by another, which finds them in the other core's cache.
+    // One thread fills both lists and another empties them, which finds them in the other core's cache.
     const auto fill = [&] {
       std::thread([&] {
         adder.tick(ticks);

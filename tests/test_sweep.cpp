@@ -77,7 +77,7 @@ velocity = 1e-3
 load = 0.8
 )";
 
-/// Runs a sweep, requires that it succeeds, and returns its table.
+/// Runs `bristle sweep`, requires that it succeeds, and returns its table.
 std::string table_of(const Folder& folder, const std::string& arguments,
                      const std::string& environment = "") {
   const Outcome outcome =
@@ -295,7 +295,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
   const auto table = csv_rows(table_of(folder, "'" + scene + "' " + twelve_rows + " --report state_hash"));
   std::set<std::string> hashes;
   for (std::size_t row = 0; row < 12; ++row) hashes.insert(cell(table, row, "state_hash"));
-  CHECK(hashes.size() == 12);  // each repeat has a seed of its own, so all states differ
+  CHECK(hashes.size() == 12);  // states differ, as each repeat has a seed of its own
   const Outcome written = run_cli(
       folder, "sweep '" + scene + "' " + twelve_rows + " --row 7 --out '" + folder.at("row.toml") + "'");
   REQUIRE(written.code == 0);
@@ -317,7 +317,7 @@ TEST_CASE("Values that a scene refuses make a row that says so, and the others r
     CHECK(cell(table, row, "tip.kinetic").empty());
     CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
     CHECK(cell(table, row, "failure").find(folder.path.string()) ==
-          std::string::npos);  // a failure's text has no path, so it is identical on every machine
+          std::string::npos);  // the text has no path: it is identical everywhere
   }
 }
 

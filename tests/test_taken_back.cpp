@@ -35,7 +35,7 @@ PatchOptions infinite_options() {
   return PatchOptions{}.with_population(Population::infinite).with_max_normal_load(1.0);
 }
 
-/// Checks that saving, restoring and saving again gives equal bytes.
+/// Checks that saving, restoring and saving a patch's state again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
   const std::vector<std::byte> state = saved_state(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));
@@ -833,7 +833,7 @@ TEST_CASE("The hash of an infinite brush sees what it draws next and when its br
     REQUIRE_NOTHROW(brush.forge(at, number, saved_state(brush.patch.batch)));
     CHECK(brush.patch.hash() != before);
   };
-  sees(noisy, 256, std::uint64_t{1000});  // number of passes of random draws so far
+  sees(noisy, 256, std::uint64_t{1000});  // number of the next round of random draws
   sees(noisy, 264, 0.5);                  // renewals due
   for (const int at : {16, 24, 32, 40}) sees(aged, saved_ages + at, 1.25e-3);
 }

@@ -328,7 +328,7 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
                       100000.0};
   Response response;
   batch.warm_up();
-  // Pauses before every step, as a servo loop does.
+  // Pauses before every step, as a servo loop does between its ticks.
   for (int k = 0; k < 20; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
@@ -480,7 +480,7 @@ TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]"
 }
 
 TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
   const std::vector<int> mine = cores_of_thread(0);
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
@@ -505,7 +505,7 @@ TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[thre
 }
 
 TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
   const std::vector<int> mine = cores_of_thread(0);
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));

@@ -273,7 +273,7 @@ inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t brist
   return cases;
 }
 
-/// Returns the motion of patch `p` in step `k`, which depends on nothing else. It sticks, creeps, slides,
+/// Returns the motion of patch `p` in step `k`, a function of these alone. It sticks, creeps, slides,
 /// reverses, jumps; the load varies slightly, jumps, overloads and is lost.
 inline Motion scripted_motion(std::size_t p, int k, int axes) {
   std::mt19937_64 random(1000003u * p + static_cast<unsigned>(k));

@@ -11,7 +11,7 @@ using Bytes = bristle::Span<const std::uint8_t>;
 
 void scene(Bytes bytes);    ///< reads a scene file and, if it is small, steps it
 void motion(Bytes bytes);   ///< reads a motion file
-void fit(Bytes bytes);      ///< reads a file of measured friction, with all that comes before the fit
+void fit(Bytes bytes);      ///< reads a file of measured friction and prepares it as for a fit
 void sweep(Bytes bytes);    ///< reads a range of values of a parameter study
 void state(Bytes bytes);    ///< restores a saved state, whose checksum it corrects in every second run
 void batch(Bytes bytes);    ///< makes a sequence of calls of PatchBatch, compared with a model of it

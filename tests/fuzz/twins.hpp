@@ -17,7 +17,7 @@ class Twins {
   /// rounding. A bristle that snaps then has no age, however long the step.
   bool clock_stands() const { return lived_ > 1e16; }
 
-  /// Adds a patch to all batches. Returns false if all of them refuse it.
+  /// Adds the patch under test to all batches. Returns false if all of them refuse it.
   bool add(const bristle::Material& material, const bristle::PatchOptions& options) {
     if (clock_stands()) begin();
     ids.clear();
