@@ -25,7 +25,7 @@ namespace {
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 constexpr double tau = 1.0;  ///< s
 
-// ------------------------------------------------------------------------------- a patch, in reduced units
+// --------------------------------------------------------------------- a patch that ages, in reduced units
 
 /// A patch that moves along (0.6, 0.8), in reduced units: mean snap lengths, s, forces over load.
 struct AgedBrush : Brush {
@@ -57,7 +57,7 @@ double growth(const Ageing& a, double age) {
   return 1.0 + a.strength * std::log1p(age / a.time);
 }
 
-// ----------------------------------------------------------------------------------------------- the tables
+// ------------------------------------------------------- comparison with the reference tables of tests/data
 
 AgedBrush brush_of(const Row& row, double resolution) {
   return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")),

@@ -127,7 +127,7 @@ bool is_finite(const Snapshot& s) {
 
 }  // namespace
 
-// ------------------------------------------------------------------------------------------- the exchange
+// ----------------------------------------------------- exchange of messages between the loops of the room
 
 TEST_CASE("A triple buffer gives whole values, newest last, while both sides run", "[room][exchange]") {
   struct Value {
@@ -194,7 +194,7 @@ TEST_CASE("A ring keeps the order, and counts what finds no room", "[room][excha
   CHECK(in_order);
 }
 
-// -------------------------------------------------------------------------------------------- the block
+// ----------------------------------------------------------- the block on the floor, pushed by the tool
 
 TEST_CASE("A block at rest presses with its weight and does not stir", "[room]") {
   Settings settings = few_bristles();
@@ -761,7 +761,7 @@ TEST_CASE("A slope steeper than the friction lets the block slide as the incline
   }
 }
 
-// -------------------------------------------------------------------------------------- the person's hand
+// --------------------------------------------------------------- the hand of a person, moved by the mouse
 
 TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and arrives", "[room][hand]") {
   Exchange exchange;
@@ -940,7 +940,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   }
 }
 
-// ------------------------------------------------------------------------------------- the pad of the tool
+// --------------------------------------------- a finger (pad) as the tool, which holds and turns the block
 
 namespace {
 
@@ -1043,7 +1043,7 @@ TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, withou
   }
 }
 
-// --------------------------------------------------------------------------------- the same bits, and files
+// ------------------------------------------------------ runs of equal bits, recordings and scripts in files
 
 TEST_CASE("A script of a point gives the bits on record, another one others", "[room]") {
   const auto hash = [](double end) {
@@ -1475,7 +1475,7 @@ TEST_CASE("A hand that jumps or is no number leaves the world finite", "[room]")
   while (run.now().time < 1.0) REQUIRE(is_finite(run.tick()));
 }
 
-// ----------------------------------------------------------------------------------- the network device
+// ----------------------------------------------------------------- a haptic device on the network (UDP)
 
 namespace {
 
@@ -1655,7 +1655,7 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   CHECK(hand.position[0] == 0.05);
 }
 
-// ------------------------------------------------------------------------------------------- two threads
+// ----------------------------------------------------------------- the simulation on a thread of its own
 
 TEST_CASE("The loops run beside each other: settings arrive, acts are served, a stalled screen delays nobody",
           "[room][threads]") {

@@ -384,7 +384,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   CHECK(second.run_row(1) != row);
 }
 
-// ----------------------------------------------------------------------------- one table whoever runs
+// ---------------------------------------------- one table, whichever threads or machines run the rows
 
 TEST_CASE("A sweep's table is the same with any number of threads, on any instruction set",
           "[sweep][determinism]") {
@@ -553,7 +553,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the table has every row once, and the header
 }
 
-// ------------------------------------------------------------------------------------- parts of a study
+// --------------------------------------------------- parts of a parameter study: rows, columns, reports
 
 namespace {
 
