@@ -152,7 +152,7 @@ double virgin_error(bool random, std::uint32_t n, int seeds) {
     const auto id = batch.add(m, with_random_lengths(options, random));
     const bristle::Response r =
         step_one(batch, bristle::Motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
-    // First loading by the uniform law on 0.5 to 1.5, path x below 1.5: force x - x^2/2 + 1/8, less.
+    // First loading by the uniform law on 0.5 to 1.5, path x from 0.5 to 1: force x - x^2/2 + 1/8, less.
     const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
     squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;
   }

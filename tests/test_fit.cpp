@@ -299,7 +299,7 @@ TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fi
     return j.model.find("as fitted") != j.model.npos;
   });
   REQUIRE(brush != all.models.end());
-  // Expected samples in reversals: of a 120 um stroke 30 um, two mean lengths; of the time a third.
+  // A reversal takes two mean lengths, 30 of the 120 um of a stroke, and a third of the stroke's time.
   CHECK(all.reversal_samples > 50);
   CHECK(all.reversal_samples < 90);
   CHECK(brush->judged.all < 0.1);  // 0.2 N / sqrt(12) and noise; following the drift on would leave 0.2 N

@@ -417,7 +417,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Holds the box by disc contacts: point contacts would let it turn until it hangs below the fingers.
+  // Checks that point contacts in place of discs let the box turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);

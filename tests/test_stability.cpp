@@ -104,8 +104,8 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
     for (const double second : {0.05, 0.5}) {
       const double c = cli::is_device(scheme) ? 0.0 : second, beta = cli::is_device(scheme) ? second : 0.0;
       const auto limits = cli::stability_limits(scheme, c, beta);
-      // Starts a quarter beyond the stability limit, where the amplitude changes in each step by a few per
-      // cent of `second`, clearly over thousands of steps.
+      // Starts a quarter below and a quarter beyond the stability limit, where the amplitude changes in a
+      // step by a few per cent of `second`, clearly over thousands of steps.
       const double limit = limits.empty() ? 8.0 : limits.back();
       for (const bool inside : {true, false}) {
         const double k = limit * (inside ? 0.75 : 1.25);
