@@ -1,4 +1,4 @@
-// Measures ten thousand patches in one step: sliding, resting, a mix.
+// Measures steps of a batch of ten thousand patches (contacts): all sliding, all resting, or a mix.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -33,15 +33,15 @@ std::shared_ptr<MeasuredScene> make_equal(const BatchOptions& options) {
   return scene;
 }
 
-/// Makes patches that rest and are not even named in the step.
+/// Makes patches that rest: the step's list of motions leaves them out.
 std::shared_ptr<MeasuredScene> make_unnamed(const BatchOptions& options) {
   auto scene = make_equal<rest, SnapRule::keep>(options);
   scene->name_none();
   return scene;
 }
 
-/// Makes a scene like a physics engine's: sizes from 30 to 1000, both rules, one axis and two, one patch in
-/// ten sliding, one in ten creeping, the rest at rest.
+/// Makes a scene like a physics engine's: 30 to 1000 bristles each, both snap rules, one axis and two, one
+/// patch in ten sliding, one in ten creeping, the rest at rest.
 std::shared_ptr<MeasuredScene> make_mixed(const BatchOptions& options) {
   const std::uint32_t sizes[] = {30, 30, 30, 100, 100, 300, 1000};
   auto scene = std::make_shared<MeasuredScene>(options);

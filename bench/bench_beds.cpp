@@ -36,7 +36,7 @@ using bristle::BedResponse;
 using bristle::BedShape;
 using bristle::plain::Wrench;
 
-/// Batch of equal beds, with a motion each.
+/// Batch of equal beds (contacts of elastic bodies), with the motion of each.
 struct Beds {
   BedBatch batch;
   std::vector<BedMotion> in;
@@ -76,10 +76,10 @@ double median(std::vector<double> values) {
 
 struct Figures {
   double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, and of its rival
-  double error = 0.0, rival_error = 0.0;  ///< error of force and torque, in per cent
+  double error = 0.0, rival_error = 0.0;  ///< errors of force and torque of both, per cent of the limits
 };
 
-/// Adds a benchmark of a bed beside its rival. `make` sets the functions that step each and returns their
+/// Adds a benchmark of a bed beside its rival. `make` sets the functions that step the two, and returns their
 /// sizes and errors. Reported times are those of a step divided by `per`.
 void add_pair(const std::string& name, const std::string& label, double per,
               std::function<Figures(Step& ours, Step& rival)> make) {
@@ -116,8 +116,8 @@ std::shared_ptr<Beds> disc_bed(int rings, int around) {
                                 BedShape::disc(disc_radius, BedPressure::uniform, rings, around), disc_load);
 }
 
-/// Sets a motion, half slide and half spin, that moves the disc's rim by `way` times the deflection at which
-/// bristles slide.
+/// Sets a motion, about half slide and half spin, in which the disc's rim moves by about `way` times
+/// `disc_limit`, the deflection at which bristles slide.
 void move_disc(Beds& bed, double way) {
   bed.in[0].displacement[0] = 0.45 * way * disc_limit;
   bed.in[0].displacement[1] = 0.2 * way * disc_limit;
@@ -205,8 +205,8 @@ void register_discs() {
 
 constexpr double ellipse_a = 8e-3, ellipse_b = 4e-3, ellipse_load = 82e3, ellipse_friction = 0.3;
 constexpr double ellipse_flexibility[3] = {4.937e-14, 5.152e-14, 4.090e-14};
-/// Converged force and moment of the rolling ellipse (tests/data/ellipse_steady.csv, creep y -6.25e-4, spin
-/// 0.625 /m).
+/// Converged force and moment of a rolling ellipse over their limits (tests/data/ellipse_steady.csv), at
+/// creep y -6.25e-4 and spin 0.625 /m.
 constexpr double ellipse_fy = -0.64179, ellipse_mz = -0.27112;
 
 double ellipse_error(double fy, double mz) {
@@ -239,9 +239,9 @@ void register_ellipses() {
         });
 }
 
-// ---- rows in batches, and grains
+// ---- beds of rows (rolling wheels) in batches, and contacts of grains
 
-/// Contacts of grains, moved and loaded at random in every step.
+/// Contacts between grains (granular matter), moved and loaded at random in every step.
 struct Grains {
   static constexpr std::size_t n = 10000;
   static constexpr double friction = 0.5, radius = 1e-4, load = 1.0, presliding = 1e-6;
@@ -274,9 +274,9 @@ struct Grains {
   void step_springs() { springs.step(dx.data(), dy.data(), loads.data(), fx.data(), fy.data()); }
 };
 
-/// Finds the energy that a contact gives out beyond what it took in over cycles of load and motion, in per
-/// cent of what it took. Such cycles bend the spring under a large load and release it under a small one, at
-/// which it is softer.
+/// Finds the energy that a contact gives out beyond what it took in, per cent of the latter. In each
+/// cycle the tangential spring is bent under a large load and released under a small one, at which it is
+/// softer.
 void energy_made(Figures& figures) {
   const auto cycle = [](const std::function<double(double, double)>& force) {
     double given = 0.0, taken = 0.0, before = 0.0;
@@ -324,7 +324,7 @@ void register_grains() {
                  other->step_springs();
                  grains->draw(load_changes);
                }
-               // Prepares the loads of two alternating steps, so that sampling them is not timed.
+               // Prepares the loads of two alternating steps outside the timing.
                auto loads = std::make_shared<std::vector<BedMotion>>(grains->beds.in);
                if (load_changes) grains->draw(true);
                ours = [=] {

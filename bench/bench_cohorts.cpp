@@ -30,7 +30,7 @@ struct CohortMotion {
   const char* label;
   double stroke;  ///< path of a step in mean snap lengths
   double turn;    ///< turn of the direction from step to step, rad
-  double noise;   ///< relative deviation of the load from its mean, up and down in turn
+  double noise;   ///< deviation of the load from its mean, relative, up and down in turn
 };
 constexpr CohortMotion motions[] = {
     {"slide", "0.1 dbar a step, straight", 0.1, 0.0, 0.0},
@@ -67,7 +67,7 @@ class CohortScene {
 
   std::uint32_t patches() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-  /// Computes the next motions, at a few nanoseconds a patch, and steps all patches.
+  /// Sets the motion of each patch (a few nanoseconds each) and steps them all.
   bristle::StepReport step() {
     next();
     return batch_.step(tick, moved_, responses_);
@@ -137,8 +137,8 @@ void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, c
 constexpr int walk_steps = 4000;
 constexpr int walk_passes = 7;
 
-/// Adds a benchmark of a walk in random directions. Every pass repeats the same walk, and each step counts
-/// with its least time over the passes, which excludes disturbances by other work.
+/// Adds a benchmark of a random walk. Every pass repeats the same walk, and of each step the least time over
+/// the passes counts, which excludes disturbances by other work.
 void add_walk_benchmark(const Subject& subject, double stroke) {
   const std::string name = std::string("cohorts/walk/") + (stroke < 1.0 ? "short/" : "long/") + subject.name;
   benchmark::RegisterBenchmark(
@@ -168,7 +168,7 @@ void register_cohorts() {
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {
-        // Ten thousand patches of 10,000 bristles would take a gigabyte.
+        // Leaves out this case: ten thousand patches of 10,000 bristles take a gigabyte.
         if (patches == 10000 && subject.bristles == 10000) continue;
         const std::string name =
             std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;

@@ -1,4 +1,4 @@
-// Compares patches that slide and spin with a grid of LuGre cells in one run: error against time.
+// Compares extended patches that slide and spin with a grid of LuGre cells in one run: error against time.
 //
 // Each row times a disc of the infinite brush, cut into rings of cells, and a LuGre grid (its rival). Both
 // are moved alternately, in blocks of steps, so that whatever slows the machine slows both; `ratio` is the
@@ -60,7 +60,7 @@ class BrushDisc {
     return {{response_.end[0], response_.end[1]}, response_.end[2]};
   }
   std::size_t cells() const { return patches_.cell_count(motion_.id); }
-  /// Returns the friction of pure sliding: m2 / (2 m1) of the law, at a bristle stiffness of 1 N/m.
+  /// Returns the friction of pure sliding, m2 / (2 m1) of the law's moments, at 1 N/m per bristle.
   static double friction() { return 0.5 * 1.09 * dbar * load_n; }
 
  private:
@@ -130,7 +130,7 @@ double limit_error(const Make& make) {
 
 struct Ours {
   const char* name;
-  int rings, around;  ///< number of cells in each ring; 0: three times the number of rings
+  int rings, around;  ///< number of rings, and of cells in each; 0 cells: three times the number of rings
   Population population;
   std::uint32_t bristles;  ///< number of representatives in the whole disc
   double resolution;       ///< resolution of the infinite brush in each cell
@@ -152,8 +152,8 @@ constexpr Theirs theirs[] = {{"lugre_21_exact", 21, LuGreGrid::StepRule::exact},
                              {"lugre_14_exact", 14, LuGreGrid::StepRule::exact},
                              {"lugre_14_euler", 14, LuGreGrid::StepRule::euler}};
 
-/// Regime of motion. The fastest point moves by `way` in a step; in sticking regimes every other step goes
-/// back.
+/// Regime of motion of a disc: its fastest point moves by `way` per step. In sticking regimes every other
+/// step goes back.
 struct SpinRegime {
   const char* name;
   const char* label;
@@ -175,7 +175,7 @@ class Moved {
     time(50);
   }
 
-  /// Runs this number of steps. Returns the mean time of one, ns.
+  /// Runs `steps` steps. Returns the mean time of one step, ns.
   double time(int steps) {
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < steps; ++i) {
@@ -206,7 +206,7 @@ std::unique_ptr<LuGreDisc> make_theirs(const Theirs& t) {
   return std::make_unique<LuGreDisc>(t.across, t.rule);
 }
 
-/// Returns the error of the subject with this name, which `find` computes at the first call.
+/// Returns the error of the model called `name`; `find` computes it at the first call, later calls reuse it.
 double error_of(const char* name, double (*find)(const void*), const void* what) {
   static std::map<std::string, double> known;
   const auto found = known.find(name);

@@ -1,5 +1,5 @@
 // Measures some fifty thousand joints in a step (4,096 robots of 12 joints), a single joint, and a single
-// robot. Compares them with the loop that a user would write, and with a mere copy of input and output.
+// robot. Compares them with a user's plain loop, and with a mere copy of inputs to outputs.
 #include <cstring>
 
 #include <bristle/joint_friction.hpp>
@@ -71,7 +71,7 @@ struct JointScene {
   JointArrays arrays;
 };
 
-/// Adds a benchmark of joints that move by `swing` (rad) per step, eight steps in either direction.
+/// Adds a benchmark of joints that move by `swing` (rad) per step, eight steps forward and eight back.
 void add_joint_benchmark(const std::string& motion, double swing, bool all, int threads,
                          std::size_t n = joint_count) {
   const std::string name = "joints/" + motion + (all ? "/all/" : "/load/") + std::to_string(threads) +

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Regime regimes[] = {stick, presliding, all_snap};
 
-/// Registers the cost of each feature at 4096 bristles, in the first-level cache.
+/// Registers benchmarks of each feature with 4096 bristles, which fit the first-level cache.
 void register_features() {
   for (SnapRule rule : rules()) {
     for (int axes : axes_counts()) {

@@ -1,6 +1,6 @@
-// Measures the presliding curve: cost against the length of a step, and the share of bristles that are
-// visited. Steps go one way, after sliding; below a snap length only blocks with a bristle near its snap are
-// visited.
+// Measures steps in presliding (few bristles snap): cost against the length of a step, and the share of
+// bristles that are visited. Steps go one way, after sliding; below a snap length only blocks with a bristle
+// near its snap are visited.
 #include <cstdio>
 
 #include "measured_scene.hpp"

@@ -1,5 +1,5 @@
-// Compares bristle with what it replaces, in one run: the paper's loop and plain loops, and with the time it
-// takes to stream the same bytes.
+// Compares bristle, in one run, with what it replaces (the loop of the paper by Zhang and Phillips, and plain
+// loops), and with the time that it takes to stream the same bytes.
 #include "bench/plain_loops.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
@@ -8,7 +8,7 @@ namespace bristle_bench {
 
 namespace {
 
-/// Adds a benchmark of a plain loop, which it brings into the regime by the same motions as bristle's patch.
+/// Adds a benchmark of a plain loop, which the motions of bristle's patch bring into the same regime.
 template <class Loop, class Make>
 void add_loop_benchmark(const std::string& name, const Regime& regime, double bytes_per_bristle, Make make) {
   add_benchmark(name, [=](benchmark::State& state) {
@@ -70,7 +70,7 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   }
 
   if (rule == SnapRule::keep && !mean) {
-    // Adds the paper's loop. Its literal rule does less work than the exact step and gives a wrong force.
+    // Adds the paper's loop, which resets a bristle beyond its length: less work, and a wrong force.
     add_loop_benchmark<PaperLoop<double, 3>>(group + "paper_double3", regime, 0.0, [=] {
       return std::make_shared<PaperLoop<double, 3>>(n, dbar, 1.0, 0.1);
     });
@@ -79,8 +79,8 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
     });
   }
 
-  // Streams as many columns as bristle does: it reads deflections and snap lengths, and writes deflections
-  // where bristles snap; with redraw, where all snap, it writes snap lengths and draw numbers too.
+  // Streams as many columns as bristle does in this regime. It reads deflections and snap lengths, and writes
+  // deflections where bristles snap; with redraw, where all snap, also snap lengths and draw numbers.
   const bool snaps = !regime.there_and_back;
   const bool draws = rule == SnapRule::redraw && regime.step > 0.1;
   const int read = usual_axes + 1 + (draws ? 1 : 0);
@@ -88,8 +88,8 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   add_stream_benchmark(group + "stream", n, read, written);
 }
 
-/// Registers bristles that slide at their limit, beside bristles of SnapRule::keep that all snap, and the
-/// plain loop.
+/// Registers bristles that slide at their limit (SnapRule::slide), beside bristles that all snap
+/// (SnapRule::keep), and beside a plain loop.
 void register_slide(bool zigzag) {
   if (BRISTLE_MINIMAL) return;
   constexpr std::uint32_t n = 14400;

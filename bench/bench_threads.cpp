@@ -1,6 +1,6 @@
-// Measures sharing a step between threads: the cost of waking a worker once a millisecond, the size from
-// which sharing pays, the size of the pieces, and the gain of two threads in steps back to back and in a
-// paced 1 kHz loop.
+// Measures sharing a step between threads: the cost of waking a worker once a millisecond, the number of
+// bristles from which sharing pays, the size of the pieces shared, and the gain of two threads in steps back
+// to back and in a paced 1 kHz loop.
 //
 // Each row has the same number of steps, timed one by one; p50 and p99 are counters. "bound": workers kept
 // off the core that the stepping thread is bound to (BatchOptions::with_servo_core).
@@ -56,7 +56,7 @@ void add_timed_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// A fork and join of tasks that do nothing, or that wait until a second thread has joined (5 ms at most).
+/// Fork and join of tasks that do nothing or, with `wait`, wait 5 ms at most for a second thread to join.
 struct Meeting {
   bool wait = false;
   long number = 0;  ///< number of the present fork and join, counted from the start of the program
@@ -110,7 +110,7 @@ struct SharedStep {
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
-  /// Smallest number of bristles that a thread takes; 0: the library's own rules, with its threshold.
+  /// Smallest number of bristles that a thread takes; 0: the library decides, and shares large steps only.
   std::uint32_t piece = 0;
 };
 
@@ -118,7 +118,7 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
     BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
     if (what.bound) options.with_servo_core(servo_core());
-    // Shares a step of any size, to find the size from which sharing pays.
+    // Registers a step that is shared whatever its size, to find the size from which sharing pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(options);
     unsetenv("BRISTLE_SHARING");
@@ -157,7 +157,7 @@ void register_share() {
   }
 }
 
-/// Registers 200,000 bristles, as one patch and as 2,000, shared in pieces of different size.
+/// Registers 200,000 bristles, as one patch and as 2,000 patches, shared in pieces of different size.
 void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {

@@ -12,9 +12,9 @@ namespace bristle_bench {
 /// Path and load of a patch that a hand moves.
 struct HandPath {
   const char* name;
-  double turn, wander;  ///< turn of the direction per step, rad: its steady part, its random part
+  double turn, wander;  ///< turn of the direction, rad per step: steady part, random part
   int stroke;           ///< number of steps after which the path reverses; 0 = never
-  double ripple;        ///< amplitude of the load's swing over its mean, with a period of 20 steps
+  double ripple;        ///< amplitude of the load's swing over its mean; its period is 20 steps
 };
 constexpr HandPath straight_path = {"straight", 0.0, 0.0, 0, 0.0};
 constexpr HandPath hand_paths[] = {straight_path,

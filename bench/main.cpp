@@ -41,8 +41,8 @@ std::string usable_instruction_sets() {
   return names;
 }
 
-/// Returns the hash of a short scene that uses every variant of this build: load steps, turns, long and short
-/// motions.
+/// Returns the hash of a short scene that uses every kernel variant of this build, in load steps, turns, and
+/// long and short motions.
 std::string scene_hash() {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -74,8 +74,8 @@ std::string scene_hash() {
   return text;
 }
 
-/// Reporter that passes everything on to another one, and at the end prints the ratios of this run: times of
-/// the loops that bristle is compared with over bristle's.
+/// Reporter that passes everything on to another reporter, and at the end prints, for the loops that bristle
+/// is compared with, their times over bristle's in this run.
 class WithRatios : public benchmark::BenchmarkReporter {
  public:
   explicit WithRatios(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
@@ -99,7 +99,7 @@ class WithRatios : public benchmark::BenchmarkReporter {
       auto& group = groups_[name.substr(7, slash - 7)];
       const double time = run.GetAdjustedRealTime();
       const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
-      // Keeps the shortest time of the repetitions.
+      // Keeps the shortest time of a benchmark's repetitions.
       if (!fresh) entry->second = std::min(entry->second, time);
     }
   }

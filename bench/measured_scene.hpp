@@ -33,7 +33,7 @@ using bristle_test::plain_material;
 using bristle_test::plain_options;
 using bristle_test::tick;
 
-/// Number of tangential axes in most benchmarks; the minimal library has only one.
+/// Number of tangential axes in most benchmarks: 2, but 1 in the minimal library.
 constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
 
 struct Regime : SteadyMotion {
@@ -68,7 +68,7 @@ inline const char* name_of(Outputs outputs) {
   }
 }
 
-/// Returns the snap rules in this build of the library.
+/// Returns the snap rules that this build of the library has.
 inline std::vector<SnapRule> rules() {
   if (BRISTLE_MINIMAL) return {SnapRule::keep};
   return {SnapRule::keep, SnapRule::redraw};
@@ -87,7 +87,7 @@ inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs
 /// the snap lengths), then 16 steps of the regime itself.
 constexpr Settling usual_settling = {0.37, 54, 16};
 
-/// Batch of patches in steady motion.
+/// Batch of patches in steady motion, with the benchmarks' step time and settling.
 class MeasuredScene : public SteadyScene {
  public:
   explicit MeasuredScene(const BatchOptions& options = {}) : SteadyScene(options, tick, usual_settling) {}
@@ -100,7 +100,7 @@ class MeasuredScene : public SteadyScene {
   }
 };
 
-/// Returns the object of this name, made on first use and kept until another name is asked for: Google
+/// Returns the scene of this name, made on first use and kept until another name is asked for: Google
 /// Benchmark calls a function several times to find the number of iterations, and a population of millions
 /// takes a while to make.
 template <class T, class Make>
@@ -115,9 +115,9 @@ T& keep_while_named(const std::string& name, Make make) {
   return *kept;
 }
 
-/// Returns the least bytes that a step must read and write per bristle. Deflections and snap length are read,
-/// and deflections written if bristles snap; if all snap with redraw, the snap length is written, and draw
-/// state read and written too.
+/// Returns the least bytes that a step must read and write per bristle. Deflections and snap length are read;
+/// deflections are written if bristles snap. If all snap with redraw, the snap length is written too, and
+/// draw state read and written.
 inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precision precision) {
   const double real = precision == Precision::single ? 4.0 : 8.0;
   const double read = (axes + 1) * real;

@@ -51,7 +51,7 @@ class PacedLoop {
     }
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
     due_s_ = static_cast<double>(next_.tv_sec) + 1e-9 * static_cast<double>(next_.tv_nsec);
-    // Restarts the grid where a step ran over by a period, instead of catching up.
+    // Restarts the grid at the present time if the tick is over a period late, instead of catching up.
     timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;

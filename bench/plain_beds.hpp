@@ -19,8 +19,8 @@ struct Wrench {
 /// loop.
 class DiscLoop {
  public:
-  /// Makes a grid of `across` by `across` cells and keeps those whose middle is in the disc. All have the
-  /// same limit of deflection (m).
+  /// Makes a grid of `across` by `across` cells and keeps those whose middle is in the disc. All cells have
+  /// the same limit of deflection, limit_m.
   DiscLoop(int across, double radius_m, double limit_m, double force_limit_n);
   ~DiscLoop();
   DiscLoop(const DiscLoop&) = delete;
@@ -32,9 +32,9 @@ class DiscLoop {
  private:
   std::size_t n_;
   double radius_m_, limit_m_, force_limit_n_;
-  float* zx_;  ///< deflection of each cell over its limit
+  float* zx_;  ///< deflection of each cell over its limit, x and y
   float* zy_;
-  float* x_;  ///< position of each cell over the radius
+  float* x_;  ///< position of each cell over the radius, x and y
   float* y_;
 };
 

@@ -24,7 +24,7 @@ void* take(std::size_t bytes) {
 
 void give_back(void* memory) noexcept { ::operator delete (memory, std::align_val_t{cache_line}); }
 
-/// Returns the snap length of bristle i over the mean: stratified, uniform on 0.5 to 1.5.
+/// Returns bristle i's snap length over the mean: evenly spread (stratified) over 0.5 to 1.5.
 double first_length(std::size_t i) {
   const double golden = 0.6180339887498949;
   const double place = (static_cast<double>(i) + 0.5) * golden;
@@ -153,7 +153,7 @@ template class PaperLoop<double, 3>;
 template class PaperLoop<float, 2>;
 
 // ---------------------------------------------------------------------------------------------------------
-// The plain structure-of-arrays loop
+// The plain loop over columns
 
 namespace {
 
@@ -166,7 +166,7 @@ inline float smaller(float a, float b) { return a < b ? a : b; }
 /// Displacement of a step, common to all bristles, m.
 struct Path {
   float dx, dy;  // displacement
-  float h;       // length of the displacement
+  float h;       // length of the displacement, m
   float ex, ey;  // unit vector along the displacement of length h; 0 where h is 0
 };
 
@@ -194,7 +194,7 @@ struct Draw {
   }
 };
 
-/// Returns the distance along the path to the first snap; 0 if the bristle is already beyond its length.
+/// Returns the distance along the path to a bristle's first snap; 0 if it is bent beyond its length.
 template <int Axes>
 inline float distance_to_snap(float zx, float zy, float delta, const Path& path) {
   if constexpr (Axes == 1) {
@@ -206,8 +206,8 @@ inline float distance_to_snap(float zx, float zy, float delta, const Path& path)
   }
 }
 
-/// Adds one bristle to the sums. z is its deflection before the step, `t` the path up to the first snap or
-/// the end, `squares` the sum of squared lengths of the later passes (0 without a snap).
+/// Adds one bristle to the sums. z: its deflection before the step; `t`: its path up to the first snap or the
+/// end, `squares`: sum of squared paths between later snaps.
 template <int Axes, bool Mean>
 inline void add(Sums& sums, float zx, float zy, float t, float squares, float new_zx, float new_zy,
                 const Path& path) {
@@ -240,7 +240,7 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    // Path left after the first snap; 0 without a snap, so that `more` and `r` vanish too.
+    // Path left after the bristle's first snap; 0 without a snap, so that nothing is added for it.
     const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
@@ -253,8 +253,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// As keep_one_loop(), but first tests whether any bristle of the chunk snaps. If none does, it only adds the
-/// displacement.
+/// Steps a chunk as keep_one_loop() does, but first tests whether any bristle snaps. If none does, it only
+/// adds the displacement.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                   const Path& path_in, Sums& out) {
@@ -284,8 +284,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps redraw in its simplest form: the snaps of each bristle one after the other. The inner loop prevents
-/// vectorisation.
+/// Steps bristles that redraw their lengths in the simplest form: one bristle after the other, snap by snap.
+/// The inner loop prevents vectorisation.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                        const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -328,9 +328,9 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps redraw in rounds over the chunk, one snap per round for every bristle with path left, so that each
-/// loop vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most. g++ 12
-/// needs 32-bit indices, loads before selects, unconditional stores, and sums apart from selects.
+/// Steps bristles with redraw in rounds over the chunk, one snap per round for each with path left, so that
+/// each loop vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most. g++
+/// 12 needs 32-bit indices, loads before selects, unconditional stores, and sums apart from selects.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                     const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -342,8 +342,8 @@ template <int Axes, bool Mean>
   const Draw draw = draw_in;
   const auto count = static_cast<std::uint32_t>(end - begin);
   const auto first = static_cast<std::uint32_t>(begin);
-  float rest[chunk];     // path left after the last snap; negative if the bristle does not snap
-  float squares[chunk];  // sum of squared lengths of the passes between snaps
+  float rest[chunk];     // each bristle's path left after its last snap; negative if it does not snap
+  float squares[chunk];  // sum of squared lengths of each bristle's passes from snap to snap
   float beyond = -1.0f;
   Sums sums;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -359,7 +359,7 @@ template <int Axes, bool Mean>
       if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * (0.5f * t * t);
     }
   }
-  // Subtracts a whole snap length from `rest` at each snap but the first.
+  // Subtracts a snap length from each bristle's remaining path at every snap but the first.
   for (bool first_snap = true; beyond >= 0.0f; first_snap = false) {
     const float pass = first_snap ? 0.0f : 1.0f;
     beyond = -1.0f;
@@ -404,7 +404,7 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps all bristles chunk by chunk: float sums within a chunk stay short, their totals are double.
+/// Steps all bristles chunk by chunk. Sums in a chunk are float, as few terms lose little; totals are double.
 template <int Axes, Rule R, bool Mean, Style S>
 Force step_all(const Columns& columns, const PlainOptions& options, double dx_m, double dy_m) noexcept {
   if (Axes == 1) dy_m = 0.0;
@@ -468,7 +468,7 @@ Step find_step(Rule rule, bool mean, Style style) {
 PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
   if (options_.axes != 1) options_.axes = 2;
   const std::size_t n = options_.bristles;
-  // Separates columns by an odd number of cache lines, so that equal rows of two columns never share a set.
+  // Puts between columns an odd number of cache lines, so that equal rows of two columns never share a set.
   const std::size_t stride = (n + 15) / 32 * 32 + 16;
   memory_ = take(4 * stride * sizeof(float));
   auto* floats = static_cast<float*>(memory_);
@@ -498,7 +498,7 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// Bristles that slide
+// Bristles that slide at their limit
 
 namespace {
 
@@ -609,7 +609,7 @@ constexpr std::size_t stream_block = 256;
 [[gnu::noinline]] float rewrite_block(float* column, std::size_t count) {
   float sum = 0.0f;
   for (std::size_t i = 0; i < count; ++i) {
-    const float value = 1.0f - column[i];  // 1 - x is its own inverse, so values stay bounded
+    const float value = 1.0f - column[i];  // 1 - x applied twice gives x, so values stay bounded
     column[i] = value;
     sum += value;
   }

@@ -14,13 +14,13 @@ namespace bristle::plain {
 /// Returns whether this machine has the instructions that this file was compiled for.
 bool plain_loops_run_here() noexcept;
 
-/// Elastic force of the bristles on the moving body, N. `mean` is 0 unless computed.
+/// Elastic force of the bristles on the moving body, N: at the step's end, and its mean (0 unless computed).
 struct Force {
   double end[2] = {0.0, 0.0};
   double mean[2] = {0.0, 0.0};
 };
 
-/// State of one bristle, which tests read (`get`) and write (`set`); lengths in m.
+/// State of one bristle, which tests read with `get` and write with `set`; lengths in m.
 struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
 };
@@ -49,7 +49,7 @@ class PaperLoop {
   void set(std::size_t i, const Bristle& bristle) noexcept;
   Bristle get(std::size_t i) const noexcept;
 
-  struct Element;  ///< one bristle in the loop's own layout
+  struct Element;  ///< bristle in the loop's own layout, a struct
 
  private:
   Element* bristles_;
@@ -63,10 +63,10 @@ enum class Rule : unsigned char { keep, redraw };
 enum class Style : unsigned char {
   one_loop,  ///< all work of a bristle in one loop body, as one writes it first
 
-  /// First a cheap pass over 1024 bristles, which adds their deflections and tests whether any snaps; redraw
-  /// in rounds over the chunk, so that it vectorises too. What one writes after a day with a profiler.
+  /// Chunks of 1024 bristles, as one writes after a day with a profiler. A cheap pass adds their deflections
+  /// and tests whether any snaps; redraw goes in rounds over the chunk, so that it vectorises too.
   chunked
-  ///< rounds over the chunk, so that it vectorises too: what one writes after a day with a profiler
+  ///< redraw in rounds over the chunk, one snap per round for each bristle, so that it vectorises too
 };
 
 struct PlainOptions {
@@ -102,7 +102,7 @@ class PlainLoop {
 
   struct Columns {
     float* zx = nullptr;
-    float* zy = nullptr;  ///< second axis only
+    float* zy = nullptr;  ///< deflection on the second axis, if there is one
     float* delta = nullptr;
     std::uint32_t* draws = nullptr;  ///< number of draws of each bristle, for redraw only
   };
@@ -132,7 +132,7 @@ class SlideLoop {
  private:
   std::size_t n_;
   double mean_m_;
-  float* zx_;  ///< deflections and limits in units of the mean limit
+  float* zx_;  ///< bristles' deflections and limits in units of the mean limit
   float* zy_;
   float* limit_;
 };

@@ -65,7 +65,7 @@ class SteadyScene {
         settling_, [this] { batch_.step(dt_s_, sliding_, responses_); }, [this] { step(); });
   }
 
-  /// Names no patch in later steps, so that all rest.
+  /// Leaves all patches out of later steps, so that they rest.
   void name_none() {
     for (std::vector<bristle::Motion>& motions : motions_) motions.clear();
     responses_.clear();
@@ -87,7 +87,7 @@ class SteadyScene {
   bristle::PatchBatch batch_;
   double dt_s_;
   Settling settling_;
-  /// Motions of all patches in even steps and in odd steps.
+  /// Motions of all patches, one set for even steps and one for odd steps.
   std::vector<bristle::Motion> sliding_, motions_[2];
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;

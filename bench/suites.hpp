@@ -5,9 +5,9 @@ namespace bristle_bench {
 
 void register_kernels();
 void register_batches();
-void register_beds();  // not built in the minimal library
+void register_beds();  // registered only in the full library, not in the minimal one
 void register_cohorts();
-void register_extended();  // built only if tools/rivals is built
+void register_extended();  // registered only if tools/rivals is built
 void register_scaling();
 void register_joints();
 void register_keys();

@@ -19,7 +19,7 @@ namespace bristle_test {
 
 class AgedBristles {
  public:
-  /// Makes bristles. `growth`: the function g of the age, concave, 1 at 0.
+  /// Makes straight bristles. `growth`: the function g of a bristle's age, concave, with g(0) = 1.
   AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed,
                double residual = 0.0, bool keep = false)
       : quantile_(std::move(quantile)),
@@ -30,12 +30,12 @@ class AgedBristles {
         bristles_(count) {
     for (Bristle& b : bristles_) b.fresh = draw();
   }
-  /// Sets the snap lengths of the first bristles.
+  /// Sets the snap lengths of the first bristles, as many as are given.
   void set_lengths(const std::vector<double>& lengths) {
     for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].fresh = lengths[i];
   }
 
-  /// Moves by (dx, dy) at constant velocity within the given time.
+  /// Moves the body by (dx, dy) at constant velocity within the given time.
   void step(double dx, double dy, double seconds) {
     for (Bristle& b : bristles_) advance(b, dx / seconds, dy / seconds, seconds);
   }
@@ -59,11 +59,11 @@ class AgedBristles {
     for (const Bristle& b : bristles_) sum += b.*value;
     return sum / static_cast<double>(bristles_.size());
   }
-  /// Returns deflection less limit of a bristle after the time s. It is convex in s, so it crosses 0
-  /// once.
+  /// Returns a bristle's deflection less its snap length after the time s of sticking. It is convex in s, so
+  /// it crosses 0 once.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
-    // For g >= 1, what is not beyond the fresh limit is not beyond the aged one.
+    // As g >= 1, a bristle within its fresh snap length is within the aged one, so g need not be found.
     return bent <= residual_ + b.fresh ? -1.0 : bent - (residual_ + b.fresh * growth_(b.age + s));
   }
   void advance(Bristle& b, double vx, double vy, double left) {

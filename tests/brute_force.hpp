@@ -18,8 +18,8 @@ namespace bristle_test {
 /// Quantile function Q(u): the snap length below which a share u of the bristles lies, 0 < u < 1.
 using Quantile = std::function<double(double)>;
 
-/// Returns the inverse of the normal distribution function: the rational start of Acklam, then one step of
-/// Halley on erfc.
+/// Returns the inverse of the normal distribution function: a start by Acklam's rational function, then one
+/// step of Halley's method on erfc.
 inline double inverse_normal(double u) {
   if (!(u > 0.0 && u < 1.0)) throw std::domain_error("inverse_normal needs 0 < u < 1");
   const auto tail = [](double p) {
@@ -74,7 +74,7 @@ inline Quantile single_quantile(double length) {
 inline Quantile uniform_quantile(double low, double high) {
   return [=](double u) { return low + u * (high - low); };
 }
-/// Returns the quantile function of a normal law cut at 0.
+/// Returns the quantile function of a snap-length law: normal, cut at 0.
 inline Quantile normal_quantile(double mean, double deviation) {
   const double below_zero = 0.5 * std::erfc(mean / (deviation * std::sqrt(2.0)));
   return [=](double u) {
@@ -88,7 +88,7 @@ inline Quantile lognormal_quantile(double mean, double cv) {
 inline Quantile exponential_quantile(double mean) {
   return [=](double u) { return -mean * std::log1p(-u); };
 }
-/// Returns the quantile function of a table: values at 0, 1/(n-1), ..., 1, linear in between.
+/// Returns the quantile function of a law by a table: values at 0, 1/(n-1), ..., 1, linear in between.
 inline Quantile table_quantile(std::vector<double> values) {
   return [values = std::move(values)](double u) {
     const double place = u * static_cast<double>(values.size() - 1);
@@ -119,7 +119,7 @@ struct BruteStep {
 
 class BruteForcePatch {
  public:
-  /// Makes bristles with zero deflection and random snap lengths. `redraw`: a fresh length at each snap.
+  /// Makes straight bristles with random snap lengths. With `redraw` each snap samples a fresh length.
   BruteForcePatch(std::size_t bristles, Quantile quantile, bool redraw, std::uint64_t seed)
       : quantile_(std::move(quantile)), redraw_(redraw), generator_(seed), bristles_(bristles) {
     for (BruteBristle& b : bristles_) b.delta = draw();
@@ -127,7 +127,7 @@ class BruteForcePatch {
 
   std::vector<BruteBristle>& bristles() { return bristles_; }
 
-  /// Moves by (dx, dy), with every snap at its exact place.
+  /// Moves the body by (dx, dy); every bristle snaps at its exact place in the step.
   BruteStep step(double dx, double dy) {
     const double path = std::hypot(dx, dy);
     BruteStep sum;
@@ -142,7 +142,7 @@ class BruteForcePatch {
     return average(sum);
   }
 
-  /// Moves by the paper's loop: z += d; if |z| > delta then z = 0.
+  /// Moves the body by (dx, dy) with the paper's literal rule: z += d; if |z| > delta then z = 0.
   BruteStep literal_step(double dx, double dy) {
     BruteStep sum;
     for (BruteBristle& b : bristles_) {
@@ -179,7 +179,7 @@ class BruteForcePatch {
     for (;;) {
       const double along = b.zx * ex + b.zy * ey;
       const double aside = b.zx * ey - b.zy * ex;
-      // Solves |z + t e| = delta for the positive path t.
+      // Finds the positive path t after which |z + t e| = delta, the bristle's snap length.
       const double to_snap =
           std::max(std::sqrt(std::max(b.delta * b.delta - aside * aside, 0.0)) - along, 0.0);
       const double t = std::min(to_snap, left);

@@ -15,11 +15,11 @@
 
 namespace bristle_test {
 
-/// All bristles of a patch, as one group for each piece of the path. Lengths in units of the mean snap
-/// length.
+/// A patch's bristles, as one group for each piece of the past path. Lengths are in mean snap
+/// lengths.
 class SmallPieces {
  public:
-  /// Makes straight bristles. `quantiles`: snap lengths at the shares 0, 1/(n-1), ..., 1, linear in between.
+  /// Makes straight bristles. `quantiles`: snap lengths below which shares 0, 1/(n-1), ..., 1 of them lie.
   SmallPieces(const std::vector<double>& quantiles, double residual, double renewal)
       : residual_(residual), renewal_(renewal), groups_{Group{}} {
     const std::size_t count = static_cast<std::size_t>(quantiles.back() * per_length) + 2;
@@ -40,7 +40,7 @@ class SmallPieces {
     left_.push_back(0.0);
   }
 
-  /// Moves by (dx, dy), cut into pieces of at most `piece`.
+  /// Moves the body by (dx, dy), cut into pieces of at most `piece` mean snap lengths.
   void step(double dx, double dy, double piece) {
     const double path = std::hypot(dx, dy);
     const int pieces = static_cast<int>(std::ceil(path / piece));
@@ -54,7 +54,7 @@ class SmallPieces {
   struct Group {
     double x = 0.0, y = 0.0;  ///< deflection of the group's bristles, which were last straight in one piece
     double farthest = 0.0;    ///< largest deflection of these bristles so far, beyond the residual
-    double share = 1.0;       ///< share of all bristles that were last straight there, less those renewed
+    double share = 1.0;       ///< share of all bristles that were last straight here, less those renewed
     double left = 1.0;        ///< share of these bristles that have not snapped
   };
 
@@ -81,7 +81,7 @@ class SmallPieces {
       snapped += g.share * (g.left - left);
       g.left = left;
     }
-    // Iterates the number of draws per bristle, because some bristles are renewed before they would snap.
+    // Iterates the number of renewals per bristle: a bristle that is renewed may not snap and renew others.
     double draws = renewal_ * snapped;
     for (int i = 0; draws > 1e-9 && i < 20; ++i) draws = renewal_ * snapped * -std::expm1(-draws) / draws;
     const double kept = std::exp(-draws);
@@ -103,7 +103,7 @@ class SmallPieces {
 
   static constexpr double per_length = 8192.0;
   double residual_, renewal_;
-  std::vector<double> left_;  ///< survival function of the snap length, as a table
+  std::vector<double> left_;  ///< survival function of the snap length (share of longer ones), a table
   std::vector<Group> groups_;
 };
 

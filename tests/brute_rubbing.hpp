@@ -21,7 +21,7 @@ namespace bristle_test {
 
 class RubbedBristles {
  public:
-  /// Makes bristles. `growth`: the function g of the age, 1 at 0, never falling.
+  /// Makes bristles. `growth`: the function g of a bristle's age, 1 at age 0, never falling.
   RubbedBristles(
       std::size_t count, Quantile quantile, double residual, double renewal, std::uint64_t seed,
       std::function<double(double)> growth = [](double) { return 1.0; })
@@ -34,7 +34,7 @@ class RubbedBristles {
     for (Bristle& b : bristles_) b.delta = quantile_(flat());
   }
 
-  /// Moves by (dx, dy) within the given time, cut into pieces of at most `piece`.
+  /// Moves the body by (dx, dy) within the given time, cut into pieces of at most `piece`.
   void step(double dx, double dy, double piece, double seconds = 0.0) {
     const double path = std::hypot(dx, dy);
     const int pieces = static_cast<int>(path / piece) + 1;
@@ -61,7 +61,7 @@ class RubbedBristles {
     return sum / static_cast<double>(bristles_.size());
   }
 
-  /// Lets a bristle begin at the residual with a fresh length and move on by `left`.
+  /// Restarts a bristle at the residual deflection with a fresh length, and moves it on by the path `left`.
   void renew(Bristle& b, double ex, double ey, double left, double per_length) {
     b = {(residual_ + left) * ex, (residual_ + left) * ey, quantile_(flat()), now_ - left * per_length};
   }
@@ -85,7 +85,7 @@ class RubbedBristles {
     drawn_ += renewal_ * snapped;
     for (; drawn_ >= 1.0; drawn_ -= 1.0) {
       Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
-      // Path left in the piece after the draw, which takes place at a random point of the piece.
+      // Path left in the piece after the bristle's renewal, which happens at a random point of the piece.
       const double left = h * flat();
       if (b.x * ex + b.y * ey - left <= residual_) continue;
       renew(b, ex, ey, left, per_length);
@@ -98,9 +98,9 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double now_ = 0.0;    ///< time since all bristles began
-  double drawn_ = 0.0;  ///< number of bristles still to be drawn for renewal because of earlier snaps, less
-                        ///< than one
+  double now_ = 0.0;    ///< time since the start of the simulation
+  double drawn_ = 0.0;  ///< number of renewals due to earlier snaps and not yet made, below
+                        ///< one
 };
 
 /// Returns the mean deflection in steady sliding by simulation, without a formula.
@@ -114,8 +114,8 @@ inline double kinetic_bend(RubbedBristles sliding, double length, double piece) 
   return sum;
 }
 
-/// A measured record in a file: strokes of one to four presliding lengths (18 um, a third of it residual) to
-/// either side, at 50 Hz under 2 N, with noise of 10 mN.
+/// Record of a simulated experiment in a file: strokes of one to four presliding lengths (18 um, a third of
+/// it residual) to either side, at 50 Hz under 2 N, with noise of 10 mN.
 struct RubbedStrokes {
   static constexpr double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
   std::string csv(std::uint64_t seed) const {

@@ -16,7 +16,7 @@
 
 namespace bristle_test {
 
-/// Means over all bristles of the deflection z, and of its torque r x z.
+/// Means over all bristles of the deflection z, and of its moment r x z about the disc's centre.
 struct SpinDeflection {
   double x = 0.0, y = 0.0;
   double torque = 0.0;
@@ -87,8 +87,8 @@ class BruteSpin {
 
   double uniform() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
 
-  /// Bends a bristle by (wx, wy). Where |z| reaches delta it becomes straight, samples a fresh length, and
-  /// bends on with the rest of the piece.
+  /// Bends a bristle by the piece (wx, wy) of its path. Where |z| reaches delta it becomes straight, samples
+  /// a fresh length, and bends on with the rest of the piece.
   void bend(Bristle& b, double wx, double wy) {
     for (;;) {
       const double zx = b.zx + wx, zy = b.zy + wy;
@@ -97,7 +97,7 @@ class BruteSpin {
         b.zy = zy;
         return;
       }
-      // Solves |z + t w| = delta for 0 <= t <= 1.
+      // Finds the share t of the piece, 0 to 1, at which |z + t w| = delta, the bristle's snap length.
       const double ww = wx * wx + wy * wy, zw = b.zx * wx + b.zy * wy;
       const double inside = b.delta * b.delta - b.zx * b.zx - b.zy * b.zy;
       const double t = (std::sqrt(zw * zw + ww * inside) - zw) / ww;
@@ -125,7 +125,7 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
                                             BrutePressure pressure,
                                             const std::function<double(double)>& survival, double kinetic,
                                             int rings = 200, int steps_per_length = 100) {
-  // Angle of a step, rad, in which the rim (radius 1) moves by as much.
+  // Angle turned per step, rad; on the rim of radius 1 this is also the path per step.
   const double step = length / steps_per_length;
   const auto steps = static_cast<std::size_t>(std::llround(turns.back() * steps_per_length));
   std::vector<double> torque(steps + 1, 0.0), alive(steps + 1), pull(steps + 1), born(steps + 1);
@@ -133,10 +133,10 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
     const double share = (i + 0.5) / rings;
     const double r = pressure == BrutePressure::even ? std::sqrt(share)
                                                      : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
-    for (std::size_t k = 0; k <= steps; ++k) {  // k: number of steps since a bristle was straight
+    for (std::size_t k = 0; k <= steps; ++k) {  // k: number of steps since bristles were straight
       const double angle = step * static_cast<double>(k);
-      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of that
-                                                                              // bristle so far
+      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of these
+                                                                              // since then
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }

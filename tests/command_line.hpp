@@ -1,4 +1,4 @@
-// Runs the command line as a shell does.
+// Runs the program `bristle` with a command line, as a shell does.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a command. `environment`: variables set before it, in the syntax of a shell.
+/// Runs a command. `environment`: variables that are set before the command, in the syntax of a shell.
 inline Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments,
                        const std::string& environment = "") {
   const std::string command =

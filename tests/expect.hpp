@@ -28,7 +28,7 @@ inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
 }
 
-/// Returns the text of the error that a call throws.
+/// Returns the text of the error that a call throws; "(no error)" if it throws none.
 template <class Exception = bristle::Error, class Call>
 std::string message_of(const Call& call) {
   try {
@@ -48,7 +48,7 @@ inline bool names(const std::string& message, const std::vector<std::string>& pa
   return all;
 }
 
-/// Returns the saved state of a batch, of keys or of a model.
+/// Returns the saved state of a batch, of keyed patches or of a contact model, and checks its size.
 template <class Model>
 std::vector<std::byte> saved_state(const Model& of) {
   std::vector<std::byte> state(of.state_size());
@@ -56,8 +56,8 @@ std::vector<std::byte> saved_state(const Model& of) {
   return state;
 }
 
-/// Returns a smaller number of bristles or steps in builds that run slowly; tolerances of a test must follow
-/// from the returned number.
+/// Returns `n`, or a smaller number of bristles or steps in builds that run slowly; tolerances of a test must
+/// follow from the returned number.
 inline std::uint32_t test_size(std::uint32_t full) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   return full / 10 > 0 ? full / 10 : 1;

@@ -1,4 +1,4 @@
-// Runs an experiment of the command line and reads its numbers.
+// Runs `bristle experiment` and reads the numbers of its output.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -51,7 +51,7 @@ inline bool is_shown(const cli::ExperimentResult& result, const std::string& phe
   return false;
 }
 
-/// Finds the row with the value x in a column.
+/// Finds the row of a table that has the value x in a column.
 inline std::optional<cli::SeriesRow> at(const std::vector<cli::SeriesRow>& rows, double x, double within,
                                         std::size_t column = 0) {
   for (const cli::SeriesRow& row : rows) {

@@ -1,4 +1,4 @@
-// A check that every output is finite, and the kinds of patches to try, for the tests of extremes.
+// Kinds of patches for tests of extreme input, and a check that every output of a step is finite.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace bristle_test {
 
-/// Checks that every output of a step is finite, and not negative where it must not be.
+/// Checks that every output of a step is finite, and those not negative that cannot be negative.
 inline void check_finite(const Response& r) {
   for (int axis = 0; axis < 2; ++axis) {
     expect(std::isfinite(r.end[axis]), "end is finite");
@@ -29,7 +29,7 @@ struct Kind {
   Precision precision;
   SnapRule rule;
   int axes;
-  /// Returns x of the unit vector along which patches of this kind move, oblique with two axes.
+  /// Returns the x component of the unit vector along which patches of this kind move, oblique with two axes.
   double ex() const { return axes == 2 ? 0.6 : 1.0; }
   double ey() const { return axes == 2 ? 0.8 : 0.0; }
   bool is_double() const { return precision == Precision::double_; }
@@ -45,12 +45,12 @@ inline std::vector<Kind> kinds() {
   return all;
 }
 
-/// Takes a step of `length` (m) along the kind's direction.
+/// Moves a patch by `length` (m) in one step, along the direction of its kind.
 inline Response step_along(OnePatch& patch, const Kind& kind, double length, double load,
                            double dt_s = tick) {
   return patch.step(length * kind.ex(), length * kind.ey(), load, dt_s);
 }
-/// Returns the elastic friction along the kind's direction, N.
+/// Returns the elastic friction along the direction of the patch's kind, N.
 inline double friction_along(const Response& r, const Kind& kind) {
   return -(r.elastic[0] * kind.ex() + r.elastic[1] * kind.ey());
 }

@@ -35,7 +35,7 @@ using bristle::SnapRule;
 
 namespace {
 
-/// Parameters that a fit of one record should find; a NaN is not checked.
+/// True parameters by name, which a fit of one record should find; a NaN is not checked.
 using Truth = std::map<std::string, double>;
 struct Cell {
   std::string name;
@@ -46,7 +46,7 @@ struct Cell {
   bool joint = false;  ///< Whether the record is the log of a robot joint instead of a contact.
 };
 
-/// Returns the usual experiment: ten seconds, recorded at 50 Hz, noise of 10 mN, 1800 bristles.
+/// Returns the settings of the usual experiment: ten seconds at 50 Hz, noise of 10 mN, 1800 bristles.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -87,7 +87,7 @@ Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
 
 Cell cell_of(const std::string& name, SyntheticFriction s, SnapRule rule = SnapRule::redraw) {
   s.redraw = rule == SnapRule::redraw;
-  // Shifts samples away from the starting point, where all bristles with kept lengths snap at once and
+  // Starts the record off the motion's starting point, where all bristles with kept lengths snap at once and
   // rounding decides.
   if (!s.redraw) s.motion = [motion = s.motion](double t) { return motion(t + 1.3e-3); };
   return {name, rule, [s](std::uint64_t seed) { return record(s, seed).csv(); },
@@ -111,7 +111,7 @@ void add_plain(std::vector<Cell>& cells, SnapRule rule) {
   cells.push_back(cell_of(prefix + "loops and strokes, encoder of 1 um", encoder, rule));
 }
 
-/// Makes a cell with a lubricant and a damper that has a Stribeck velocity.
+/// Makes a cell (a kind of experiment) with viscous friction and a damper that has a Stribeck velocity.
 Cell lubricated() {
   SyntheticFriction s = usual();
   s.every = 2;
@@ -131,7 +131,7 @@ Cell skewed() {
   return cell_of("redraw, direction, offset and drift, load of 1 to 3 N", s);
 }
 
-/// Makes a cell with the torque of a full disc that turns about its middle.
+/// Makes a cell (a kind of experiment) with the torque of a full disc that turns about its middle.
 Cell disc() {
   constexpr double radius = 0.02;
   SyntheticFriction s = usual();
@@ -145,8 +145,8 @@ Cell disc() {
   return cell;
 }
 
-/// Adds records with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor are
-/// simulated at 1 kHz and recorded at 100 Hz.
+/// Adds experiments with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor
+/// are simulated at 1 kHz and recorded at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;
@@ -162,8 +162,8 @@ void add_stage(std::vector<Cell>& cells) {
   cells.push_back(cell_of("redraw, stage of 4 um/N, load of 1 to 3 N", soft));
 }
 
-/// Adds contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold of speed from
-/// 1 um/s on, recorded at 40 Hz.
+/// Adds experiments whose contacts age by 0.02 per e-fold from 1 ms on, or whose friction grows by 0.01 per
+/// e-fold of speed from 1 um/s on, recorded at 40 Hz.
 void add_time(std::vector<Cell>& cells) {
   SyntheticFriction s;
   s.noise = 0.01;
@@ -221,7 +221,7 @@ void add_slide(std::vector<Cell>& cells) {
   cells.push_back(slides("a stage that is stiffer one way", soft));
 }
 
-/// Makes a cell in the plane: a spiral that opens to 60 um.
+/// Makes a cell (a kind of experiment) in the plane: the motion is a spiral that opens to 60 um.
 Cell plane() {
   const double kinetic = 0.35, length = 15e-6, spread = 0.4;
   const auto make = [=](std::uint64_t seed) {
@@ -251,7 +251,7 @@ Cell plane() {
           }};
 }
 
-/// Makes a cell with a joint, six of whose thirteen parameters are not zero.
+/// Makes a cell (a kind of experiment) with a joint, six of whose thirteen parameters are not zero.
 Cell joint() {
   Cell cell;
   cell.name = "joint, 12 s at 1 kHz";
@@ -275,8 +275,8 @@ std::vector<Cell> all_cells() {
   return cells;
 }
 
-/// A line of a journal: cell, repeat, then name, value, lower and upper end of the interval and true value of
-/// each fitted number.
+/// A line of a journal: kind of experiment (cell), number of its repeat, then name, value, lower and upper
+/// end of the interval and true value of each fitted number.
 struct Line {
   std::string cell;
   int repeat = 0;
@@ -352,7 +352,7 @@ void run(const std::string& journal, int repeats, const std::string& only, int p
   for (const Line& line : read_journal(journal)) done.insert({line.cell, line.repeat});
   std::ofstream out(journal, std::ios::app);
   if (!out) throw std::runtime_error(journal + ": cannot be written");
-  out << '\n';  // ends a line that a killed run may have left unfinished
+  out << '\n';  // ends a line of the journal that a killed run may have left unfinished
   const std::vector<Cell> cells = all_cells();
   for (int repeat = part - 1; repeat < repeats; repeat += parts) {
     for (const Cell& cell : cells) {
@@ -372,7 +372,7 @@ std::pair<double, double> share_interval(int held, int count) {
   return {middle - width, middle + width};
 }
 
-/// Prints the table as Markdown. Marks shares of intervals whose own 95 % interval lies outside 90 to 98 %.
+/// Prints the table of experiments as Markdown. Marks shares whose own 95 % interval lies outside 90 to 98 %.
 void print_table(const std::vector<std::string>& journals) {
   struct Sums {
     int count = 0, held = 0, low = 0;

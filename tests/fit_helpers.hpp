@@ -32,9 +32,9 @@ inline std::string refusal(const std::string& csv, const cli::FitOptions& option
   return message_of<cli::UserError>([&] { fit(csv, options); });
 }
 
-/// Checks that the interval holds the true value, with a margin: a half-width is two standard errors, so one
-/// in 16 true values lies outside; five standard errors are 2.5 half-widths, which a fixed seed exceeds only
-/// by very bad luck.
+/// Checks that a 95 % interval, widened by a margin, holds the true value. A half-width is two standard
+/// errors, so the plain interval misses one true value in 16; the margin makes it five standard errors (2.5
+/// half-widths), which a fixed seed exceeds only by very bad luck.
 inline void check_recovered(const cli::FitEstimate& estimate, double truth, double most_width) {
   CAPTURE(estimate.value, estimate.low, estimate.high, truth);
   REQUIRE(estimate.fitted);
@@ -42,8 +42,8 @@ inline void check_recovered(const cli::FitEstimate& estimate, double truth, doub
   CHECK(estimate.value < estimate.high);
   CHECK(std::abs(estimate.value - truth) <=
         2.5 * std::max(estimate.high - estimate.value, estimate.value - estimate.low));
-  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // bounds the interval's width, because a very
-                                                            // wide interval would contain any value
+  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // limits the interval's width, because an
+                                                            // interval wide enough contains any value
 }
 
 }  // namespace bristle_test

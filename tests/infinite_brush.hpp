@@ -22,7 +22,7 @@ inline PatchOptions infinite_options(double resolution = 0.0, std::uint32_t coho
       .with_cohorts(cohorts);
 }
 
-/// Returns the mean deflection of the paper's brush in steady sliding, mean snap lengths.
+/// Returns the mean deflection of the paper's brush in steady sliding, m2 / (2 m1) of the law, in `dbar`.
 inline double kinetic(const SnapLength& law) { return law.moment(2) / (2.0 * law.mean()) / dbar; }
 
 /// Returns the mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int

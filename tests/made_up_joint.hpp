@@ -11,8 +11,8 @@ namespace bristle_test {
 
 inline constexpr double made_up_inertia = 0.05;  // kg m^2
 
-/// Returns the material of the invented joint. Seeds other than 0 multiply each parameter by a factor of 0.7
-/// to 1.4.
+/// Returns the friction parameters of the invented joint. Seeds other than 0 multiply each parameter by a
+/// factor of 0.7 to 1.4.
 inline bristle::JointMaterial made_up_gear(unsigned seed = 0) {
   bristle::JointMaterial m;
   m.stiffness = 200.0;
@@ -29,8 +29,8 @@ inline bristle::JointMaterial made_up_gear(unsigned seed = 0) {
   return m;
 }
 
-/// Returns the log of a servo that moves a weight of 2 N m in sines, holds it, and lowers it: simulated at 10
-/// kHz, recorded at 1 kHz, with noise of 10 mN m on the motor's torque.
+/// Returns the log of an invented joint's servo that moves a weight of 2 N m in sines, holds it, and lowers
+/// it: simulated at 10 kHz, recorded at 1 kHz, with noise of 10 mN m on the motor's torque.
 inline cli::JointLog made_up_log(double seconds, unsigned seed = 0) {
   const bristle::JointMaterial m = made_up_gear(seed);
   bristle::JointFriction joint(1, {&m, 1}, cli::joint_fit_options());

@@ -1,5 +1,5 @@
-// States of the virtual room set by hand, for tests of the drawing. No physics: the figures are plausible,
-// not computed.
+// Invented states of the virtual room (a block pushed over a floor), for tests of the drawing. The figures
+// are plausible, not computed by physics.
 #pragma once
 
 #include <cmath>

@@ -32,7 +32,7 @@ void add_response(bristle::detail::Hasher& hasher, const Response& r, Outputs ou
   hasher.add(static_cast<std::uint64_t>(r.status));
 }
 
-/// Returns the name of the patch's kernel from PatchInfo, with a mark if threads share the patch's step.
+/// Returns the name of a patch's kernel from its PatchInfo, with a mark if threads share the patch's step.
 std::string variant_of(const PatchCase& c, const PatchBatch& batch, PatchId id) {
   return std::string(c.name.rfind("large", 0) == 0 ? "large: " : "") + batch.info(id).kernel;
 }

@@ -15,7 +15,7 @@ struct RailBody {
     motion.normal_load = load_n;
   }
 
-  /// Steps the body by one tick under an applied force.
+  /// Steps the body by one tick of time under an applied force, N.
   void step(double push_n = 0.0) {
     const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
     if (midpoint)

@@ -15,8 +15,8 @@ namespace bristle_test {
 
 using Row = std::map<std::string, std::string>;
 
-/// Returns the fields of one line. A quoted field may contain commas; a doubled quote inside it stands for
-/// one.
+/// Returns the fields of a line of CSV. A quoted field may contain commas; a doubled quote inside it stands
+/// for one.
 inline std::vector<std::string> split_csv_line(const std::string& line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -36,7 +36,7 @@ inline std::vector<std::string> split_csv_line(const std::string& line) {
   return fields;
 }
 
-/// Returns the folder of the tables: given by the build, else the folder "data" beside this file.
+/// Returns the folder of the tables: BRISTLE_TEST_DATA of the build, else the folder "data" beside this file.
 inline std::string data_folder() {
 #ifdef BRISTLE_TEST_DATA
   return BRISTLE_TEST_DATA;
@@ -73,7 +73,7 @@ inline std::vector<Row> read_table(const std::string& file) {
   return rows;
 }
 
-/// Returns the number in a column; throws if it is missing or not wholly a number.
+/// Returns the number in a row's column; throws if it is missing or not wholly a number.
 inline double number(const Row& row, const std::string& column) {
   const auto found = row.find(column);
   if (found == row.end()) throw std::runtime_error("no column " + column);
@@ -85,7 +85,7 @@ inline double number(const Row& row, const std::string& column) {
   return value;
 }
 
-/// Returns the first row in which every named column has the given text; throws if there is none.
+/// Returns a table's first row in which every named column has the given text; throws if there is none.
 inline const Row& find_row(const std::vector<Row>& rows, const Row& wanted) {
   for (const Row& row : rows) {
     bool fits = true;

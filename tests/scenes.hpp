@@ -34,7 +34,7 @@ using bristle::Status;
 constexpr double dbar = 10e-6;
 constexpr double tick = 1e-3;  ///< duration of a step, s
 
-/// Snap-length law of most test scenes.
+/// Snap-length law of most test scenes: uniform.
 inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
 /// Returns the precisions of this build.
@@ -43,7 +43,7 @@ inline std::vector<Precision> precisions() {
   return {Precision::single};
 }
 
-/// Whether the batch uses the scalar reference, which visits every bristle and has no vectors.
+/// Whether the batch steps by the scalar reference code, which visits every bristle and has no vectors.
 inline bool is_scalar(const PatchBatch& batch) { return std::string(batch.isa()) == "scalar"; }
 
 /// Returns a material with simple arithmetic: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
@@ -102,7 +102,7 @@ inline SnapLength reference_law(const std::string& name, double mean = dbar) {
   throw std::runtime_error("no such law: " + name);
 }
 
-/// Returns a material whose friction coefficient is the mean deflection over the mean snap length.
+/// Returns a material for which friction over load equals the mean deflection over the mean snap length.
 inline Material reduced_material(const SnapLength& law, SnapRule rule, double kappa = 0.0,
                                  double residual_over_mean = 0.0) {
   return plain_material(law, rule)
@@ -120,7 +120,7 @@ inline const char* name_of(Precision precision) {
   return precision == Precision::single ? "single" : "double";
 }
 
-/// Steps a single patch of a batch, or a single outline, and returns its response.
+/// Steps the only patch of a batch, or the only outline, and returns its response.
 template <class Patches, class AnyMotion>
 auto step_one(Patches& patches, const AnyMotion& motion, double dt_s = tick) {
   decltype(patches.find_force(dt_s, motion)) response;
@@ -179,7 +179,7 @@ inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Mate
   return ids;
 }
 
-/// Returns an equal motion for each patch.
+/// Returns one motion for each patch, all equal.
 inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double dx_m, double dy_m,
                                        double load_n) {
   std::vector<Motion> motions(ids.size());
@@ -192,7 +192,7 @@ inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double d
   return motions;
 }
 
-/// Returns the name of the first field in which two responses differ by a bit; empty if none does.
+/// Returns the name of the first field in which two responses differ by a bit; "" if none does.
 inline std::string first_difference(const Response& a, const Response& b) {
   const auto differ = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) != 0; };
   if (a.id != b.id) return "id";

@@ -80,8 +80,8 @@ void free(void* block) {
   __libc_free(block);
 }
 
-// Defines a counting version of a lock function: a lock that nobody holds makes no system call, so only this
-// counter sees it.
+// Defines a counting version of a lock function. Taking a lock that nobody holds makes no system call, so
+// only this counter sees it.
 #define BRISTLE_COUNTED(name, type)               \
   int name(type* object) noexcept {               \
     static auto* const next = real(&name, #name); \
@@ -101,7 +101,7 @@ void __cxa_throw(void* object, std::type_info* type, void (*destroy)(void*)) {
   static auto* const next =
       reinterpret_cast<void (*)(void*, void*, void (*)(void*))>(dlsym(RTLD_NEXT, "__cxa_throw"));
   next(object, type, destroy);
-  std::abort();  // never reached: the library's __cxa_throw does not return
+  std::abort();  // not reached, because the C++ library's __cxa_throw does not return
 }
 }
 #endif
@@ -111,7 +111,7 @@ namespace {
 
 constexpr int most_calls = 64;
 
-/// Memory that the child writes and the parent reads.
+/// Memory shared by parent and child: the child writes the counts, the parent reads them.
 struct Shared {
   std::atomic<int> finished, trapped;
   Counts counts;
@@ -136,7 +136,7 @@ void on_system_call(int, siginfo_t* info, void* context) {
   if (n < most_calls) shared->calls[n].store(info->si_syscall, std::memory_order_relaxed);
 }
 
-/// Makes every system call of this thread raise SIGSYS instead, except those allowed.
+/// Makes the kernel raise SIGSYS instead of every system call of this thread, except those allowed.
 bool trap_system_calls(const std::vector<int>& allowed) {
   struct sigaction action = {};
   action.sa_sigaction = on_system_call;

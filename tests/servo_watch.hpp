@@ -1,7 +1,7 @@
 // Detects what a servo thread must not do: system calls, memory allocation, locks, exceptions.
 //
-// Needs an executable of its own (servo_watch.cpp): there malloc and its kin, the locks of pthread and the
-// throwing of exceptions are replaced by counting versions; seccomp traps system calls.
+// A test needs an executable of its own (servo_watch.cpp): there malloc and its kin, the locks of pthread and
+// the throwing of exceptions are replaced by counting versions; seccomp traps system calls.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ struct Counts {
   long exceptions = 0;   ///< number of exceptions thrown
 };
 
-/// Whether this build can be watched: glibc, no sanitizer (these bring a malloc of their own).
+/// Whether this build can be watched: it needs glibc, and no sanitizer (these bring a malloc of their own).
 bool can_watch() noexcept;
 
 /// Returns the counts since the program started; `locks` counts from the calling thread's first call of this
@@ -29,7 +29,7 @@ struct Sighting {
   bool finished = false;          ///< whether the child ran to its end
   bool trapped = false;           ///< whether the kernel accepted the filter, so that system calls were
                                   ///< watched
-  Counts counts;                  ///< counts during `steps`
+  Counts counts;                  ///< numbers of events while `steps` ran
   std::vector<int> system_calls;  ///< numbers of the watched thread's system calls during `steps`, in order,
                                   ///< at most 64
   long system_call_count = 0;

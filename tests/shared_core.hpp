@@ -17,7 +17,7 @@ class SharedCore {
     CPU_ZERO(&one);
     CPU_SET(sched_getcpu(), &one);
     sched_setaffinity(0, sizeof one, &one);
-    rival_ = std::thread([this] {  // the new thread inherits the core
+    rival_ = std::thread([this] {  // keeps a core busy; inherits the caller's binding to it
       while (!stop_) {
       }
     });

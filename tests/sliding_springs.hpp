@@ -21,7 +21,7 @@ class Springs {
   explicit Springs(std::vector<double> limits) : limit_(std::move(limits)), z_(limit_.size(), 0.0) {
     for (const double l : limit_) sum_ += l;
   }
-  /// Returns the friction after a displacement d, over that of full sliding. The springs stay as they are.
+  /// Returns the friction at a displacement d, over that of full sliding. Leaves the springs as they are.
   double after(double d) const {
     double force = 0.0;
     for (std::size_t i = 0; i < z_.size(); ++i) force += std::clamp(z_[i] + d, -limit_[i], limit_[i]);
@@ -36,7 +36,7 @@ class Springs {
   double sum_ = 0.0;
 };
 
-/// Returns the limits of `count` springs: quantiles of a lognormal law, each for an equal share of it.
+/// Returns the limits of `count` springs: quantiles of a lognormal law, each in the middle of an equal share.
 inline std::vector<double> sliding_limits(std::size_t count, double mean, double spread) {
   const auto quantile = lognormal_quantile(mean, spread);
   std::vector<double> all;
@@ -45,18 +45,18 @@ inline std::vector<double> sliding_limits(std::size_t count, double mean, double
   return all;
 }
 
-/// A record of springs under 2 N, at 100 Hz.
+/// Record of an experiment with such springs under a load of 2 N, sampled at 100 Hz.
 struct SlidingSprings {
   double kinetic = 0.35, noise = 0.01, offset = 0.03, seconds = 10.0;
   double spread = 0.6;
   std::vector<double> of = sliding_limits(1000, 15e-6, spread);
-  // Compliance c (m/N) and softening q (m/N^2): at the recorded place x and force F, the contact is at x - (c
-  // + q F) F.
+  // Compliance c (m/N) and softening q (m/N^2): where x and the force F are recorded, the contact is at x -
+  // (c + q F) F.
   double compliance = 0.0, softening = 0.0;
   double damping = 0.0, stribeck = 1e-3;  // damper over load, s/m, and the speed over which it fades, m/s
   std::function<double(double)> motion = loops_and_strokes;
-  std::function<double(double)> growth = [](double) { return 1.0; };  // factor of the friction over time, s
-  std::function<double(double)> drift = [](double) { return 0.0; };   // of the sensor over time, s to N
+  std::function<double(double)> growth = [](double) { return 1.0; };  // growth of friction over time (s)
+  std::function<double(double)> drift = [](double) { return 0.0; };   // sensor's drift, N, over time (s)
 
   double mean_limit() const {
     double sum = 0.0;

@@ -18,7 +18,7 @@ struct Sample {
   double mean = 0.0;
   double variance = 0.0;  ///< unbiased estimate of the sample's variance
   std::size_t size = 0;
-  /// Returns the standard error of the mean.
+  /// Returns the standard error of a sample's mean.
   double error() const { return std::sqrt(variance / static_cast<double>(size)); }
 };
 

@@ -48,11 +48,11 @@ class SteadyBrush {
       }
       move(motions);
     } else if (rule_ == SnapRule::keep) {
-      // Takes one far step, because the phases of nearly equal lengths separate only over a long distance.
+      // Takes one far step, because the phases of bristles of nearly equal lengths separate slowly.
       step(1000.37 * ex, 1000.37 * ey);
     } else {
-      // Takes small steps, none of which jumps many snaps. They erase the memory of the start to 1e-6 after
-      // 9 mean lengths at cv 0.29.
+      // Takes small steps, none of which jumps many snaps. At a cv of the law of 0.29, the memory of the
+      // start has decayed to 1e-6 after 9 mean lengths.
       for (int k = 0; k < 60; ++k) step(0.83 * ex, 0.83 * ey);
     }
   }
@@ -83,8 +83,8 @@ class SteadyBrush {
   double bristles_ = 0.0;
 };
 
-/// Number of bristles of the Monte Carlo runs behind the reference tables, whose standard errors tell the
-/// variance.
+/// Number of bristles of the simulations that made the reference tables; with the tables' standard errors it
+/// gives the variance of one bristle.
 constexpr double monte_carlo_bristles = 2e6;
 
 /// Returns the allowed error of the mean deflection (in mean snap lengths) of n bristles: from a table row's

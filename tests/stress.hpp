@@ -1,5 +1,5 @@
-// Helpers of tests of time. They use thread CPU time and ratios to a plain loop in the same run, the best of
-// several tries, so that neither other programs nor the speed of the machine decide.
+// Helpers of tests that bound computing time. They use thread CPU time and ratios to a plain loop in the same
+// run, the best of several tries, so that neither other programs nor the speed of the machine decide.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ namespace bristle_test {
     !defined(__SANITIZE_THREAD__)
 constexpr bool timed_build = true;
 #else
-constexpr bool timed_build = false;  // whether to assert on times; if false, only the work is done
+constexpr bool timed_build = false;  // whether to assert bounds on times; if false, only the work is done
 #endif
 
 inline void check_below(double value, double limit, const char* what) {
@@ -40,12 +40,12 @@ void in_rounds(Test&& test) {
   } while (bristle::DeadlineMonitor::wall_now() - start < seconds);
 }
 
-/// Thread CPU time of a step, s, the best of several tries.
+/// Thread CPU time of a step, s, the least of several tries.
 struct StepTimes {
   double p50 = 1e9, p90 = 1e9, p99 = 1e9;
 };
 
-/// Times two kinds of steps in turns, `tries` times `steps` of each; a step gets its number.
+/// Times two kinds of steps alternately, `tries` times `steps` of each; each step gets its number.
 template <class First, class Second>
 std::pair<StepTimes, StepTimes> times_in_turns(First&& first, Second&& second, int steps = 200,
                                                int tries = 7) {

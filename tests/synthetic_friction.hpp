@@ -15,7 +15,7 @@
 namespace bristle_test {
 
 struct SyntheticFriction {
-  // Parameters of the material:
+  // Parameters of the material. `kinetic`: kinetic friction over load.
   double kinetic = 0.35;
   double length = 15e-6;   // mean snap length, m
   double spread = 0.4;     // coefficient of variation of the snap length, lognormal
@@ -24,14 +24,14 @@ struct SyntheticFriction {
   double stribeck = 1e-3;  // Stribeck velocity, m/s
   bool redraw = true;
   std::size_t bristles = 1800;
-  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. `length`
-  // is then that just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
+  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. With
+  // ageing `length` is the mean just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
   std::function<double(double age)> growth;
   double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
   double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
 
-  // Number of annuli of equal area that make a turning disc, with x and force at its rim; 0: no disc.
+  // Number of rings of equal area that make a turning disc, recorded by x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
   // Disturbances between the contact and the sensors. `motion` is the contact's motion.
   double compliance = 0.0;  // compliance of the stage, m/N
@@ -43,9 +43,9 @@ struct SyntheticFriction {
 
   // Drift of the force as a function of time (s), N.
   std::function<double(double)> drift = [](double) { return 0.0; };
-  int every = 1;  // keeps one sample of this many in the record
+  int every = 1;  // records one sample of this many
 
-  // Motion and load over time: s to m, s to N.
+  // Motion and load over time: functions from s to m, and from s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
@@ -56,7 +56,7 @@ struct SyntheticFriction {
 
 struct RecordedFriction {
   std::vector<double> t, x, load, force;
-  /// Writes angle and torque of a disc of this radius (m).
+  /// Returns the record as CSV with angle and torque, those of a disc of this radius (m).
   std::string disc_csv(double radius) const {
     std::string text = "t,angle,load,torque\n";
     char line[160];
@@ -86,11 +86,11 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// A slide or a rest of a programme of motion: its duration, and its speed (0 for a rest).
+/// Slide or rest of a programme of motion: its duration, and its speed (0 for a rest).
 struct Piece {
   double seconds, speed;  // m/s
 };
-/// Returns the position over time of a programme, from 0 on; the last piece continues for ever.
+/// Returns the position over time of a programme of motion, from 0 on; the last piece continues for ever.
 inline std::function<double(double)> programme(std::vector<Piece> pieces) {
   return [pieces = std::move(pieces)](double t) {
     double x = 0.0;
@@ -109,12 +109,12 @@ inline double programme_length(const std::vector<Piece>& pieces) {
   return sum;
 }
 
-/// Returns a programme of slides at one speed with rests of 0.3 to 30 s between them.
+/// Returns a programme of motion: slides at one speed, with rests of 0.3 to 30 s between them.
 inline std::vector<Piece> slide_hold_slide() {
   constexpr double v = 100e-6;
   return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
 }
-/// Returns a programme with speeds of 5 um/s to 1 mm/s, to and fro, and rests of 1 to 12 s.
+/// Returns a programme of motion: slides to and fro at 5 um/s to 1 mm/s, and rests of 1 to 12 s.
 inline std::vector<Piece> velocity_steps() {
   return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
           {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
@@ -124,8 +124,8 @@ inline double logarithmic_growth(double age, double beta, double tau) {
   return 1.0 + beta * std::log1p(age / tau);
 }
 
-/// Returns friction over load in sliding at a speed, by sums: mean of r S(r / g(r/v)) over mean of S(r /
-/// g(r/v)) (SnapRule::redraw), plus strengthening.
+/// Returns friction over load in sliding at a speed, by a sum over the law: mean of r S(r / g(r/v)) over mean
+/// of S(r / g(r/v)) (SnapRule::redraw), plus strengthening.
 inline double kinetic_at(const SyntheticFriction& s, double speed) {
   double elastic = s.kinetic;
   if (s.growth) {
@@ -163,7 +163,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    // Mean square of the levers of a disc, over the rim's, for the parts of friction that grow with speed.
+    // Mean square of a disc's radii over the rim's: factor of the parts of friction that grow with speed.
     double speed_arm = 1.0;
     if (s.annuli > 0) {
       speed_arm = 0.5;
@@ -199,8 +199,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
-    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction straight
-    // between steps..
+    // Passes the force through a low-pass, force' = (friction - force) / delay, with friction linear between
+    // steps.
     if (s.delay > 0.0) {
       const double lag = s.delay * (force - force_before) * s.rate;
       shown =

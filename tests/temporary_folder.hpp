@@ -29,7 +29,7 @@ struct TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  /// Writes this text to a new file and returns its path.
+  /// Writes a text to a new file of the folder and returns the file's path.
   std::string write(const std::string& name, const std::string& text) const {
     // Deletes the old file first, because truncating a file that was just written waits for the disk,
     // milliseconds on ext4.

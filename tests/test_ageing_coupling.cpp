@@ -29,8 +29,8 @@ Material ageing_material() {
       .with_ageing(Ageing::logarithmic(beta, tau));
 }
 
-/// Returns options of either population. Representatives take double precision if the build has it, for the
-/// energy balance.
+/// Returns options of an infinite brush or of representatives. Representatives take double precision if the
+/// build has it, for the energy balance.
 PatchOptions options_of(Population population) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(load).with_population(population).with_outputs(Outputs::all);
@@ -39,7 +39,7 @@ PatchOptions options_of(Population population) {
   return options;
 }
 
-/// Slides a patch, in steps of a tenth of the presliding length.
+/// Slides a patch at a constant speed, in steps of a tenth of the presliding length.
 Response slide(OnePatch& patch, double lengths, double speed) {
   Response r;
   for (double x = 0.0; x < lengths; x += 0.1) r = patch.step(0.1 * length, 0.0, load, 0.1 * length / speed);
@@ -61,22 +61,22 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
           Approx(limit).epsilon(1e-12));
     CHECK(patch.step(0.0, 0.0, load, dt).force_limit == Approx(limit).epsilon(1e-12));
   }
-  // Checks that a patch that is not named in a step ages as well.
+  // Checks that a patch ages also in steps that leave it out of their motions.
   const PatchId other = patch.batch.add(m, options_of(population));
   patch.batch.warm_up();
   const Response r = step_one(patch.batch, Motion{other, {0.0, 0.0}, load}, 5e3);
   CHECK(r.force_limit == Approx(load * m.peak_coefficient(5e3)).epsilon(1e-9));
   CHECK(patch.step(0.0, 0.0, load, 1.0).force_limit ==
         Approx(load * m.peak_coefficient(time + 5001.0)).epsilon(1e-9));
-  // Slides on by eight times the longest snap length. No bristle is then older than the time of twice that
-  // length, so the force limit is below that of the whole slide.
+  // Slides on by eight times the longest snap length. A bristle then holds for twice that length at most, so
+  // the force limit belongs to that time, not to the whole slide's.
   const double speed = 1e-4;
   const double longest = (m.residual_length + m.snap_length.longest() * m.ageing_factor(time)) / length;
   const Response slid = slide(patch, 8.0 * longest, speed);
   CHECK(slid.force_limit < load * m.peak_coefficient(8.0 * longest * length / speed));
   CHECK(slid.force_limit > load * m.kinetic_coefficient(speed));
   CHECK(slid.force_limit > std::abs(slid.elastic[0]));
-  // Makes a step so long that every bristle snaps in it.
+  // Makes a step so long that every bristle snaps in it, and so has a small age.
   CHECK(patch.step(1.0, 0.0, load, 1e-2).force_limit <= load * m.peak_coefficient(time));
   CHECK(patch.step(0.0, 0.0, load, 1e-2).force_limit ==
         Approx(load * m.peak_coefficient(2e-2)).epsilon(1e-12));
@@ -101,13 +101,13 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
     for (int k = 0; k < steps; ++k) {
       const Response r = patch.step(piece * std::cos(angle), piece * std::sin(angle), load, piece / speed);
       const double share = std::hypot(r.elastic[0], r.elastic[1]) / r.force_limit;
-      // Rubbing to and fro raises the highest force above that of first loading, with or without ageing
-      // (MATERIALS.md).
+      // Allows 12 % above the peak: rubbing to and fro raises the highest force above that of first loading,
+      // with or without ageing (MATERIALS.md).
       REQUIRE(share <= 1.12);
       highest = std::max(highest, share);
     }
   }
-  CHECK(highest > 0.9);  // at least one force comes close to its limit
+  CHECK(highest > 0.9);  // at least one force comes close to its predicted limit
 }
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",
@@ -128,8 +128,8 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
     REQUIRE(a.force_limit == b.force_limit);
     REQUIRE(a.end[0] == b.end[0]);
   }
-  // Another material takes over the ages of the bristles: with an equal law of ageing the force limit
-  // continues.
+  // Checks that bristles keep their ages when the patch gets another material: with an equal law of ageing
+  // the force limit continues.
   const double before = patch.step(0.0, 0.0, load, 0.01).force_limit;
   patch.batch.set_material(patch.id, Material(m).with_viscous_friction(0.5));
   CHECK(patch.step(0.0, 0.0, load, 1e-9).force_limit == Approx(before).epsilon(1e-6));
@@ -139,7 +139,7 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
 
 namespace {
 
-/// A mass on a rail over a brush that ages.
+/// Sled: a mass on a rail over a patch that ages.
 struct Sled : RailBody {
   Sled(bool by_midpoint, Population population)
       : RailBody(by_midpoint, 0.2, load, ageing_material(), options_of(population)) {}
@@ -161,12 +161,12 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
       before = sled.energy();
     }
-    // Between 0.1 m/s and a hundredth of that, friction lies between these two values.
+    // Bounds the sled's path: friction lies between its values at 0.1 m/s and at a hundredth of that.
     const Material m = ageing_material();
     const double work = 0.1 * 0.01 / load;
     CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);
     CHECK(sled.x > work / m.kinetic_coefficient(1e-3) * 0.95);
-    // A push of two thirds of the lowest kinetic friction, under which the contact holds.
+    // Push of two thirds of the lowest kinetic friction, N, under which the contact holds.
     const double push = 2.0 / 3.0 * m.kinetic_coefficient() * load;
     for (int i = 0; i < 2000; ++i) sled.step(push);
     const double x = sled.x;
@@ -175,7 +175,7 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       sled.step(push);
       farthest = std::max(farthest, std::abs(sled.x - x));
     }
-    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // without a damper, the midpoint rule lets the body
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // without a damper the midpoint rule lets the sled
                                                          // swing for ever
     CHECK(sled.x - x < 1e-2 * length);
   }
@@ -185,7 +185,7 @@ TEST_CASE("A contact that has held for long bears a push under which a younger o
           "[ageing][coupling]") {
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const Material m = ageing_material();
-  // A push between the peak of a contact that is a tick old and that of one that has held for an hour.
+  // Push between the peak of a contact that is a tick old and the peak of one that has held for an hour, N.
   const double push = 0.5 * (m.peak_coefficient(1e-2) + m.peak_coefficient(3600.0)) * load;
   for (const bool midpoint : {false, true}) {
     for (const double held : {1e-2, 3600.0}) {

@@ -46,7 +46,7 @@ Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule r
   return bristle_test::reduced_material(law, rule, kappa, residual_over_mean).with_ageing(ageing);
 }
 
-/// Returns the growth g of a snap length, written independently of the library.
+/// Returns the growth g of a snap length at an age (both forms of the law), apart from the library's code.
 double growth(const Ageing& a, double age_s) {
   return a.form == AgeingForm::saturating ? 1.0 + a.strength * (1.0 - std::exp(-age_s / a.time))
                                           : 1.0 + a.strength * std::log(1.0 + age_s / a.time);
@@ -99,8 +99,8 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
       bend[i] += piece;
       const auto beyond = [&](double r) { return r - length[i] * growth(ageing, r * law.mean() / speed); };
       if (beyond(bend[i]) < 0.0) continue;
-      // Finds the place of the snap within the piece by the secant method; the path left bends the bristle
-      // again.
+      // Finds the place of a bristle's snap within a piece of path by the secant method. The path left bends
+      // the bristle again.
       const double from = beyond(before), to = beyond(bend[i]);
       bend[i] = piece * to / (to - from);
       if (rule == SnapRule::redraw) length[i] = draw();
@@ -143,7 +143,7 @@ TEST_CASE("Kinetic friction at a speed with shared renewal and residual follows 
         const double speed = w * dbar / tau;
         const double expected = quadrature(law_of(law), ageing, 1.0, speed);
         CAPTURE(law, ageing.strength, w);
-        // The tolerance is wide because Simpson's rule cuts corners of the uniform law.
+        // Simpson's rule is inexact at the corners of the uniform law's density, hence a wider tolerance.
         CHECK(ageing_material(law_of(law), ageing, SnapRule::redraw, 1.0, 0.4).kinetic_coefficient(speed) ==
               Approx(0.4 + expected).margin(law == std::string("uniform_0.5_1.5") ? 1e-5 : 1e-6));
       }
@@ -158,8 +158,8 @@ TEST_CASE("Kinetic friction at a speed with shared renewal follows bristles one 
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     const Ageing ageing = Ageing::logarithmic(0.1, tau);
     CAPTURE(static_cast<int>(rule));
-    // Statistical error of 6000 bristles over ten renewals: 2e-3; error from the order of snaps and renewals
-    // within a piece: some 1e-3.
+    // Tolerance: 6000 bristles over ten renewals have a statistical error of 2e-3; the order of snaps and
+    // renewals within a small piece of path adds some 1e-3.
     CHECK(ageing_material(law, ageing, rule, 1.0).kinetic_coefficient(speed) ==
           Approx(follow(law, rule, ageing, 1.0, speed)).margin(6e-3));
   }
@@ -173,7 +173,7 @@ TEST_CASE(
       for (const Ageing& ageing : {Ageing::logarithmic(strength, t), Ageing::saturating(strength, t)})
         for (double v = bristle::slowest_sliding; v < 1e3; v *= 100.0) {
           CAPTURE(strength, t, v);
-          // The mean deflection of a single length l is l / 2.
+          // Aged length l of a bristle whose fresh length is dbar: its mean deflection in sliding is l / 2.
           const double l =
               2.0 * dbar * ageing_material(SnapLength::single(dbar), ageing).kinetic_coefficient(v);
           REQUIRE(l == Approx(dbar * growth(ageing, l / v)).epsilon(1e-11));
@@ -185,13 +185,13 @@ TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sl
   for (const double kappa : {0.0, 1.0}) {
     const Material slow = ageing_material(law, Ageing::logarithmic(0.02, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(slow.kinetic_coefficient(1e9) == Approx(slow.kinetic_coefficient()).epsilon(1e-9));
-    // A tenth of the speed adds beta ln 10 of the friction beyond the residual, less the change that its
-    // growth makes.
+    // Sliding at a tenth of the speed raises the friction beyond the residual by nearly beta ln 10 of it, as
+    // snap lengths grow by that share.
     const double fast = slow.kinetic_coefficient(1e-4 * dbar / tau),
                  tenth = slow.kinetic_coefficient(1e-5 * dbar / tau);
     const double beyond = slow.kinetic_coefficient() - 0.3;
     CHECK(tenth - fast == Approx(0.02 * std::log(10.0) * beyond).epsilon(0.05));
-    // In slow sliding every bristle ages fully, so every length is longer by the same factor, the whole gain.
+    // In slow sliding all bristles age fully, so every snap length grows by the same factor, 1.5.
     const Material skin = ageing_material(law, Ageing::saturating(0.5, tau), SnapRule::redraw, kappa, 0.3);
     CHECK(skin.kinetic_coefficient(0.0) ==
           Approx(0.3 + 1.5 * (skin.kinetic_coefficient() - 0.3)).epsilon(1e-9));
@@ -268,7 +268,7 @@ TEST_CASE("Coefficients at a speed become a material that has them at that speed
       const Material m = Material::from_coefficients(c);
       CAPTURE(kappa, share);
       CHECK(m.kinetic_coefficient(3e-3) == Approx(0.35).epsilon(1e-9));
-      // Fall of ln mu per decade of speed, by a difference quotient.
+      // Expects the asked fall of ln mu per decade of speed, found by a difference quotient.
       const double up = m.kinetic_coefficient(3.03e-3), down = m.kinetic_coefficient(3e-3 / 1.01);
       CHECK(-std::log(up / down) / (2.0 * std::log10(1.01)) == Approx(0.06).epsilon(1e-4));
       const Coefficients back = m.coefficients(3e-3);
@@ -291,19 +291,19 @@ TEST_CASE("Coefficients of fast sliding give the strength of ageing to first ord
   CHECK(m.kinetic_coefficient() == Approx(0.35).epsilon(1e-12));
   CHECK(m.peak_coefficient() == Approx(0.40).epsilon(1e-6));
   CHECK(m.coefficients().fall_per_decade == Approx(0.05).epsilon(1e-12));
-  // With a residual length only the friction beyond it ages, so this part must fall by more to give the same
-  // fall of the whole.
+  // With a residual length only the friction beyond the residual ages, so that part must fall by more to give
+  // the asked fall of the whole.
   const Material residual = Material::from_coefficients(coefficients_with(0.05, 0.0, 0.2));
   const double of_it =
       residual.residual_length * residual.bristle_stiffness * residual.bristles_in_contact(1.0);
   CHECK(residual.ageing_strength == Approx(0.05 / ln10 * 0.35 / (0.35 - of_it)).epsilon(1e-12));
-  // Static friction grows by 2 beta when the rest is e times as long.
+  // Static friction grows by 2 beta when a rest is e times as long, so growth per decade gives beta.
   const Material rest =
       Material::from_coefficients(coefficients_with(0.0, 0.0, 0.0).with_growth_per_decade(0.08));
   CHECK(rest.ageing_strength == Approx(0.04 / ln10).epsilon(1e-9));
   CHECK(rest.coefficients().fall_per_decade == Approx(0.04).epsilon(1e-9));
-  // Expects, for equal lengths with renewal, E[delta] = 1 for bristles in contact and the mean deflection 1 /
-  // ln 2 - 1.
+  // With equal snap lengths and kappa = 1, bristles in contact have the mean length 1 and the mean deflection
+  // 1 / ln 2 - 1, in units of that length.
   const Material single = Material::from_coefficients(coefficients_with(0.0, 1.0, 0.0)
                                                           .with_law(SnapLaw::single)
                                                           .with_peak(0.35 / (1.0 / std::log(2.0) - 1.0))
@@ -320,13 +320,13 @@ TEST_CASE("The peak at a speed is that of first loading of bristles that age on 
       const Material m = ageing_material(law_of(law), ageing);
       CAPTURE(law, w);
       // The aged snap lengths are approximated by a law of the same family (of the uniform law, by a table),
-      // which sets the error.
+      // which sets the error of the conversion.
       const std::string name = law;
       const double error = name == "uniform_0.5_1.5" ? 1e-4 : name == "normal_0.25" ? 2e-3 : 3e-4;
       CHECK(m.coefficients(speed).peak == Approx(brute_peak(law_of(law), ageing, speed)).epsilon(error));
     }
   }
-  // The snap lengths of a table age one by one, which is exact.
+  // With a law given as a table each snap length ages by itself, so the conversion is exact.
   std::vector<double> quantiles;
   for (int i = 0; i <= 64; ++i) quantiles.push_back(dbar * (0.5 + i / 64.0));
   const Ageing ageing = Ageing::logarithmic(0.05, tau);
@@ -363,7 +363,7 @@ TEST_CASE("Coefficients of ageing out of reach name the range", "[ageing][bad_in
   const Coefficients c = coefficients_with(0.05, 1.0, 0.1);
   CHECK(names(ask(Coefficients(c).with_growth_per_decade(0.1)),
               {"growth_per_decade = 0.1", "give one of the two"}));
-  // At 3 m/s a bristle snaps after 7 us, but ageing takes 20 ms.
+  // Refuses such coefficients: at 3 m/s a bristle snaps after 7 us, but ageing takes 20 ms.
   CHECK(names(ask(Coefficients(c).with_kinetic_speed(3.0)),
               {"fall_per_decade = 0.05", "0 to ", "kinetic_speed 3", "ageing_time 0.02"}));
   CHECK(names(ask(Coefficients(c).with_fall_per_decade(5.0)), {"fall_per_decade = 5", "0 to "}));

@@ -36,23 +36,23 @@ class AgeingBrush {
               int axes = 1, std::uint32_t seed = 1)
       : bristles_(n), patch_(material, plain_options(n, axes, precision).with_seed(seed)) {}
 
-  /// Moves along x. Returns the mean deflection at the end of the step.
+  /// Moves the patch along x. Returns the mean deflection at the end of the step.
   double slide(double length, double speed) {
     const Response r = patch_.step(length * dbar, 0.0, bristles_, length / speed * tau);
     return deflection(r.elastic[0]);
   }
-  /// Moves along x. Returns the mean deflection averaged over the step.
+  /// Moves the patch along x. Returns the mean deflection averaged over the step.
   double mean_over(double length, double speed) {
     return deflection(patch_.step(length * dbar, 0.0, bristles_, length / speed * tau).mean[0]);
   }
-  /// Moves along x in steps of at most `piece`. Returns the mean deflection at the end.
+  /// Moves the patch along x in steps of at most `piece`. Returns the mean deflection at the end.
   double slide_in_pieces(double length, double speed, double piece) {
     const int steps = std::max(1, static_cast<int>(std::ceil(length / piece - 1e-9)));
     double end = 0.0;
     for (int k = 0; k < steps; ++k) end = slide(length / steps, speed);
     return end;
   }
-  /// Lets time pass in a step that does not name the patch.
+  /// Lets time pass in a step that leaves out the patch, which rests.
   void wait(double taus) { patch_.batch.step(taus * tau, {}, {}); }
 
   double deflection(double force) const { return -force / (bristles_ * dbar); }
@@ -91,8 +91,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     INFO(row.at("dist") << " " << row.at("variant") << " beta " << row.at("beta") << " speed " << speed);
     AgeingBrush brush(material, n);
     if (rule_named(row.at("variant")) == SnapRule::keep) {
-      // The mean deflection of every bristle over many snaps is half its own snap length; the error left is
-      // that of the mean of the first lengths.
+      // With kept lengths each bristle's deflection averages half its own aged length over many snaps, so the
+      // error left is that of the mean of the bristles' lengths.
       brush.slide(50.37, speed);
       expect_near(brush.mean_over(200.0, speed), expected, 2e-3, "keep");
       continue;
@@ -101,8 +101,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     double sum = 0.0;
     constexpr int steps = 16;
     for (int k = 0; k < steps; ++k) sum += brush.mean_over(1.3, speed);
-    // The deflection of one bristle has a standard deviation of some 0.36 and is independent after one path
-    // between snaps.
+    // Statistical error: one bristle's deflection has a standard deviation of some 0.36 (mean lengths), and
+    // is independent after one path between snaps.
     const double ways = n * steps * 1.3 / (2.0 * expected);
     expect_near(sum / steps, expected, sigmas * 0.36 / std::sqrt(ways), "redraw, one by one");
     const double many = brush.mean_over(300.0, speed);
@@ -159,7 +159,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
   constexpr int steps = 100;  // number of steps in a period
   for (const Row& row : read_table("ageing_lag.csv")) {
     const double omega = number(row, "Omega_dbar_over_v0");
-    if (omega < 0.2) continue;  // the periods of these rows are long, and the lag of the force is small
+    if (omega < 0.2) continue;  // skips rows of long periods, in which the force hardly lags
     const double v0 = number(row, "v0_tau_over_dbar");
     INFO(row.at("dist") << " beta " << row.at("beta") << " Omega " << omega);
     AgeingBrush brush(ageing_material(row), n);
@@ -178,7 +178,7 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
         if (i + 1 == steps) up += f / periods;
       }
     }
-    // Counts periods as independent if they are longer than the memory of a bristle.
+    // Number of independent periods: two that are closer than a bristle's memory count as one.
     const double independent = std::min<double>(periods, 60.0 / 2.0);
     const double error = sigmas * 0.36 / std::sqrt(n * independent);
     expect_near(up, number(row, "f_at_v0_accelerating"), error, "speeding up");
@@ -237,7 +237,7 @@ TEST_CASE("both forms of ageing, with a residual and round a corner, are those o
 }
 
 TEST_CASE("bristles that age do not see how a motion is cut into steps", "[ageing]") {
-  // At 20 lengths a second a step of 100 ms moves by two lengths, in which bristles snap and snap again.
+  // At 20 mean lengths a second a step of 100 ms moves by two, in which bristles snap repeatedly.
   constexpr double speed = 20.0 * tau;
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const Precision precision : precisions()) {
@@ -248,8 +248,8 @@ TEST_CASE("bristles that age do not see how a motion is cut into steps", "[agein
       for (int k = 0; k < 3; ++k)
         force[k] = AgeingBrush(material, n, precision).slide_in_pieces(4.0, speed, dt[k] / tau * speed);
       INFO(table_name(rule) << ", " << name_of(precision));
-      // All runs have equal bristles and random numbers; a bristle that just reaches its limit may snap in
-      // one run and not yet in another.
+      // Tolerance: all runs have equal bristles and random numbers, but a bristle that just reaches its limit
+      // may snap in one run and not yet in another.
       const double tie = 1.2 * 2.5 / n;
       const double rounding = precision == Precision::single ? 1e-3 : 1e-9;
       expect_near(force[1], force[0], tie + rounding, "1 ms against 1 us");
@@ -334,12 +334,12 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
     std::vector<double> lengths = read(brush.patch(), n).delta;
     for (double& length : lengths) length /= dbar;
     brute.set_lengths(lengths);
-    brush.patch().step(0.0, 0.0, n, tau);  // these bristles come into contact at the beginning of this step
+    brush.patch().step(0.0, 0.0, n, tau);  // more bristles come into contact at this step's beginning
     brute.wait(1.0);
     for (int step = 0; step < 12; ++step) {
       const double angle = axes == 1 ? (step % 3 == 2 ? M_PI : 0.0) : 6.3 * flat(random);
       const double length = 2.0 * flat(random) * flat(random);
-      // dbar / tau is 1 mm/s, so these speeds are 1e-9 to 10 m/s.
+      // Sets a random speed: as dbar / tau is 1 mm/s, 1e-6 to 1e4 of it are 1e-9 to 10 m/s.
       const double speed = 1e-6 * std::pow(1e10, flat(random));
       const double wait = step % 4 == 0 ? std::pow(1e9, flat(random)) : 0.0;
       const double ex = std::cos(angle), ey = axes == 1 ? 0.0 : std::sin(angle);
@@ -359,8 +359,8 @@ TEST_CASE("bristles that age snap where they reach their limit, however slow, fa
 }
 
 TEST_CASE("bristles that age and are renewed slide alike in short and in long steps", "[ageing]") {
-  // Expected steady sliding: paths between snaps are l = d g(l / v), d lognormal, with lambda l births of
-  // bristles per path.
+  // Steady sliding in theory: the path l between snaps solves l = d g(l / v) for a lognormal fresh length d;
+  // renewals come at the rate lambda per path.
   constexpr double beta = 0.1, kappa = 1.0, residual = 0.3;
   const std::uint32_t n = test_size(4000);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -408,7 +408,7 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
         const double independent = std::max(2.0 * steps * std::min(piece, 1.0), 1.0);
         expect_near(sum, expected, sigmas * 0.5 / std::sqrt(n * independent) + 1e-3, "mean");
         expect_near(end, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "end");
-        // A patch that slid steadily and has rested returns to the same steady sliding.
+        // Checks that a patch that slid steadily, and then rested, returns to the same steady sliding.
         brush.wait(1e6);
         const double after_rest = brush.slide(30.0, speed);
         expect_near(after_rest, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "after a rest");
@@ -418,8 +418,8 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
 }
 
 TEST_CASE("a long step of bristles that age ends as many short ones do", "[ageing]") {
-  // Starts with straight bristles, which snap in phase at first. One of the two paths is shorter than those
-  // that are jumped, the other longer.
+  // Starts with straight bristles, which snap in phase at first. One path is shorter than those that a step
+  // computes by a jump over many snaps, the other longer.
   struct Case {
     const char* name;
     SnapLength law;
@@ -458,7 +458,7 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
       }
       const double error = std::hypot(once.error(), often.error());
       expect_near(end, expected, 1e-3 * expected + sigmas * error, "mean deflection");
-      // The standard deviation of one bristle's loss on this path is below its mean.
+      // Tolerance: the energy that one bristle loses on this path has a standard deviation below its mean.
       expect_near(step.dissipated / dissipated, 1.0, 2e-3 + sigmas * std::sqrt(2.0 / static_cast<double>(n)),
                   "energy of the snaps, over many steps'");
     }
@@ -473,8 +473,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   OnePatch patch(material, plain_options(n, 1));
   patch.step(0.0, 0.0, 500.0, tau);
   patch.batch.step(99.0 * tau, {}, {});
-  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1, so they stick up to 1 +
-  // ln(2) / 2 lengths, the old ones up to 3.3.
+  // Half of 1000 bristles have age 100, half are new (in tau). Within this step the new ones age by 1, so
+  // they stick up to 1 + ln(2) / 2 mean lengths, the old ones up to 3.3.
   const auto force = [&](double length, double taus) {
     return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
   };
@@ -482,8 +482,8 @@ TEST_CASE("bristles that enter are born at the beginning of the step, those that
   const double all = force(0.2, 1e-3);
   expect(all < 0.5 * 1500.0 + 0.5 * 300.0, "the young have snapped, the old not");
   expect(all > 0.5 * 1500.0, "the old have not snapped");
-  // After the load falls, the young bristles leave contact; after it rises, others enter, straight and of age
-  // 0.
+  // Half the load takes the young bristles out of contact; the full load brings them in again, straight and
+  // of age 0.
   patch.step(0.0, 0.0, 500.0, tau);
   patch.step(0.0, 0.0, n, 1e-6 * tau);
   const double old_and_new = force(1.05, 1e-6);
@@ -508,10 +508,10 @@ TEST_CASE("a material may begin to age, age otherwise and cease to while it slid
     expect(bend(0.15, 1e-6) < 0.1, "no age from before the change");
     patch.batch.step(1e3 * tau, {}, {});
     expect_near(bend(2.0, 1e-6), 2.05, 0.03, "ages count from the snap: up to 1 + ln(1001) / 2");
-    // Ages are kept in seconds, so in units of the new, longer ageing time they are smaller.
+    // Bristles keep their ages in seconds, so in units of the new, longer ageing time the ages are smaller.
     patch.batch.set_material(patch.id, Material(plain).with_ageing(Ageing::logarithmic(0.5, 1e3 * tau)));
     const Response slipped = patch.step(0.0, 0.0, n, 1e-9 * tau);
-    // The aged snap length, ln(1 + 1) / 2 + 1 = 1.35, is less than the present deflection.
+    // The aged snap length under the new law, ln(1 + 1) / 2 + 1 = 1.35, is below the present deflection.
     expect(slipped.snaps == n, "beyond the limit of their age all slip");
     patch.batch.set_material(patch.id, ages);
     patch.step(1.2 * dbar, 0.0, n, tau);
@@ -529,7 +529,7 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   AgeingBrush brush(material, n);
   brush.slide_in_pieces(6.0, 1.0, 0.3);
   brush.wait(1000.0);
-  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // bends them well beyond their fresh snap lengths
+  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // bends bristles well beyond their fresh snap lengths
   const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
   brush.patch().batch.set_detail(brush.patch().id, 300);
   expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,
@@ -537,7 +537,7 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   brush.patch().batch.set_detail(brush.patch().id, n);
   const Response more = brush.patch().step(0.0, 0.0, n, tau);
   expect_near(-more.elastic[0], before, 1e-4 * before, "and as many again");
-  // If the copied bristles had age 0, they would snap at once.
+  // If the bristles copied from others got the age 0, they would snap at once.
   const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
   expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
 }
@@ -576,8 +576,8 @@ TEST_CASE("the rest of a patch that ages is over after a slide in any direction"
 }
 
 TEST_CASE("a material changed after a rest begins the count of the slide that ends the rest", "[ageing]") {
-  // Moves half of the path after which a rest is forgotten, rests, changes the material, moves the whole
-  // path: afterwards bristles are at most as old as the change.
+  // Moves by half of the path after which bristles have forgotten a rest, rests, changes the material, moves
+  // the whole path: afterwards bristles are at most as old as the change.
   const bristle::Ageing ageing = bristle::Ageing::saturating(0.5, 1000.0);
   const Material material = plain_material(uniform, SnapRule::redraw).with_ageing(ageing);
   const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;

@@ -1,4 +1,4 @@
-// After warm_up a step allocates nothing, on any thread.
+// Checks that after warm_up() a step allocates no memory, on any thread.
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
@@ -92,8 +92,8 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    CHECK(shedder.report(batch).decisions > 16);  // checks that the load shedder made a decision, since
-                                                  // otherwise it was not tested
+    CHECK(shedder.report(batch).decisions > 16);  // whether the load shedder decided anything, else it was
+                                                  // not tested
     for (const auto& [what, number] : counted) {
       INFO(what);
       CHECK(number == 0);
@@ -137,7 +137,7 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for, so some get no
+  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for, which get no
                                                   // key
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
@@ -186,7 +186,7 @@ TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
   if (!can_watch()) return;
   PatchBatch batch;
-  constexpr std::size_t feet_count = 9;  // nine feet, so that the body has more contacts than velocities
+  constexpr std::size_t feet_count = 9;  // nine feet: more contacts than the body has velocities
   std::array<Motion, feet_count> motions;
   std::array<Response, feet_count> responses;
   std::array<bristle::BodyContact<6>, feet_count> feet;

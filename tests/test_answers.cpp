@@ -66,7 +66,7 @@ std::string fault_of_text(const std::string& text) {
   return worst;
 }
 
-/// Output of `bristle PATH --help`, cached.
+/// Returns the output of `bristle PATH --help`, cached.
 const Outcome& help_of(const Folder& folder, const std::string& path) {
   static std::map<std::string, Outcome> all;
   const auto found = all.find(path);
@@ -79,7 +79,7 @@ std::vector<std::string> helped_words(const Folder& folder, const std::string& p
   std::string section;
   for (const std::string& line : lines_of(help_of(folder, path).out)) {
     if (!line.empty() && line[0] != ' ') section = line;
-    // An entry is indented by two spaces; continued lines are indented more.
+    // Entries of a help text are indented by two spaces, their further lines by more.
     if (line.size() < 3 || line.substr(0, 2) != "  " || line[2] == ' ') continue;
     std::string first = words_of(line)[0];
     if (section != "Subcommands:" && section != "Options:") continue;
@@ -94,7 +94,7 @@ std::vector<std::string> helped_words(const Folder& folder, const std::string& p
 std::vector<std::string> command_paths(const Folder& folder) {
   std::vector<std::string> paths = {""};
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    // Takes one experiment for all, because all have equal options.
+    // Looks at one experiment only, because all experiments have equal options.
     std::size_t experiments = 0;
     for (const std::string& word : helped_words(folder, paths[i]))
       if (word[0] != '-' && (paths[i] != "experiment" || ++experiments <= 1))
@@ -117,7 +117,7 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-/// Sets the width of lines for its lifetime; its end restores the text layout of the process.
+/// Sets the width of text lines while this object lives; its end restores the process's text layout.
 struct Columns {
   explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
   ~Columns() { cli::text_layout() = cli::TextLayout(); }
@@ -165,7 +165,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(fault_of_text(text) == "");
   for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
     CHECK_THAT(text, Contains(word));
-  // Expects the name of a row that is broken into several lines on each of them, but its note only once.
+  // Checks a row that is broken into several lines: each line begins with the row's name, one has its note.
   std::size_t names = 0, notes = 0;
   for (const std::string& line : lines_of(text)) {
     names += line.rfind("first", 0) == 0 ? 1 : 0;
@@ -243,7 +243,7 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
 
 TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
           "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
+  if (!BRISTLE_WITH_DOUBLE) return;  // the scene has a patch in double precision
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
   const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
@@ -369,8 +369,8 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
   const Folder folder;
   const std::string script = folder.write("completion", run_cli(folder, "completion bash").out);
   const std::vector<std::string> paths = command_paths(folder);
-  // Runs one shell for all places: for each it prints the words that may follow, then those that begin with
-  // "--".
+  // Runs one shell that completes command lines at all places: for each it prints the words that may follow,
+  // then those that begin with "--".
   std::string program = "source '" + script +
                         "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
                         "COMP_CWORD=$(($# - 1)); COMPREPLY=(); _bristle; echo \"${COMPREPLY[*]}\"; }\ncd '" +

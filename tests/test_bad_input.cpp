@@ -67,7 +67,7 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   std::vector<Motion> motions = bad.good();
   spoil(motions[1]);
   const std::vector<Response> got = bad.step(tick, motions);
-  // In the twin batch the middle patch is not named, so it rests.
+  // In the twin batch the middle patch is left out of the step, so it rests.
   const std::vector<Motion> others{twin.good()[0], twin.good()[2]};
   const std::vector<Response> expected = twin.step(tick, others);
 
@@ -80,7 +80,7 @@ void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoi
   CHECK(first_difference(got[0], expected[0]) == "");
   CHECK(first_difference(got[2], expected[1]) == "");
 
-  // Checks that a trial with the bad motion changes nothing either.
+  // Checks that a trial step with the bad motion changes nothing either.
   const Response trial = bad.batch.find_force(tick, motions[1]);
   CHECK(trial.status == Status::bad_input);
   check_no_force(trial);
@@ -199,7 +199,7 @@ TEST_CASE("An id that was never given, was removed, or is none is flagged as unk
   CHECK(bad.batch.find_force(tick, strange).status == Status::unknown_id);
   CHECK(bad.batch.force(removed).status == Status::unknown_id);
   CHECK(bad.batch.force(PatchId{}).status == Status::unknown_id);
-  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // a removed patch, so move() must change nothing
+  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // move() of a removed patch must change nothing
   bad.batch.step(tick);
   CHECK(bad.batch.stored_energy(removed) == 0.0);
   double z[3];
@@ -225,7 +225,7 @@ TEST_CASE("An id named twice in one step counts once, by its first motion", "[ba
   CHECK(bad.report.patches_stepped == 3);
   for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(got[i], expected[i]) == "");
   CHECK(bad.batch.state_hash() == twin.batch.state_hash());
-  // The patch that was named twice in a step is stepped normally in the next one.
+  // Checks that a patch that one step refused, as it was named twice, is stepped normally in the next.
   const std::vector<Response> a = bad.step(tick, bad.good());
   CHECK(a[1].status == Status::ok);
 }
@@ -269,7 +269,7 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
   std::uint64_t hashes[3];
   int at = 0;
   for (unsigned mode :
-       // Modes in which denormal results count as 0, then also denormal inputs.
+       // Floating-point modes in which denormal results count as 0, then also denormal inputs.
        {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {
     PatchBatch batch(BatchOptions{}.with_threads(2));
     const std::vector<PatchId> ids =
@@ -286,7 +286,7 @@ TEST_CASE("The caller's floating-point mode is as it was after a step, and does 
     hashes[at++] = batch.state_hash();
     const unsigned after = _mm_getcsr();
     _mm_setcsr(original);
-    // Compares the control bits only; sticky exception flags (the low six) may be raised by any arithmetic.
+    // Compares the floating-point mode's control bits; any arithmetic may raise the low six (sticky) flags.
     CHECK((after & ~0x3fu) == (mode & ~0x3fu));
   }
   CHECK(hashes[0] == hashes[1]);
@@ -300,7 +300,7 @@ void check_error(const std::string& message, const std::string& parameter, const
   INFO("message: " << message);
   CHECK_THAT(message, Contains(parameter));
   CHECK_THAT(message, Contains(value));
-  // The message has more than name and value: a range or a rule.
+  // Checks that the message has more than name and value: it must tell a range or a rule too.
   CHECK(message.size() > parameter.size() + value.size() + 8);
 }
 
@@ -379,7 +379,7 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
                     "representatives; snap_rule keep takes every law");
   CHECK_NOTHROW(Material(wide).with_snap_rule(SnapRule::keep).validate_for_representatives());
-  CHECK_NOTHROW(wide.validate());  // validate() accepts the material; only representatives cannot use it
+  CHECK_NOTHROW(wide.validate());  // the material itself is valid; only representatives refuse it
   const Material widest = Material{}.with_snap_length(SnapLength::lognormal(1e-5, bristle::widest_redraw_cv));
   CHECK_NOTHROW(batch.add(widest, bristles));
   CHECK_THROWS_WITH(Material(wide).with_stribeck_velocity(-1.0).validate_for_representatives(),
@@ -387,8 +387,8 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
 }
 
 TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
-  // A refusal clears energies and mean force if the patch computes them, or if no patch has this id;
-  // otherwise it leaves these two as they are.
+  // Checks that a refused step sets energies and mean force of the response to 0 if the patch computes them,
+  // or if no patch has this id; otherwise it leaves these two as they are.
   Trio trio;
   Response used;
   used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;

@@ -24,7 +24,7 @@ TEST_CASE("A removed id never names a later patch", "[batch]") {
     REQUIRE(id.value != 0);
     REQUIRE(seen.insert(id.value).second);
     live.push_back(id);
-    if (k % 3 != 0) {  // removes two of three patches, so that slots are reused many times
+    if (k % 3 != 0) {  // removes two of three patches: slots are reused often
       const std::size_t at = static_cast<std::size_t>(k * 7) % live.size();
       batch.remove(live[at]);
       dead.push_back(live[at]);
@@ -107,11 +107,11 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   PatchBatch simple, bulk;
   const std::vector<PatchId> a = add_patches(simple, 3, material, options);
   const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // before the first step there is no response
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step yet, so no response
   for (int k = 0; k < 15; ++k) {
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < 3; ++i) {
-      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // this patch is not named, so it rests
+      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // leaves out this patch, which rests
       const double dx = 1e-6 * (k + 1.0);
       simple.move(a[i], dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i));
       motions.push_back(same_motion({b[i]}, dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i))[0]);
@@ -156,14 +156,14 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     const Material shorter = plain_material(SnapLength::uniform(0.4 * dbar, 0.8 * dbar), SnapRule::keep);
     const double rounding = precision == Precision::single ? 1e-6 : 1e-12;
 
-    // All bristles are bent by 0.6 mean lengths, so half of the new snap lengths are shorter than that.
+    // Bends all bristles by 0.6 mean lengths, so that half of the new snap lengths are shorter than that.
     OnePatch patch(longer, plain_options(n, 2, precision));
     patch.step(0.0, 0.0, n);
     patch.step(0.6 * dbar, 0.0, n);
     const double energy = patch.energy();
     patch.batch.set_material(patch.id, shorter);
     const Response r = patch.step(0.0, 0.0, n);
-    // Half of 1000 snap, within 10, because lengths are stratified.
+    // Of 1000 bristles half snap, within 10, because the new lengths are stratified.
     CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);
     const double left = static_cast<double>(n - r.snaps);
     expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
@@ -176,7 +176,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(patch.energy() < energy);
     CHECK(patch.step(0.0, 0.0, n).snaps == 0);
 
-    // Changes only the stiffness: deflections and weight stay, the forces follow.
+    // Gives the patch a material that differs in stiffness only: deflections and weight stay, forces follow.
     OnePatch other(longer, plain_options(n, 2, precision));
     other.step(0.0, 0.0, n);
     other.step(0.5 * dbar, 0.2 * dbar, n);
@@ -188,7 +188,7 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
     CHECK(s.stiffness == Approx(3.0 * n));
     CHECK(other.batch.info(other.id).weight == 1.0);
 
-    // Changes from keep to redraw and back.
+    // Changes the snap rule of a live patch from keep to redraw and back.
     other.batch.set_material(other.id, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
     for (int k = 0; k < 30; ++k) REQUIRE(other.step(0.7 * dbar, 0.0, n).status == Status::ok);
     CHECK(-other.step(0.0, 0.0, n).elastic[0] / (n * dbar) == Approx(0.545).epsilon(0.15));
@@ -249,8 +249,8 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   bristle::PatchInfo info = batch.info(one);
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.representatives == 500);
-  CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
-  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at a weight of 4
+  CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max, 2 N / (1000 N/m x 1e-6 m), over 500
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles, at 4 per representative
   CHECK(info.normal_load == 0.5);
   CHECK(info.memory_bytes >= 500u * info.bytes_per_representative);
   CHECK(info.bytes_per_representative >= 8);
@@ -303,8 +303,8 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
   const Bristles b = read(batch, ids[1], 1000);
   CHECK(a.delta != b.delta);
   for (const Bristles* s : {&a, &b}) {
-    // The first n lengths of a patch are a stratified sample for every n: the error of their mean is a few
-    // 1/n, far below n^-1/2.
+    // Checks that a patch's first n lengths are a stratified sample for every n: the error of their mean is a
+    // few 1/n, far below n^-1/2.
     double sum = 0.0;
     for (std::size_t i = 0; i < 1000; ++i) {
       sum += s->delta[i] / dbar;
@@ -318,13 +318,13 @@ TEST_CASE("Patches with other seeds have other snap lengths and the same law", "
 
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
-  // Patches that the other thread does not touch, so their results must not change.
+  // Patches that the adding and removing thread leaves alone; their results must not change.
   const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
   const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
   batch.warm_up();
 
   std::mutex mutex;
-  std::vector<PatchId> shared;  // patches that the other thread has added and not removed
+  std::vector<PatchId> shared;  // patches that the other thread added and has not removed
   std::atomic<bool> stop{false};
   std::atomic<int> added{0}, removed{0}, changed{0};
   std::thread other([&] {
@@ -365,8 +365,8 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   const int enough = static_cast<int>(test_size(3000));
   int steps = 0;
   int wrong = 0;
-  for (; steps < enough || added <= 10; ++steps) {  // in slow builds the loop goes on until the other thread
-                                                    // has had its turns
+  for (; steps < enough || added <= 10; ++steps) {  // slow builds go on until the other thread had its
+                                                    // turns
     std::vector<PatchId> ids = steady;
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -376,7 +376,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
     std::vector<Response> responses(ids.size());
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      // A patch may have been removed since its id was read; checks that every other patch was stepped.
+      // Skips patches removed since their ids were read; checks that every other patch was stepped.
       const bool right = i < steady.size()
                              ? responses[i].status == Status::ok
                              : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
@@ -461,7 +461,7 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
 }
 
 TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
-  // More patches than the slots of a new batch, so that the queue of move() is rebuilt.
+  // Adds more patches than a new batch has slots for, so that the queue of pending move() calls is rebuilt.
   PatchBatch batch;
   const Material material = plain_material(uniform, SnapRule::redraw);
   const PatchOptions options = plain_options(20);
@@ -490,7 +490,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
   const PatchId id = batch.add(material, plain_options(many));
   batch.warm_up();
   bool shared = false;
-  // After a step that found the workers busy, some steps are not shared with them, so it may take many.
+  // Takes many steps, because after one that found the workers busy, the batch does not share some steps.
   for (int k = 0; k < (BRISTLE_WITH_TBB ? 20000 : 1) && !shared; ++k) {
     const Motion motion{id, {0.3 * dbar, 0.0}, 2.0 * many};
     Response response;
@@ -504,7 +504,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
 }
 
 TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {
-  // Steps of 0.3 position units (2^-44 mean lengths): the remainder is carried to the next step.
+  // Moves by 0.3 of the unit of stored positions (2^-44 mean lengths) per step; the rest must be carried on.
   constexpr double unit = 0x1p-44;
   for (const int axis : {0, 1}) {
     OnePatch used(plain_material(uniform, SnapRule::redraw), plain_options(20));
@@ -525,7 +525,7 @@ TEST_CASE("A patch that was reset has forgotten the creep that no position holds
       moved += b.elastic[axis] != 0.0;
     }
     CHECK(moved > 6);
-    CHECK(moved < 12);  // the first steps together are shorter than one position unit
+    CHECK(moved < 12);  // rounding held back less than a position unit
   }
 }
 

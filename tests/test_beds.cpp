@@ -28,7 +28,7 @@ namespace {
 
 constexpr double pi = 3.141592653589793;
 
-/// One bed in a batch of its own.
+/// A single bed in a batch of its own, with its motion and response.
 struct OneBed {
   BedBatch batch;
   BedMotion motion;
@@ -76,8 +76,8 @@ double mindlin_error(int cells) {
   return worst;
 }
 
-/// The definition of a bed, in double and in tiny steps: the deflection of each bristle grows with the motion
-/// of its root and is cut to its limit.
+/// Definition of a bed, in double precision and in tiny steps: the deflection of each bristle grows with the
+/// motion of its root and is cut to its limit.
 struct Brute {
   struct Bristle {
     double x, y, k, limit, zx = 0.0, zy = 0.0;
@@ -158,13 +158,13 @@ std::vector<Kind> all_kinds() {
 TEST_CASE("A sphere's row follows Cattaneo and Mindlin under held, rising and falling load") {
   CHECK(mindlin_error(32) < 1e-3);
   CHECK(mindlin_error(16) < 2e-3);
-  // The error is of second order: 3.3e-4 with 32 bristles, so less than a fifth of that with 128.
+  // The discretisation error is of second order: 3.3e-4 with 32 bristles, below a fifth of that with 128.
   CHECK(mindlin_error(128) < 1e-4);
 }
 
 TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and the program CONTACT say") {
-  // CONTACT's example `cattaneo`: G 200, nu 0.42 in both bodies, a = 1, mu 0.4, N 9.1954; at F = 0.875 mu N
-  // it prints a shift of 8.155e-3; the closed form is 8.172e-3.
+  // Example `cattaneo` of the program CONTACT: G 200, nu 0.42 in both bodies, a = 1, mu 0.4, N 9.1954; at F =
+  // 0.875 mu N it prints a shift of 8.155e-3; theory gives 8.172e-3.
   const double load = 9.1954, limit = 0.4 * load;
   OneBed bed(BedMaterial(0.4).with_elastic_pair(200.0, 0.42), BedShape::sphere_row(64, 1.0), with_load(load));
   double shift = 0.0;
@@ -178,7 +178,7 @@ TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and
 }
 
 TEST_CASE("The contact radius of a sphere follows from its moduli and its radius") {
-  // Hertz: a^3 = 3 N R / (4 E*); Mindlin: stiffness 8 G a / (2 - nu).
+  // Contact radius by Hertz: a^3 = 3 N R / (4 E*); stiffness by Mindlin: 8 G a / (2 - nu).
   const double shear = 1e9, poisson = 0.3, radius = 0.02, load = 5.0;
   OneBed bed(BedMaterial(0.5).with_elastic(shear, poisson, radius), BedShape::sphere_row(), with_load(load));
   bed.step(1e-9);
@@ -313,7 +313,7 @@ TEST_CASE(
     CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < 3e-3);
     CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < 3e-3);
-    if (y < 0.0) {  // CONTACT's example `fastsim`; its 220 x 220 cells have an error of first order
+    if (y < 0.0) {  // Example `fastsim` of the program CONTACT; its 220 x 220 cells have a first-order error
       CHECK(bed.out.force[1] / limit == Approx(parabolic ? -0.6359 : -0.5956).epsilon(0.012));
       CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
     }
@@ -353,7 +353,7 @@ TEST_CASE("A bed without rolling steps as its bristles do one by one") {
       if (cells[i].load > 0.0)
         CHECK(shown[i].stiffness / cells[i].stiffness == Approx(shown[1].stiffness / cells[1].stiffness));
       else
-        CHECK(shown[i].stiffness == 0.0);  // a bristle out of contact has no stiffness
+        CHECK(shown[i].stiffness == 0.0);  // bristles out of contact have no stiffness
       CHECK(shown[i].stiffness * shown[i].limit ==
             Approx(shown[1].stiffness * shown[1].limit * cells[i].load / cells[1].load).epsilon(1e-5));
       limit += shown[i].stiffness * shown[i].limit;
@@ -538,8 +538,8 @@ TEST_CASE("No state that steps give is refused, however wild the steps, while it
 }
 
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
-  // Makes one iteration of Newton's method on the force balance in every millisecond, as a solver does that
-  // searches for rest.
+  // Makes one Newton iteration on the force balance in every millisecond, as a solver does that searches for
+  // the position of rest.
   const double load = 4000.0, slope = 0.2 * load;
   const int axis = GENERATE(0, 1);
   OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
@@ -555,11 +555,11 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
       at += d;
     }
   };
-  run(20000);  // lets the load pass its largest swing
+  run(20000);  // runs until the load has passed its largest swing
   const double settled = at;
   run(400000);
   CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
-  CHECK(std::abs(at - settled) < 1e-9);  // 6e-8 of 1 mm, the resolution of a deflection in single precision
+  CHECK(std::abs(at - settled) < 1e-9);  // resolution of a deflection in single precision, 6e-8 of 1 mm
   const double halfway = at;
   run(400000);
   CHECK(std::abs(at - halfway) < 1e-10);
@@ -600,8 +600,8 @@ TEST_CASE("A wheel that starts, stops and reverses has a force without a jump") 
     before = wheel.out.force[0];
     REQUIRE(std::abs(before) <= 0.9 * 4000.0 * (1.0 + 1e-5));
   }
-  // In a step, slip of 2e-5 m changes every deflection by at most that, and bristles that enter or leave
-  // contact add their share of the force.
+  // Bound of the force's change in a step: slip of 2e-5 m changes every deflection by at most that, and
+  // bristles that enter or leave contact add their share of the force.
   const double stiffness = wheel.batch.info(wheel.motion.id).stiffness;
   CHECK(largest < 1.1 * (2e-5 * stiffness + 5e-4 / 0.14 * 2.0 * 0.9 * 4000.0));
 }
@@ -613,7 +613,7 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
   CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
-  bed.step(0.0);  // all bristles stick for a whole step, which restores the static limit
+  bed.step(0.0);  // all bristles stick for a whole step, which restores their higher static limit
   peak = 0.0;
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
@@ -623,10 +623,10 @@ TEST_CASE(
     "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
     "one") {
   // Steady rolling in closed form: slip bends a bristle by slip x t, t the distance from the leading edge, up
-  // to the static limit; from there it has the kinetic one. Limits are 4 u (1 - u), u = t / 2a.
-  // Unit: kinetic limit of the deflection at the middle, m.
+  // to the static limit; from there it has the kinetic one. Limits are 4 u (1 - u), u = t / 2a. `unit`:
+  // kinetic limit of the deflection at the middle, m.
   const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;
-  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {  // slip times 2a, in `unit`s
+  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {  // slip times contact length, in `unit`s
     OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
                BedShape::wheel_row(0.1, BedPressure::parabolic, 64), with_load(load, false));
     for (int i = 0; i < 400; ++i) bed.step(0.0, slip * unit / 100.0, 0.0, 0.002);
@@ -652,7 +652,7 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   for (const double load : {95.0, 90.0, 85.0}) {
     wheel.motion.normal_load = load;
     wheel.step(0.0);
-    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // force of partial slip at the trailing edge
   }
 }
 
@@ -717,8 +717,8 @@ TEST_CASE("Forces with all outputs and without are two texts of one rule") {
       one.batch.step({&m, 1}, {&one.out, 1});
       other.batch.step({&m, 1}, {&other.out, 1});
       CAPTURE(kind.name, i);
-      // Rounding decides where a bristle that only just reaches its limit begins to slide: an error of some
-      // 3e-4 of the limit.
+      // Tolerance: rounding decides where a bristle that only just reaches its limit begins to slide, which
+      // changes the force by some 3e-4 of the limit.
       for (const int k : {0, 1}) {
         const double error = std::abs(one.out.force[k] - other.out.force[k]) / 12.0;
         CHECK(error < 2e-4);
@@ -914,7 +914,7 @@ TEST_CASE("Tiny motions of a bed add up, rolling as well as sliding") {
 }
 
 TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met, its half-space stated") {
-  // CONTACT's example `tractcurv`. The flexibilities are those that it prints, in m^3/N.
+  // Example `tractcurv` of the program CONTACT. The flexibilities are those that it prints, in m^3/N.
   const double a = 6.304e-3, b = 12.61e-3, load = 106.7e3, friction = 0.33, step = a / 16.0;
   int cases = 0;
   for (const Row& row : read_table("contact_program.csv")) {
@@ -928,7 +928,7 @@ TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met
     std::printf("%-21s creep %.5f: force over mu N %8.5f, bed %8.5f, difference %8.5f\n",
                 row.at("example").c_str(), creep, theirs, ours, ours - theirs);
     CAPTURE(row.at("example"), creep);
-    // CONTACT has 48 x 44 cells of first order; simplified theory differs from the half-space by up to 5 %.
+    // CONTACT (a program) has 48 x 44 cells of first order; theories of the half-space differ by up to 5 %.
     CHECK(std::abs(ours - theirs) < (simplified ? 0.015 : 0.05));
     ++cases;
   }
@@ -936,13 +936,13 @@ TEST_CASE("Creep curves beside the program CONTACT: its simplified theory is met
 }
 
 TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll under a force, beside CONTACT") {
-  // Units are mm and 1e6 Pa, so that forces are in N.
+  // Units of this example are mm and 1e6 Pa, so that forces are in N.
   const double a = 3.5e-3, load = 0.4705, friction = 0.4013, share = 0.657, limit = friction * load;
-  // Kalker's coefficient of a circle at nu 0.28 is 4.2.
+  // Kalker's creep coefficient of a circular contact at Poisson's ratio 0.28 is 4.2.
   const double flexibility = 8.0 * a / (3.0 * 4.2 * 1e6);
   OneBed bed(BedMaterial(friction).with_flexibility(flexibility, flexibility, flexibility),
              BedShape::ellipse(a, a, BedPressure::parabolic).rolling(29, 16), with_load(load));
-  // Finds by Newton's steps the displacement at which the force has its prescribed value.
+  // Finds by Newton's method the displacement at which the bed's force has its prescribed value.
   const auto settle = [&](double rolled) {
     double d = 0.0;
     bed.motion.rolled[0] = rolled;
@@ -970,15 +970,15 @@ TEST_CASE("From Cattaneo to Carter: the creep of a ball that begins to roll unde
       std::printf("rolled %5.2f: creep %.3e, bed %.3e\n", before, number(row, "value"), creep);
   }
   CHECK(cases == 56);
-  CHECK(creep == Approx(3.101e-3).epsilon(0.1));  // creepage in the steady state
+  CHECK(creep == Approx(3.101e-3).epsilon(0.1));  // creepage in the steady state, which follows
 
-  // Largest creepage during the time in which the shifted bristles leave contact.
+  // Largest creepage during the transition, in which the bristles bent by the shift leave contact.
   CHECK(largest == Approx(3.403e-3).epsilon(0.12));
 }
 
 TEST_CASE("A wheel that is turned where it stands: parking torque over the steering angle, there and back") {
-  // Expects every bristle to follow an arc of its own: T(phi) = sum of r min(k r phi, limit), and Masing's
-  // rule on return.
+  // Expects that every bristle follows its own arc: T(phi) = sum of r min(k r phi, limit); Masing's rule on
+  // return.
   const double a = 0.07, b = 0.08, load = 4000.0, friction = 0.9, presliding = 2e-3;
   OneBed wheel(BedMaterial(friction).with_presliding(presliding),
                BedShape::rectangle(a, b, BedPressure::parabolic).rolling(33, 12), with_load(load));
@@ -989,8 +989,8 @@ TEST_CASE("A wheel that is turned where it stands: parking torque over the steer
       for (int j = 0; j < n; ++j) {
         const double u = (2.0 * i + 1.0) / n - 1.0, v = (2.0 * j + 1.0) / n - 1.0;
         const double r = std::hypot(a * u, b * v), pressure = 1.5 * (1.0 - u * u);
-        // A bristle slides once its displacement exceeds `presliding` times the local pressure over the
-        // largest one.
+        // Sums torque over points: a bristle slides once its displacement exceeds `presliding` times the
+        // local pressure over the largest pressure.
         sum += r * friction * load * std::min(1.5 * r * angle / presliding, pressure) / (n * n);
       }
     return sum;
@@ -1051,7 +1051,7 @@ namespace {
 /// end.
 struct WheelOfCar : OneBed {
   static constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3;
-  double inertia, end;  ///< inertia in kg m^2, 0: the brake holds the wheel
+  double inertia, end;  ///< inertia of the wheel, kg m^2; 0: the brake holds it
   double speed = 0.0, rim = 0.0, at = 0.0;
 
   WheelOfCar(double slip_stiffness, double inertia_kg_m2, double end_share)
@@ -1108,8 +1108,8 @@ TEST_CASE("A wheel with inertia under a car's mass, by the midpoint solve, climb
           gained = std::max(gained, car.energy(downhill) - before);
           before = car.energy(downhill);
         }
-        // Expects the speed of rolling without creep, reduced by the creep, which is force over slip
-        // stiffness.
+        // Expects the wheel's speed as if it rolled without creep, reduced by the creep, which is force over
+        // slip stiffness.
         CHECK(car.speed == Approx(2.0 - downhill / heavy * time).margin(2e-3));
         CHECK(gained < 1e-7);
       }
@@ -1127,7 +1127,7 @@ TEST_CASE("A locked wheel under a car's mass, by the midpoint solve, stops and g
         gained = std::max(gained, car.energy(slope * car.load) - before);
         before = car.energy(slope * car.load);
       }
-      // Checks that the car rocks on its tyre, which nothing damps, with no more energy than the last slip
+      // Checks that the stopped car rocks on its undamped tyre with no more energy than the last slip
       // left.
       CHECK(std::abs(car.speed) <
             1.05 * 0.9 * car.load * std::sqrt(0.07 / (slip_stiffness * car.mass)) + 1e-3);
@@ -1144,7 +1144,7 @@ TEST_CASE("A braked car stands on a slope of 20 % for an hour") {
       car.advance(1.0, (0.2 + 0.2 * gust) * car.load);
       if (second == 199) settled = car.at;
     }
-    // Under gusts the error is the resolution of a deflection, 6e-8 of 1 mm.
+    // Tolerance: under gusts the wheel is held to the resolution of a deflection, 6e-8 of 1 mm.
     CHECK(std::abs(car.at - settled) < (gusts ? 1e-10 : 1e-12));
   }
 }
@@ -1167,7 +1167,7 @@ TEST_CASE("A bed that was dragged far keeps its force in the next small step") {
         bed.step(1e-12);
         for (int k = 0; k < 2; ++k) CHECK(std::abs(bed.out.force[k] - force[k]) < 1e-5 * limit);
       }
-  // A load so small that the motion is 1e23 times the limit of the deflections.
+  // Load so small that the motion is 1e23 times the limit of the deflections.
   OneBed light(BedMaterial(0.5).with_presliding(1e-12), BedShape::disc(1e-3, BedPressure::uniform),
                with_load(1.0, false), 1e-6);
   light.step(1e5);
@@ -1202,7 +1202,7 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(keyed.end_step() == 1);  // key 7 was not requested in this step, so its bed is lost
   CHECK(keyed.size() == 1);
   CHECK_FALSE(static_cast<bool>(keyed.find(7)));
-  // The bed of the lost contact serves the new one; its bristles are straight.
+  // Checks that the bed of the lost contact serves the new one with straight bristles.
   CHECK(push(12, 0.0).id == first);
   CHECK(batch.info(first).normal_load == 2.0);
   CHECK(push(12, 0.0).force[0] == 0.0);

@@ -43,8 +43,8 @@ struct CoulombPlate {
       feet[i] = {feet_radius * std::cos(angle), feet_radius * std::sin(angle)};
       loads[i] = pushed_mass * gravity / 3.0;
     }
-    for (int pass = 0; pass < 4; ++pass) {  // iterates, because loads and friction depend on each other a
-                                            // little
+    for (int pass = 0; pass < 4; ++pass) {  // iterates: loads depend on friction
+                                            // too
       sum[0] = sum[1] = sum[2] = 0.0;
       for (int i = 0; i < 3; ++i) {
         const double u = vx - spin * feet[i][1], v = vy + spin * feet[i][0];
@@ -94,7 +94,7 @@ TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances it
     CHECK(std::fabs(held.creep) < 1e-12);
     CHECK(std::fabs(held.samples.back().place[0]) < 10e-6);
     CHECK(std::fabs(held.samples.back().place[1]) < 1e-6);
-    CHECK(held.samples.back().place[0] > 1e-6);  // bristles must bend before they can hold the box
+    CHECK(held.samples.back().place[0] > 1e-6);  // the box must move until bent bristles hold it
 
     World world(Friction::bristle, scene.gravity, scene.law, scene.options);
     scene.build(world);
@@ -176,7 +176,7 @@ TEST_CASE("In Bullet a box slides v^2 / (2 mu g) on the same patches, at any spe
     for (const std::uint64_t key : after) CHECK(before.count(key) == 1);
     CHECK(before.size() == 4);
     floor.run(0.8);
-    // Bullet moves bodies by the velocity at the end of a step, which loses half a step of the distance.
+    // Bullet moves bodies by the velocity at a step's end, so a braking body stops half a step's path short.
     const double way = speed * speed / (2.0 * 0.5 * gravity) - 0.5 * floor.dt_s * speed;
     CHECK(box.getWorldTransform().getOrigin().x() - start == Approx(0.8 * way).epsilon(0.02));
     CHECK(box.getLinearVelocity().length() < 1e-6);
@@ -208,7 +208,7 @@ TEST_CASE(
 
 TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness", "[bullet][beds]") {
   constexpr double slip_stiffness = 40.0, radius = 0.1, mass = 0.3,
-                   torque = 0.02;  // N per unit slip; m; kg; N m
+                   torque = 0.02;  // N per unit slip, kg, m, N m
   FrictionOptions options = OnFloor::options(1e-3);
   options.rolling.emplace();
   options.rolling->material = bristle::BedMaterial(0.8).with_slip_stiffness(slip_stiffness, slip_stiffness);
@@ -222,7 +222,7 @@ TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness"
     floor.run(floor.dt_s);
     CHECK(floor.world.bristles()->contacts().size() == 1);
   }
-  // Its lever is shorter than the radius, as the contact sinks in.
+  // The force's lever arm is shorter than the ball's radius, as the ball sinks into the floor.
   const double lever =
       ball.getWorldTransform().getOrigin().z() - floor.world.bristles()->contacts().at(0)->point[2];
   const double speed = ball.getLinearVelocity().x(), rolling = ball.getAngularVelocity().y() * lever;
@@ -230,10 +230,10 @@ TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness"
   CHECK(speed == Approx(2.0 * acceleration).epsilon(0.01));
   CHECK((rolling - speed) / rolling ==
         Approx(mass * acceleration / (0.5 / 0.8 * slip_stiffness)).epsilon(0.04));
-  // Without the torque it rolls on.
+  // Checks that without the torque the ball rolls on.
   floor.run(1.0);
   CHECK(ball.getLinearVelocity().x() == Approx(speed).epsilon(0.002));
-  // Without spin it slides with the coefficient of the contact, not of the bed's material.
+  // Checks that a ball that slides without spin has the friction of the contact, not of the bed's material.
   ball.setLinearVelocity(btVector3(3, 0, 0));
   ball.setAngularVelocity(btVector3(0, 0, 0));
   floor.run(0.05);
@@ -273,7 +273,7 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   world.body(1).forceActivationState(DISABLE_DEACTIVATION);
   run(240);
   CHECK(std::fabs(place() - held) < 1e-9);
-  // Checks that Bullet's own coefficients are unchanged.
+  // Checks that Bullet's own friction coefficients are unchanged.
   auto& dispatcher = *world.world().getDispatcher();
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m)
     for (int p = 0; p < dispatcher.getManifoldByIndexInternal(m)->getNumContacts(); ++p)

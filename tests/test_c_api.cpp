@@ -31,7 +31,7 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
   REQUIRE(c_program_goes_to_coefficients_and_back() == 0);
 }
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
-#if !BRISTLE_MINIMAL  // the program needs two axes
+#if !BRISTLE_MINIMAL  // outlines need two axes, which the minimal library lacks
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
 #endif
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
@@ -122,7 +122,7 @@ TEST_CASE("Headers that do not belong to the library are refused by name", "[bui
   headers.version += 100;
   CHECK_THAT(text_of(headers), Catch::Matchers::Contains("header 0.2.0, library " + version));
   headers = header_build;
-  headers.version += 1;  // a patch version changes no layout
+  headers.version += 1;  // headers of another patch version must be accepted, as only it differs
   CHECK(text_of(headers) == "(no error)");
   headers = header_build;
   headers.response_bytes += 8;

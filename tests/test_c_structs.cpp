@@ -22,7 +22,7 @@ using namespace bristle;
 
 namespace {
 
-/// A batch of the C interface, and a patch in it.
+/// A batch of the C interface with one patch.
 struct CPatch {
   bristle_batch* batch = nullptr;
   bristle_material material;
@@ -362,8 +362,8 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
 }
 
 TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
-  // Each bed has a feature that no other bed has. All are pressed, rolled if they can roll, and pulled along
-  // both axes.
+  // Makes beds, each with a feature that no other has. All are pressed, rolled if they can roll, and pulled
+  // along both axes.
   const std::vector<BedCell> cells = {
       {{1e-3, 0.0}, 1.0, 2.0}, {{0.0, 2e-3}, 3.0, 1.0}, {{-1e-3, 1e-3}, 2.0, 1.0}};
   struct Case {

@@ -1,4 +1,4 @@
-// CHAI3D's finger proxy with the friction of a brush, over a stand-in of the classes that it uses.
+// CHAI3D's finger proxy with the friction of a brush, over stand-ins for the CHAI3D classes that it uses.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -32,14 +32,14 @@ Material skin() {
                                          .with_damping_per_newton(2.0));
 }
 
-/// Makes a floor: everything below z = 0, from x = `from` to `to`.
+/// Returns the distance function of a floor: everything below z = 0, from x = `from` to `to`.
 cGenericObject::Distance floor_between(double from = -1e9, double to = 1e9) {
   return [=](const Vector3d& p, Vector3d& normal) {
     normal = Vector3d::UnitZ();
     return p[0] >= from && p[0] < to ? p[2] : 1.0;
   };
 }
-/// Returns the distance to a wall that fills everything at smaller x.
+/// Returns the distance of p from a wall that fills the half-space x < 0, and sets the wall's normal.
 double wall(const Vector3d& p, Vector3d& normal) {
   normal = Vector3d::UnitX();
   return p[0];
@@ -93,7 +93,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   });
   world.objects = {&block};
   const double reach = half + radius - depth;
-  // The block swings on its bristles; a damper that works at any speed brings it to rest.
+  // The block swings on its bristles, so they get a damper that works at any speed and brings it to rest.
   const Material damped = Material::from_coefficients(Coefficients{}
                                                           .with_kinetic(kinetic)
                                                           .with_peak(0.66)
@@ -121,7 +121,7 @@ TEST_CASE("A block pinched by two CHAI3D tools holds, and goes where they go", "
   }
   for (int i = 0; i < 1000; ++i) step(9.81);
   CHECK(height - held == Approx(0.05).margin(0.5e-3));
-  // Now the block is too heavy for the grip: it slides, and the bristles pull with the force that the wall
+  // Makes the block too heavy for the grip: it slides, and the bristles pull with the force that the wall
   // load allows.
   for (int i = 0; i < 50; ++i) step(60.0);
   CHECK(velocity < -0.5);
@@ -180,13 +180,13 @@ TEST_CASE("A count of an encoder makes the force step that count_step says", "[c
     tool.hold_at(start);
     const auto said = tool.brush->count_step(count, scale, stiffness * depth);
     const double first = -tool.hold_at(start + Vector3d(scale * count, 0, 0))[0];
-    // The weakest bristles snap at once, which lowers the first force.
+    // The tolerance is wide because the weakest bristles snap at once, which lowers the first force.
     CHECK(first == Approx(said.force_n).epsilon(0.1));
     CHECK(first <= said.force_n * (1.0 + 1e-9));
     CHECK(said.force_n == Approx(1.95 * kinetic * stiffness * depth / 10.0).epsilon(0.05));
     CHECK(said.share == Approx(0.195).epsilon(0.05));
-    // A passive hand needs damping b > K T / 2, where K is the stiffness that the hand feels, `scale` times
-    // that of the brush.
+    // Expects as warning the damping that keeps a hand passive, K T / 2, where K is the stiffness that the
+    // hand feels, `scale` times that of the brush.
     CHECK(said.damping_n_s_per_m == Approx(0.5 * tick * said.force_n / count).epsilon(1e-9));
   }
 }
@@ -216,8 +216,8 @@ TEST_CASE("A damper takes the velocity of a scaled device from many counts where
       last = now;
     }
   }
-  // Without the filter, one encoder count in a tick is a velocity of 0.1 m/s, and the damper of 2 N times 5
-  // s/m makes 1 N of it.
+  // Without the velocity's filter, one encoder count in a tick is a velocity of 0.1 m/s, of which the damper
+  // (2 N times 5 s/m) makes 1 N.
   CHECK(jump[0] > 0.9);
   CHECK(jump[1] < 0.3 * jump[0]);
 }
@@ -257,7 +257,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
   CHECK(-tool.friction()[0] == Approx(kinetic * stiffness * depth).epsilon(0.01));
   tool.go(above, 0.1);
   CHECK(tool.force == Vector3d::Zero());
-  // The touched object is deleted, so nothing may read it.
+  // Deletes the touched object, which the friction must not read afterwards.
   world.objects.clear();
   ground.reset();
   tool.hold_at(above + Vector3d(0.01, 0, 0));
@@ -275,7 +275,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
 TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction", "[chai3d]") {
   cWorld world;
   cGenericObject here(floor_between(-1.0, 0.0)), there(floor_between(0.0, 1.0));
-  there.place = chai(Vector3d(0, 0.3, 0));  // an object with another origin, whose top continues that of
+  there.place = chai(Vector3d(0, 0.3, 0));  // an object with another origin that continues
                                             // `here`
   world.objects = {&here, &there};
   const Vector3d start(-0.01, 0, radius - depth);
@@ -288,7 +288,7 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
     most = std::max(most, -tool.friction()[0]);
   });
   CHECK(least > 0.999 * most);
-  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force, which includes the
+  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force so far, with the
                                                                      // damper's part
 }
 
@@ -304,15 +304,15 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // an object with another frame, whose top lies where the old
-                                                // object's was
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // object with another frame, its top in the old
+                                                // place
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;
     tool.brush->restart();
   }
   CHECK((tool.hold_at(tool.position) - held).norm() < 1e-9);
-  ground->turned = chai_rotation(turned_by(1.5));  // the frame follows the turn from the next tick on
+  ground->turned = chai_rotation(turned_by(1.5));  // the patch's frame turns with the object one tick later
   tool.hold_at(tool.position);
   CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.15));
 }
@@ -354,7 +354,7 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
     cWorld world;
     cGenericObject ground(floor_between());
     world.objects = {&ground};
-    // The point is fixed in the tool's frame, so the hand does not move.
+    // The tool's point is fixed in the tool's frame, so the hand does not move relative to it.
     Vector3d on_device(0.02, 0, radius - depth);
     Tool tool(world, on_device);
     tool.hold_at(on_device);
@@ -374,13 +374,13 @@ TEST_CASE("A CHAI3D tool whose frame turns drags its brush over the object, and 
 
 namespace {
 
-/// Result of a tool that slides over the floor at 0.1 m/s with bristles that all snap at one friction.
+/// Result of a tool that slides over the floor at 0.1 m/s: a run with bristles of one law.
 struct Sliding {
   double ripple;  // rms of the friction about its mean, over the mean
-  double early;   // pull of the first tick, of 0.1 um, N
+  double early;   // pull in the first tick, which moves 0.1 um, N
 };
 
-/// Slides along x until `to`, m; takes the mean of the friction from x = `from` on.
+/// Slides the tool along x until `to`, m; averages friction from x = `from` on.
 Sliding slide(const BrushProxyOptions& options, double from, double to) {
   cWorld world;
   cGenericObject ground(floor_between());
@@ -405,7 +405,7 @@ Sliding slide(const BrushProxyOptions& options, double from, double to) {
   return {std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::fabs(mean), early};
 }
 
-/// Makes options of a tool with so many representatives.
+/// Returns options of a tool whose patch has `bristles` representatives.
 BrushProxyOptions with_bristles(unsigned bristles, double max_load) {
   return BrushProxyOptions{}.with_patch(
       bristle::PatchOptions{}.with_max_normal_load(max_load).with_bristles(bristles));
@@ -414,8 +414,8 @@ BrushProxyOptions with_bristles(unsigned bristles, double max_load) {
 }  // namespace
 
 TEST_CASE("By default a CHAI3D tool renders cohorts: sliding has no ripple", "[chai3d]") {
-  // CHAI3D's own friction has 2.4 % rms at 0.1 m/s. Representatives of this law scatter by 0.74 n^-1/2 times
-  // 1.9 for their shared renewal: 8 % with 300, 4.6 % with 900.
+  // CHAI3D's own friction has 2.4 % rms at 0.1 m/s. The friction of n representatives of this law scatters by
+  // 0.74 n^-1/2, times 1.9 for shared renewal: 8 % with 300, 4.6 % with 900.
   CHECK(BrushProxyOptions{}.patch.population == bristle::Population::infinite);
   const double of_900 = slide(with_bristles(900, 2.0), 0.02, 0.3).ripple;
   CHECK(slide({}, 0.02, 0.3).ripple < 1e-4);

@@ -65,7 +65,7 @@ std::vector<std::vector<std::string>> read_csv(const std::string& path) {
 
 std::string scene_path(const std::string& name) { return "'" BRISTLE_SCENES "/" + name + ".toml'"; }
 
-/// A patch in steady motion; each part of the scene can be replaced.
+/// Scene of a patch in steady motion. Each member is a part of the file that a test can replace.
 struct SmallScene {
   std::string scene = "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.05\n";
   std::string material = "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n";
@@ -81,7 +81,7 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
   text.replace(at, from.size(), to);
 }
 
-/// Asserts exit code 2, one line on stderr that contains all of `parts`, and nothing on stdout.
+/// Asserts that a command is refused: exit code 2, one line on stderr with all of `parts`, nothing on stdout.
 void check_refused(const Folder& folder, const std::string& arguments,
                    const std::vector<std::string>& parts) {
   const Outcome outcome = run_cli(folder, arguments);
@@ -95,8 +95,8 @@ void check_refused(const Folder& folder, const std::string& arguments,
 }  // namespace
 
 TEST_CASE("The sine of prescribed motions is a sine", "[cli]") {
-  // Compares with libm, over several turns in both directions; the tolerance covers the rounding of libm's
-  // argument.
+  // Compares the trace's positions with libm, over several turns in both directions; rounding of libm's
+  // argument is allowed.
   for (int i = -4000; i <= 4000; ++i) {
     const double turns = i / 1000.0;
     REQUIRE(std::abs(cli::sine_of_turns(turns) - std::sin(2.0 * M_PI * turns)) < 6e-15);
@@ -142,7 +142,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   const std::string rows = read_file(csv);
   CHECK(rows.rfind("t,bed,fx,fy,torque,load,", 0) == 0);
   CHECK(rows.substr(0, rows.find('\n')).find(",x,y") !=
-        std::string::npos);  // columns that tools/plots/forces.gp draws, by name
+        std::string::npos);  // all columns that tools/plots/forces.gp draws by name
   CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
   CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
   check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});
@@ -155,7 +155,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
     const std::string scene = folder.write("roll.toml", head + wheel + longest_piece);
     return run_report(folder, "run '" + scene + "'")["beds"][0]["energy"]["work"].get<double>();
   };
-  // The force rises over the first contact length: steps of 0.1 m in one piece count only its ends.
+  // Force rises over the first contact length, so work is underestimated by 0.1 m steps in one piece.
   CHECK(work("longest_piece = 10\n") < 0.99 * work(""));
   const auto refused = [&](const std::string& bed, const std::vector<std::string>& parts) {
     check_refused(folder, "run '" + folder.write("bad.toml", head + bed) + "'", parts);
@@ -175,7 +175,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
 }
 
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene needs double precision
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of this scene has double precision
   const Folder folder;
   const json report =
       run_report(folder, "run " + scene_path("two_surfaces") + " --out '" + folder.at("f.csv") + "'");
@@ -221,7 +221,7 @@ TEST_CASE("The table names step times, deadline, friction, features and the stat
        {"p99.9", "late", "friction / load", "left out", "mean force", "state hash", "10,001 rows"}) {
     CHECK_THAT(outcome.out, Contains(part));
   }
-  // The scene uses the second axis, so nothing advises to leave it out.
+  // The scene uses the second axis, so the answer must not advise to leave out that axis.
   CHECK_THAT(outcome.out, !Contains("second axis"));
 }
 
@@ -245,13 +245,13 @@ TEST_CASE("The block breaks away at the peak and slides at the kinetic coefficie
   const json report = run_report(folder, "run " + scene_path("block_on_floor"));
   const json& coefficient = report["patches"][0]["coefficient"];
   // One sample of the sliding force of zeta bristles spreads by less than 0.7 / sqrt(zeta) (SnapRule::redraw,
-  // cv 0.3: sqrt(m3 / (3 m1) - (m2 / (2 m1))^2) / (m2 / (2 m1))). zeta = 2206; at least a hundred samples are
-  // a snap length apart. Five deviations.
+  // cv 0.3: sqrt(m3 / (3 m1) - (m2 / (2 m1))^2) / (m2 / (2 m1))). Here zeta = 2206, and at least a hundred
+  // samples are a snap length apart. Allows five deviations.
   REQUIRE(coefficient["sliding_steps"] > 100);
   CHECK(coefficient["sliding"].get<double>() == Approx(0.40).epsilon(5 * 0.7 / std::sqrt(2206.0 * 100)));
-  // At first loading stratified snap lengths are nearly exact; the peak falls between two ticks.
+  // At first loading stratified snap lengths are nearly exact; the tolerance is for a peak between two ticks.
   CHECK(coefficient["highest"].get<double>() == Approx(0.46).epsilon(5e-3));
-  // Work done by the block goes into snaps, dampers and bent bristles alone. Single precision.
+  // Checks that the block's work goes into snaps, dampers and bent bristles alone, in single precision.
   const json& energy = report["patches"][0]["energy"];
   CHECK(std::abs(energy["balance_error"].get<double>()) < 1e-6 * energy["work"].get<double>());
   const json& body = report["bodies"][0];
@@ -269,9 +269,9 @@ TEST_CASE("A body thrown onto a surface stops where Coulomb says", "[cli][physic
   s.motion =
       "[[body]]\nname = \"puck\"\nmass = 0.1\ngravity = 10.0\npatches = [\"tip\"]\nvelocity = [0.24, 0.32]\n";
   const json report = run_report(folder, "run '" + folder.write("throw.toml", s.text()) + "'");
-  // v0^2 / (2 mu g) along the throw = 0.16 / (2 0.4 10) = 20 mm, stopped after 0.1 s. 1000 bristles in
-  // contact slide 2000 snap lengths: spread below 0.7 / sqrt(1000 * 100), of which five are allowed; the
-  // first bending and the last recoil are a snap length of 10 um each.
+  // Expected path of the throw: v0^2 / (2 mu g) = 0.16 / (2 0.4 10) = 20 mm, stopped after 0.1 s. 1000
+  // bristles in contact slide 2000 snap lengths: spread below 0.7 / sqrt(1000 * 100), of which five are
+  // allowed; the first bending and the last recoil are a snap length of 10 um each.
   const json& body = report["bodies"][0];
   const double tolerance = 0.020 * 5 * 0.7 / std::sqrt(1000.0 * 100) + 20e-6;
   CHECK(body["position"][0].get<double>() == Approx(0.6 * 0.020).margin(tolerance));
@@ -295,8 +295,8 @@ TEST_CASE("A body pushed below the limit does not creep", "[cli][physics]") {
       static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "x") - rows[0].begin());
   const double at_2_s = std::stod(rows.at(2000).at(column)), at_4_s = std::stod(rows.at(4000).at(column));
   CHECK(at_2_s > 0.0);
-  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // tolerance 1e-8 of a mean snap length; the file holds
-                                                   // nine digits
+  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // tolerance 1e-8 of a mean length; the file has nine
+                                                   // digits
   CHECK(std::stod(rows.at(4000).at(2)) == Approx(-0.3).epsilon(1e-9));
 }
 
@@ -313,7 +313,7 @@ TEST_CASE("A trace replaces the motion of a scene and sets its length", "[cli]")
   const auto rows = read_csv(folder.at("f.csv"));
   REQUIRE(rows.size() == 21);
   const std::size_t x = rows[0].size() - 2;
-  // Halfway between two rows of the trace, which is linear in between.
+  // Position halfway between two rows of the trace (an input file of positions), linear in between.
   CHECK(std::stod(rows[5][x]) == Approx(50e-6));
   CHECK(std::stod(rows[10][x]) == Approx(100e-6));
   CHECK(std::stod(rows[20][x]) == Approx(100e-6));
@@ -386,7 +386,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
                 {"a replay makes no decisions"});
   CHECK(read_file(decisions) == recorded);
 
-  // Checks that standard output has nothing but the decisions.
+  // Checks that with `--record-decisions -` standard output has nothing but the decisions.
   const Outcome rows_only = run_cli(folder, "run '" + scene + "' --budget 2 --record-decisions -");
   CHECK(rows_only.code == 0);
   CHECK(rows_only.out.rfind("step,patch,bristles\n", 0) == 0);
@@ -461,7 +461,7 @@ TEST_CASE("What the steps of a run have decided is written once, at its end", "[
   }
   overload.write_decisions();
   overload.write_decisions();
-  CHECK(read_file(decisions) == "");  // checks that the file appears complete when the run ends, or not at
+  CHECK(read_file(decisions) == "");  // the file appears complete when the run ends, or not at
                                       // all
   overload.finish();
   const std::string written = read_file(decisions);
@@ -472,7 +472,7 @@ TEST_CASE("What the steps of a run have decided is written once, at its end", "[
 TEST_CASE("A state that cannot be saved at the end costs no report", "[cli][state]") {
   const Folder folder;
   const std::string scene = folder.write("small.toml", SmallScene{}.text());
-  // Limits files to a kilobyte; the state of a hundred bristles is larger.
+  // Limits files to a kilobyte, so that saving fails: the state of a hundred bristles is larger.
   const std::string script =
       folder.write("limited.sh", "set -o pipefail\n(trap '' XFSZ; ulimit -f 1; '" BRISTLE_CLI "' run '" +
                                      scene + "' --save-state '" + folder.at("state") + "' --json - 2>'" +
@@ -500,8 +500,8 @@ TEST_CASE("Copies of a patch are stepped together and the force file says how ma
 
 TEST_CASE("A scene that is not right is refused in one line with file, line and key", "[cli][bad input]") {
   const Folder folder;
-  // Rows of a table: part of the scene, text in it, its replacement, and parts of the message (none if the
-  // scene is valid).
+  // Cases of wrong scenes: part of the scene file, text in it, its replacement, and parts of the message
+  // (none if the scene is valid).
   const char* const cases = R"(
 patch    | bristles              | bristels            | :12: [[patch]] 'tip': unknown key 'bristels' | bristles
 motion   | [[motion]]            | [[movement]]        | :13: unknown key 'movement'
@@ -735,15 +735,15 @@ TEST_CASE("Completion offers models, instruction sets and the keys of a scene", 
 TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const Folder folder;
   const json body = run_report(folder, "run " + scene_path("block_on_floor"))["bodies"][0];
-  // The push rises to 1.3 N in 0.6 s from 1.4 s on, past the 0.46 x 2.45 N that the block holds. The block
-  // moves by a snap length within 17 ms.
+  // Expects a slip: the push rises to 1.3 N in 0.6 s from 1.4 s on, past the 0.46 x 2.45 N that the block
+  // holds. The block moves by a snap length within 17 ms.
   CHECK(body["broke_away_n"].get<double>() == Approx(0.46 * 0.25 * 9.80665).epsilon(0.04));
   CHECK(body["broke_away_s"].get<double>() == Approx(1.4 + 0.6 * 0.46 * 0.25 * 9.80665 / 1.3).margin(0.02));
   CHECK(body["stuck_s"] > 2.0);
   CHECK(body["stuck_s"] < 3.8);
   const std::string text = run_cli(folder, "run " + scene_path("block_on_floor")).out;
   CHECK_THAT(text, Contains("block breaks away after 1.9") && Contains("and sticks for"));
-  CHECK_FALSE(Contains("fy mean").match(text));  // a patch of one axis has no column for y
+  CHECK_FALSE(Contains("fy mean").match(text));  // a patch of one axis has no column for the force along y
 }
 
 TEST_CASE("accuracy refuses errors that make no sense, and two reports on one stdout", "[cli]") {
@@ -765,7 +765,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   CHECK(report["deadline_s"] == Approx(20e-6));
   CHECK(report["paper"]["bristles"] == 900);
   REQUIRE(report["capacities"].size() > 3);
-  std::vector<std::string> sliding;  // kernels and layouts of rows whose bristles turn in each step
+  std::vector<std::string> sliding;  // kernels and layouts of the rows with a path that turns
   for (const json& row : report["capacities"]) {
     for (const char* key : {"motion", "kernel", "layout", "threads", "bristles", "at_capacity", "curve"}) {
       CHECK(row.contains(key));
@@ -778,7 +778,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   if (!BRISTLE_MINIMAL) {
     CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, one patch",
                                               "2 axes, slide, end, single, patches of 32"});
-    // Expects rows for rest, tremor, three straight slides and one in zigzag, for one patch and for ten
+    // Expects capacity rows for rest, tremor, three straight slides, a zigzag, for one patch and for ten
     // thousand.
     REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1));
     for (const json& row : report["infinite"]) {
@@ -811,7 +811,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
   const cli::CapacityOptions options;  // options of the command, with a deadline of 1 ms
 
-  // A simulated clock of 1 ns per bristle; late steps of probes and confirming run take these factors of it.
+  // A simulated clock of 1 ns per bristle. Late steps take longer by the factors `probes` and `confirming`.
   const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
     return [=](std::uint64_t bristles, std::uint64_t steps) {
       const double factor = steps <= 300 ? probes : bristles >= late_from ? confirming : 1.0;
@@ -828,11 +828,11 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 
   const cli::CapacityRow usual = cli::find_capacity({}, options, clock(1.0, 1.0));
   CHECK(usual.fits.bristles <= 1'000'000);
-  CHECK(usual.fits.bristles >= 980'000);  // the search ends at a difference of 2 %
+  CHECK(usual.fits.bristles >= 980'000);  // the search stops at 2 % precision
   CHECK_FALSE(usual.unconfirmed);
 
-  // Bristles are so cheap that 2^24 of them fit in every probe, but not in the confirming run, after which
-  // the answer is 5 % less.
+  // Simulates a clock by which 2^24 bristles (the most) fit in every probe of the search, but not in the
+  // confirming run, after which the answer is 5 % less.
   const std::uint64_t most = 1u << 24;
   const cli::CapacityRow capped = cli::find_capacity({}, options, clock(1.0, 1.0, most, 1e-3));
   CHECK(capped.capped);
@@ -849,8 +849,8 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
   CHECK(row["bristles"] == 0);
   CHECK(row["unconfirmed"] == true);
 
-  // Lets one step in a hundred take three times as long; the median of 1 ns a bristle would allow a million
-  // bristles.
+  // Simulates a clock by which one step in a hundred takes three times as long; the median of 1 ns a bristle
+  // would allow a million bristles.
   const cli::CapacityRow delayed = cli::find_capacity({}, options, clock(3.0, 3.0));
   CHECK(delayed.fits.bristles < 340'000);
   CHECK_THAT(told(delayed).first, Contains("LOWER BOUND, MACHINE BUSY in 1 of 1 rows") &&
@@ -880,8 +880,8 @@ TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
 }
 
 TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[cli]") {
-  // Deflections are uniform between straight and snap: half of the snap lengths' mean, 0.8 of it along x. The
-  // literal rule lacks half a step.
+  // Deflections are uniform between 0 and the snap length: their mean is half the mean length, 0.8 of it
+  // along x. The paper's literal rule loses half a step of it.
   const std::uint64_t n = 14'400;
   const double expected = -0.8 * (0.5 - 0.5 * 0.003) * 10e-6 * static_cast<double>(n);
   for (cli::Contestant loop : {cli::paper_loop<double, 3>("", cli::Regime::presliding, n),
@@ -923,7 +923,7 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
         run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.svg") + "'");
     INFO(plot.err);
     CHECK(plot.code == 0);
-    // Checks that the file has been written to its end.
+    // Checks that the plot's file has been written to its end.
     CHECK_THAT(read_file(folder.at("drift.svg")), Contains("<svg") && Contains("</svg>"));
   }
 }
@@ -981,8 +981,8 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
     CHECK(read_file(beside) == "mine");
   }
 
-  // In `run` the fitted material slides with the fitted coefficient: 1800 bristles fluctuate by 1.7 %, the
-  // mean over hundreds of snap lengths by a tenth of that. The lubricant is not part of the coefficient.
+  // Checks that in `bristle run` the fitted material slides with the fitted coefficient: 1800 bristles
+  // fluctuate by 1.7 %, the mean over hundreds of snap lengths by a tenth of that. Viscous friction is apart.
   const json replay = run_report(folder, "run '" + toml + "'");
   const json& coefficient = replay["patches"][0]["coefficient"];
   const double kinetic = report["parameters"]["kinetic"]["value"];
@@ -1009,7 +1009,7 @@ TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]")
 
 TEST_CASE("A fit beside rivals judges eight models on the part that none has seen", "[cli][fit]") {
   const Folder folder;
-  // 500 rows of a block on a spring with a limit of 0.6 N, that is Coulomb's friction with presliding.
+  // Record of 500 rows of a block on a spring with a limit of 0.6 N, Coulomb's friction with presliding.
   std::string csv = "t,x,load,force\n";
   double x = 0.0, z = 0.0;
   for (int i = 0; i < 500; ++i) {
@@ -1027,7 +1027,7 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
   for (const json& model : report["models"]) {
     names.push_back(model["model"]);
     CHECK(model["judged_rms_n"] > 0.0);
-    // A single Maxwell-slip element fits this record exactly.
+    // Checks that the fit's rival model, a single Maxwell-slip element, fits this record exactly.
     if (model["model"] == "Maxwell-slip") CHECK(model["judged_rms_n"] < 0.02);
   }
   CHECK(names == std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's",

@@ -25,9 +25,9 @@ namespace {
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 constexpr double tau = 1.0;  ///< s
 
-// ------------------------------------------------------------------------------- a patch, in reduced units
+// --------------------------------------------------------------------- a patch that ages, in reduced units
 
-/// A patch that moves along (0.6, 0.8), with lengths in mean snap lengths, times in s, forces over load.
+/// A patch that moves along (0.6, 0.8), in reduced units: mean snap lengths, s, forces over load.
 struct AgedBrush : Brush {
   using Brush::Brush;
 
@@ -36,7 +36,7 @@ struct AgedBrush : Brush {
     Brush::step(dx, dy, seconds);
     return force();
   }
-  /// Slides in steps of `piece`, at this speed.
+  /// Slides the patch in steps of `piece` mean snap lengths, at a constant speed.
   double slide(double length, double speed, double piece = 0.1) {
     const int n = static_cast<int>(std::ceil(length / piece - 1e-9));
     for (int i = 0; i < n; ++i) step(length / n, length / n / speed);
@@ -51,27 +51,27 @@ Material aged(const SnapLength& law, const Ageing& ageing) {
 }
 Material aged(const SnapLength& law, double beta) { return aged(law, Ageing::logarithmic(beta, tau)); }
 
-/// Returns the growth g of a snap length, written independently of the library.
+/// Returns the growth g of a snap length at an age, written independently of the library.
 double growth(const Ageing& a, double age) {
   if (a.form == bristle::AgeingForm::saturating) return 1.0 + a.strength * (1.0 - std::exp(-age / a.time));
   return 1.0 + a.strength * std::log1p(age / a.time);
 }
 
-// ----------------------------------------------------------------------------------------------- the tables
+// ------------------------------------------------------- comparison with the reference tables of tests/data
 
 AgedBrush brush_of(const Row& row, double resolution) {
   return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")),
                    infinite_options(resolution, resolution > 8.0 ? 512 : 0));
 }
 
-/// Largest error at one resolution, for each law by its name.
+/// Largest error for each law, by its name, at one resolution.
 using Errors = std::map<std::string, double>;
 void note(Errors& errors, const Row& row, double error) {
   double& largest = errors[row.at("dist")];
   largest = std::max(largest, std::abs(error));
 }
 
-/// Returns the errors of steady sliding in small steps, and after one step of 1000 lengths.
+/// Returns the errors of steady sliding, by law: in small steps, and after one step of 1000 mean lengths.
 Errors steady_errors(double resolution) {
   Errors errors;
   for (const Row& row : read_table("ageing_steady.csv")) {
@@ -87,8 +87,8 @@ Errors steady_errors(double resolution) {
   return errors;
 }
 
-/// Returns the relative errors of peak forces. `brief`: only rows with a hold of tau, which the table has to
-/// 1.4e-3 only (see the test against quadrature).
+/// Returns the relative errors of the peak force after a hold, by law. `brief`: only rows with a hold of tau,
+/// which the table has to 1.4e-3 only (see the test against quadrature).
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
   for (const Row& row : read_table("ageing_hold.csv")) {
@@ -126,8 +126,8 @@ Errors speed_jump_errors(double resolution) {
   return errors;
 }
 
-/// Returns the errors under a speed that swings about its mean: force at the mean speed on the way up and
-/// down, least and largest force.
+/// Returns the errors of force under a speed that swings about its mean: at the mean speed while speeding up
+/// and slowing down, and of the least and the largest force.
 Errors lag_errors(double resolution) {
   Errors errors;
   for (const Row& row : read_table("ageing_lag.csv")) {
@@ -176,9 +176,9 @@ double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   return moment / mass;
 }
 
-/// Returns the ratio of peak to kinetic force after a hold, up to the displacement at which newborn bristles
-/// snap (the shortest snap length). A bristle bent by r has not snapped if its length exceeds every r' / g so
-/// far.
+/// Returns the ratio of peak to kinetic force after a hold, within the displacement `farthest`, before
+/// newborn bristles snap (the shortest length). A bristle bent by r has not snapped if its length exceeds
+/// every r' / g so far.
 double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed, double hold,
                        double farthest) {
   constexpr std::size_t n = 4000;
@@ -200,7 +200,7 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
       mass += left(i);
       force += left(i) * (r[i] + x);
     }
-    // Integral of the lost mass over x, which is the sum of the newborn bristles' deflections.
+    // Adds the deflections of newborn bristles: the integral over x of the share `lost` by snaps.
     newborn += 0.5 * dx * (lost + all - mass);
     lost = all - mass;
     peak = std::max(peak, force + newborn);
@@ -262,7 +262,7 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
           "[cohorts][ageing][physics]") {
   constexpr double beta = 0.005;
   for (const SnapLength& law : {lognormal, uniform}) {
-    // Expected values are to first order in beta times a logarithm, over the kinetic force without ageing.
+    // Expected changes are to first order in beta times a logarithm, over the kinetic force without ageing.
     const auto slide = [&](double speed) {
       AgedBrush brush(aged(law, beta), infinite_options(32.0, 512));
       return brush.step(3000.0, 3000.0 / speed);
@@ -282,8 +282,8 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
 
 TEST_CASE("The error of an infinite brush that ages falls with the square of its resolution",
           "[cohorts][ageing][physics]") {
-  // A path of slides, holds and turns in steps that are longer than a piece, with each part of it in one to
-  // three steps. Under the exponential law bristles snap twice in a piece. (Lognormal 0.3 begins with so
+  // A path of slides, holds and turns in long steps that the brush cuts into pieces; each leg is made in one
+  // to three steps. Under the exponential law bristles snap twice in a piece. (Lognormal 0.3 begins with so
   // small an error that its order says little.)
   for (const SnapLength& law : {uniform, SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0)}) {
     const auto run = [&](double resolution) {
@@ -322,7 +322,7 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
           aged(lognormal, ageing).with_residual_length(residual * dbar).with_shared_renewal(renewal));
       RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), residual, renewal, 11,
                            [&](double age) { return growth(ageing, age); });
-      brush.hold(1e-3);  // a step that only lets the bristles come into contact
+      brush.hold(1e-3);  // a step that only brings the bristles into contact
       for (const Leg& leg : journey) {
         for (int i = 0; i < 5; ++i) brush.step(0.2 * leg.dx, 0.2 * leg.dy, 0.2 * leg.seconds);
         truth.step(leg.dx, leg.dy, 0.02, leg.seconds);
@@ -337,8 +337,8 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
 }
 
 TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][ageing][physics]") {
-  // Ageing saturates at once with g = 2, so bristles behave as if twice as long, also those that snap twice
-  // in a piece.
+  // Lets ageing saturate at once, with g = 2, so that bristles must behave as if twice as long, also those
+  // that snap twice within one piece of a step.
   const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
   const SnapLength short_laws[] = {SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0),
                                    lognormal};
@@ -353,7 +353,7 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
       AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
       for (const Leg& leg : journey) {
         for (int i = 0; i < 4; ++i) {
-          // Moves without rests, since bristles born after a rest begin a cohort of their own.
+          // Leaves out rests, after which newborn bristles begin a cohort of their own.
           const double seconds = std::hypot(leg.dx, leg.dy) + 1e-3;
           brush.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
           longer.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
@@ -367,8 +367,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
 }
 
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Makes steps of 0.1 s, of 1 ms and, for some parts of the motion, of 1 us. Bristles that restart and snap
-  // again inside a step age too, which the exponential law tests.
+  // Moves in steps of 0.1 s, of 1 ms and, partly, of 1 us, and compares. Bristles that restart and snap again
+  // inside a step age too, which the exponential law tests.
   const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
                         {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -388,7 +388,7 @@ TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing
           expect_near(forces[0][i][axis], forces[1][i][axis], limit, to_string(law.law()));
     }
   }
-  // A path of 0.5 lengths in 0.1 s, in one step and in 100,000 steps of 1 us.
+  // Compares a path of 0.5 mean lengths in 0.1 s in one step with the same path in 100,000 steps of 1 us.
   AgedBrush coarse(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   AgedBrush fine(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
   for (AgedBrush* brush : {&coarse, &fine}) brush->step(3.0, 0.0, 0.1);
@@ -409,12 +409,12 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       const double f = brush.step(length, length / speed);
       INFO(to_string(law.law()) << ", " << length << " lengths");
       CHECK(f == Approx(steady_force(law, ageing, speed)).epsilon(3.5e-3));
-      // Moves on at a hundredth of the speed in short steps, because the steady state that was computed for
+      // Slides on at a hundredth of the speed in short steps, because the steady state that was computed for
       // the old speed must not be used at the new one.
       CHECK(brush.slide(12.0, 0.01 * speed) ==
             Approx(steady_force(law, ageing, 0.01 * speed)).epsilon(3.5e-3));
     }
-    // Work, loss and number of snaps in one long step agree with the sums over small steps.
+    // Work, energy lost and number of snaps of one long step must agree with the sums over small steps.
     AgedBrush far(aged(law, ageing)), near(aged(law, ageing));
     for (AgedBrush* b : {&far, &near}) b->slide(1.0, 10.0);
     far.step(60.0, 6.0);
@@ -425,14 +425,14 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
       snaps += static_cast<double>(near.response.snaps);
       lost += near.response.dissipated;
     }
-    // Under a law whose survival function has corners, small steps are less accurate.
+    // Under the uniform law, whose survival function has corners, small steps are less accurate.
     const double limit = law.law() == bristle::SnapLaw::lognormal ? 1e-3 : 5e-3;
     CHECK(far.response.mean[0] == Approx(mean).epsilon(limit));
     CHECK(far.response.dissipated == Approx(lost).epsilon(limit));
     CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(5e-3));
     CHECK(far.imbalance < 1e-12);
   }
-  // With shared renewal a long step is solved in pieces until it has forgotten its start.
+  // With shared renewal a long step is solved in pieces until the brush has forgotten its start.
   const Material rubbed = aged(lognormal, ageing).with_residual_length(0.1 * dbar).with_shared_renewal(1.0);
   AgedBrush far(rubbed), near(rubbed);
   far.hold(1.0);
@@ -467,7 +467,7 @@ TEST_CASE("A long step back is a slide of its own, with the friction of its spee
 }
 
 TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts][ageing]") {
-  // Three equal patches rest: one is named in every step of the rest, one in the last step, one in none.
+  // Lets three patches rest: one in the motions of every step of the rest, one in the last, one in none.
   const Material material = aged(lognormal, 0.1);
   PatchBatch batch;
   const std::vector<PatchId> ids = add_patches(batch, 3, material, infinite_options());
@@ -487,7 +487,7 @@ TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts]
   const std::vector<Response> out = move({0, 1, 2}, 0.15, 0.15);
   for (int i : {1, 2}) CHECK(out[static_cast<std::size_t>(i)].end[0] == out[0].end[0]);
   for (int i : {1, 2}) CHECK(batch.state_hash(ids[static_cast<std::size_t>(i)]) == batch.state_hash(ids[0]));
-  // Checks that a patch that did not rest has aged less and is weaker.
+  // Checks that a patch that moved instead of resting has aged less and is weaker.
   AgedBrush restless(material);
   for (int i = 0; i < 51; ++i) restless.step(0.1, 0.0, 0.1);
   restless.step(0.05, 0.0, 0.05);
@@ -509,7 +509,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
     return hashes;
   };
   const PatchId first = batch.add(material, infinite_options());
-  // Stays out of contact while the other patch is stepped and rests.
+  // Patch that stays out of contact while the other patch is stepped and rests; its state must not change.
   const PatchId idle = batch.add(material, infinite_options());
   const std::vector<std::uint64_t> hashes = live(first);
   for (int i = 0; i < 10; ++i) batch.step(3e4, {}, {});
@@ -520,7 +520,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
 }
 
 TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]") {
-  // With tau = 1 us the bristles are 1e12 tau old, until a slide of 5,000 lengths replaces them all.
+  // Bristles reach an age of 1e12 tau (tau = 1 us), until a slide of 5,000 mean lengths replaces them all.
   const Material material = aged(lognormal, Ageing::logarithmic(0.1, 1e-6));
   AgedBrush old(material), young(material);
   for (int i = 0; i < 20; ++i) {
@@ -537,8 +537,8 @@ TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]")
 }
 
 TEST_CASE("Bristles that come into contact are young, and leave first", "[cohorts][ageing][load]") {
-  // Without shared renewal bristles are independent, so half may rest while half enter contact afterwards, as
-  // in patches of their own.
+  // Without shared renewal bristles are independent, so a patch of which half rested and half entered contact
+  // afterwards must equal two patches.
   const Material material = aged(lognormal, 0.1);
   AgedBrush both(material), rested(material), fresh(material);
   for (AgedBrush* b : {&both, &rested, &fresh}) b->load = 0.5 * load_n;
@@ -552,8 +552,8 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
     for (AgedBrush* b : {&both, &rested, &fresh}) b->step(0.05, 0.05);
     expect_near(both.force(), 0.5 * (rested.force() + fresh.force()), 1e-3, "mean deflection");
     if (i != 24) continue;
-    // After 1.25 lengths many bristles of the patch without a rest have snapped, but few of the one that
-    // rested.
+    // After 1.25 mean lengths many bristles of `fresh` (no rest) have snapped, but few of
+    // `rested`.
     CHECK(rested.force() > 1.3 * fresh.force());
     AgedBrush less(material), same(material);
     for (AgedBrush* b : {&less, &same}) {
@@ -574,8 +574,8 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
 TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[cohorts][ageing][material]") {
   const Material plain = plain_material(lognormal, SnapRule::redraw);
   const Material strong = aged(lognormal, 0.1);
-  // Ageing switched off: bristles that held only by their age slip at once; then the patch slides as one that
-  // never aged.
+  // Switches ageing off. Bristles that held only by their age slip at once; then the patch must slide as one
+  // that never aged.
   AgedBrush brush(strong);
   brush.slide(10.0, 1.0);
   brush.hold(1e4);
@@ -602,7 +602,7 @@ TEST_CASE("Ageing of an infinite brush is switched on, off and over live", "[coh
   CHECK(brush.slide(0.02, 1.0, 0.005) < same + 0.019);
   CHECK(brush.slide(16.0, 1.0) ==
         Approx(steady_force(lognormal, Ageing::logarithmic(0.1, tau), 1.0)).margin(5e-4));
-  // Doubles the strength of ageing at the present ages, so that nothing slips.
+  // Doubles the strength of ageing; bristles keep their ages, so they only get stronger and none slips.
   brush.hold(100.0);
   const double held = brush.force();
   brush.patch.batch.set_material(brush.patch.id, aged(lognormal, 0.2));
@@ -634,7 +634,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     AgedBrush brush(aged(lognormal, beta));
     brush.hold(1e-6);
     double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // steps take so long that the force grows at `rate` per second
+    for (int i = 0; i < 150; ++i) {  // step times make the force grow at `rate` per second
       const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
       rise = f / 0.6 - last;
       last = f / 0.6;
@@ -647,7 +647,7 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     const double peak = breakaway(rate);
     INFO("rate " << rate << ": " << last - peak);
     if (rate < 0.02) {
-      // In loading much slower than tau, a tenth of the rate adds beta ln 10 of the strength.
+      // When force grows much more slowly than tau, a tenth of the rate raises the peak by about beta ln 10.
       CHECK((last - peak) / peak > 0.7 * beta * std::log(10.0));
       CHECK((last - peak) / peak < 1.1 * beta * std::log(10.0));
     }
@@ -659,7 +659,7 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);
   const double before = read(brush.patch, 1).delta[0];
-  // All that is known of these bristles is that they are longer than their deflection.
+  // All that is known of a cohort's bristles is that their lengths exceed the deflection, which is shown.
   CHECK(before == Approx(0.4 * dbar).epsilon(1e-6));
   brush.hold(99.6);
   CHECK(read(brush.patch, 1).delta[0] ==
@@ -667,8 +667,8 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
 }
 
 TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
-  // Layers of bristles differ in age and place. Each bristle left after the load falls must have been there
-  // before, with the same deflection and the same length x g.
+  // Layers of bristles differ in age and place. Each bristle left after the load falls must equal one from
+  // before the fall, in deflection and in aged length (length x g).
   const Material material = aged(lognormal, 0.3);
   constexpr std::size_t shown = 20000;
   const auto bristles_of = [&](const AgedBrush& b) { return read(b.patch, shown); };
@@ -700,7 +700,7 @@ TEST_CASE("Cohorts that a falling load empties take no age from those that stay"
 
 TEST_CASE("Steps after a rest do not feel the base from which ages count", "[cohorts][ageing]") {
   // The time from which ages are counted moves on once 2^20 ageing times have passed since contact. Rests
-  // just shorter and just longer than that must agree.
+  // just below and just above that must give equal forces.
   constexpr double time = 1e-3, speed = 1e5;
   const Material material = aged(lognormal, Ageing::logarithmic(1.0, time));
   for (const double long_step : {0.0, 4.0, 10.0, 15.0, 20.0, 30.0, 60.0}) {
@@ -709,11 +709,11 @@ TEST_CASE("Steps after a rest do not feel the base from which ages count", "[coh
       AgedBrush brush(material);
       brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
       brush.slide(0.1, speed, 0.05);
-      brush.step(9.0, 9.0 / speed);  // a step that lets the weakest bristles snap
+      brush.step(9.0, 9.0 / speed);  // a step in which the weakest bristles snap
       if (long_step > 0.0) brush.step(long_step, long_step / speed);
       force[longer] = brush.slide(0.2, speed, 0.05);
     }
-    // Bristles are fifteen times as strong as fresh ones; the two rests differ by ln(1.001 / 0.999).
+    // Snap lengths have grown fifteenfold; the growth after the two rests differs by ln(1.001 / 0.999).
     INFO("a step of " << long_step);
     CHECK(force[1] == Approx(force[0]).epsilon(2e-3));
   }

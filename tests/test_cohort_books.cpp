@@ -1,5 +1,5 @@
-// Invariants of the infinite brush under any motion: mass to the last unit, first moment, reach, the order of
-// coming into contact, energy. Reads the cohorts of the patch itself.
+// Invariants of the infinite brush's cohorts under any motion: mass (number of bristles) to the last unit,
+// first moment, reach (bound of deflection), order of coming into contact, energy. Reads a patch's columns.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ struct OpenBrush {
   const Cohorts* rows;
 };
 
-/// Mass, moments and ranks of a patch, summed over its cohorts one by one.
+/// Mass, moments and ranks (order of entering contact) of a patch, summed over its cohorts one by one.
 struct Books {
   double mass = 0.0, x = 0.0, reach = 0.0, rank = 0.0, spread = 0.0;
 };
@@ -92,8 +92,8 @@ struct WildPath {
   }
 };
 
-/// Returns the number of steps after which the mass of the cohorts differed from that of the load by a unit
-/// or more.
+/// Returns in how many steps the mass of the cohorts differed from that of the load by a unit or
+/// more.
 long count_mass_errors(const bristle::SnapLength& law, double resolution, std::uint32_t capacity, long steps,
                        unsigned seed, long& full) {
   OpenBrush brush(law, resolution, capacity);
@@ -123,7 +123,7 @@ TEST_CASE("The mass of an infinite brush is that of its load, to the last unit, 
       long full = 0;
       INFO(to_string(law.law()) << ", " << capacity << " cohorts");
       CHECK(count_mass_errors(law, 4.0, capacity, steps, capacity, full) == 0);
-      CHECK(full > steps / 100);  // checks that cohorts were merged, since otherwise nothing was tested
+      CHECK(full > steps / 100);  // whether cohorts were merged, else nothing was tested
     }
 }
 
@@ -151,8 +151,8 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       CohortState s = r;
       alignas(64) double rows[most_cohorts * cohort_columns];
       std::copy(r.rows, r.rows + r.used_numbers(), rows);
-      // Places lie far within every reach, so no merged cohort is bent further than the mean reach R of its
-      // parts.
+      // Places lie far within every reach (largest deflection so far), so no merged cohort is bent further
+      // than its parts' mean reach R.
       double at[2] = {0.0, 0.0};
       double least_reach = 1e9, farthest = 0.0;
       for (std::uint32_t k = 0; k < s.count; ++k)
@@ -168,17 +168,17 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       REQUIRE(s.count < r.count);
       REQUIRE(after.mass == before.mass);
       REQUIRE(std::abs(after.x - before.x) <= 1e-12 * before.mass * (1.0 + std::abs(before.x / before.mass)));
-      // The energy lost by merging is the sum of mass x squared place before, less that after, whatever the
-      // origin of places.
+      // The elastic energy lost by merging cohorts is the sum of mass x squared place before, less that
+      // after, whatever the origin of places.
       REQUIRE(lost >= 0.0);
-      // Merging an open cohort gives up the spread of places that it stores.
+      // Merging an open cohort (still receiving bristles) gives up the spread of places that it stores.
       const double of_places = lost - (r.spread - s.spread);
       REQUIRE(s.spread >= 0.0);
       REQUIRE(std::abs(before.spread - after.spread - of_places) <= 1e-12 * (before.spread + r.spread));
       REQUIRE(after.reach >= before.reach * (1.0 - 1e-12));
       if (within) REQUIRE(after.reach <= before.reach * (1.0 + 1e-12));
-      // No rank (order of coming into contact) leaves [0, mass): merged intervals are cut there, which
-      // changes the mean rank a little.
+      // Ranks (order of coming into contact) stay in [0, mass): intervals of merged cohorts are cut there,
+      // which changes the mean rank a little.
       REQUIRE(std::abs(after.rank - before.rank) <= 0.03 * before.mass * r.mass);
       ++merged;
     }
@@ -246,8 +246,8 @@ TEST_CASE("The sum of deflections that an infinite brush carries is that of its 
 
 TEST_CASE("Bristles that came into contact last leave an infinite brush first", "[cohorts][mass][load]") {
   OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 48);
-  // 0.6 of the load is bent by 0.2 mean lengths, 0.3 of it by 0.1, and 0.1 is straight; forces are the sums
-  // of these. A share of 5e-8 of the law is shorter than 0.2.
+  // Shares of the load: 0.6 is bent by 0.2 mean lengths, 0.3 by 0.1, and 0.1 is straight; force is their sum.
+  // A share of 5e-8 of the law is shorter than 0.2.
   const auto force = [](const bristle::Response& r) { return -r.elastic[0] / (load_n * dbar); };
   brush.step(0.0, 0.0, 0.6 * load_n);
   brush.step(0.1, 0.0, 0.6 * load_n);
@@ -263,7 +263,7 @@ TEST_CASE("Bristles that came into contact last leave an infinite brush first", 
 TEST_CASE(
     "What a rise of the load at rest brought in leaves with the fall, after any slide and any fall before",
     "[cohorts][mass][load]") {
-  // At rest no force changes: bristles that enter are straight, and they are the first to leave.
+  // Load changes at rest keep the force: bristles that enter are straight, and are the first to leave again.
   for (const double fallen : {1.0, 0.6})
     for (const double way : {0.3, 0.9, 2.3, 40.0}) {
       INFO("slides of " << way << ", a fall to " << fallen);
@@ -288,8 +288,8 @@ TEST_CASE(
 }
 
 TEST_CASE("A restored state does not hold by the bound of the state before", "[cohorts][state]") {
-  // Both patches are at one place, one bent by 0.45 there, the other set down there, so that 0.3 more snaps
-  // nothing.
+  // Brings both patches to one position, one bent by 0.45 mean lengths, the other set down there, so that 0.3
+  // more makes no bristle of the uniform law snap in the latter.
   const bristle::SnapLength law = bristle::SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   Brush brush(law), other(law);
   for (Brush* b : {&brush, &other}) {

@@ -28,8 +28,8 @@ double deflection(const Response& r, double load) { return -r.elastic[0] / (load
 }  // namespace
 
 TEST_CASE("Three million steps of 1e-12 m end where hundred of 3e-8 m do", "[cohorts][extreme][creep]") {
-  // Both patches make the same path, beginning with straight bristles. Under the exponential law the weakest
-  // bristles snap from the start.
+  // Moves both patches along the same path from straight bristles, one in slow steps. Under the exponential
+  // law the weakest bristles snap from the start.
   for (const SnapLength& law : {lognormal, SnapLength::exponential(dbar)}) {
     OnePatch slow = make_brush(law, infinite_options(16.0, 64, 1));
     OnePatch fast = make_brush(law, infinite_options(16.0, 64, 1));
@@ -51,8 +51,8 @@ TEST_CASE("A million steps of load noise at rest cost what the lowest load costs
   patch.step(0.0, 0.0, 0.495 * load_n);
   const double force = patch.step(0.0, 0.0, 0.5 * load_n).elastic[0];
   CHECK(force == Approx(sliding).epsilon(0.011));
-  CHECK(std::abs(force / sliding - 1.0) > 0.001);  // checks that the bristles that entered last have left
-                                                   // contact
+  CHECK(std::abs(force / sliding - 1.0) > 0.001);  // the force differs, so bristles that entered last have
+                                                   // left
   std::mt19937 generator(2);
   std::uniform_real_distribution<double> flat(0.99, 1.01);
   const int steps = static_cast<int>(test_size(1000000));
@@ -112,8 +112,8 @@ TEST_CASE("Tremor of every amplitude keeps its error over hundreds of cycles", "
 }
 
 TEST_CASE("Steps of 1e-3 to 1e200 lengths are the same slide for every law", "[cohorts][extreme]") {
-  // A law of spread 2 forgets only after hundreds of lengths, and its longest bristles, one in a hundred
-  // thousand, carry 1 % of the force.
+  // Laws of increasing spread. One of spread 2 forgets its start only after hundreds of lengths, and its
+  // longest bristles, one in a hundred thousand, carry 1 % of the force.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), lognormal,
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::lognormal(dbar, 2.0),
                                 SnapLength::exponential(dbar), SnapLength::normal(dbar, 0.1 * dbar)}) {
@@ -135,8 +135,8 @@ TEST_CASE("Steps of 1e-3 to 1e200 lengths are the same slide for every law", "[c
   }
 }
 TEST_CASE("Long strokes leave nothing behind: friction after 200 of them is that of the first", "[cohorts]") {
-  // Strokes in which every bristle snaps, except for a share below 1e-6 of the force. (Strokes of 20 lengths
-  // at a spread of 0.6 do harden, by 1.3 %: the longest bristles outlive them.)
+  // Cases with strokes so long that bristles which outlive them carry below 1e-6 of the force. (Strokes of 20
+  // lengths at a spread of 0.6 do harden, by 1.3 %: the longest bristles outlive them.)
   struct Case {
     double spread, stroke;
   };

@@ -53,8 +53,8 @@ Steady steady(const SnapLength& law, const Rubbing& rubbing) {
   return {rubbing.residual + moment(1, low) / moment(0, low), low};
 }
 
-/// Highest force and work of a cycle to and fro by `stroke`, which begins in the middle; 60 steps lead from
-/// one end to the other.
+/// Highest force and work of a cycle to and fro by `stroke`, which begins in the middle; each half cycle has
+/// 60 steps.
 struct Cycle {
   double highest, work;
 };
@@ -69,7 +69,7 @@ Cycle rub(Brush& brush, double stroke) {
   return cycle;
 }
 
-/// Rows of a table for one law and setting, all for redraw, the rule of the infinite brush.
+/// Rows of a reference table for one law and rubbing, all for redraw, the rule of the infinite brush.
 struct TableCase {
   NamedLaw law;
   Rubbing rubbing;
@@ -100,7 +100,7 @@ void slide_far(Brush& brush, double ex = 1.0, double ey = 0.0) {
   for (int k = 0; k < 60; ++k) brush.step(0.83 * ex, 0.83 * ey);
 }
 
-/// Largest errors at one resolution against the tables, in mean snap lengths, by law.
+/// Largest errors against the reference tables, in mean snap lengths, by law, at one resolution.
 using Errors = std::map<std::string, double>;
 void note(Errors& errors, const char* law, double error) {
   errors[law] = std::max(errors[law], std::abs(error));
@@ -147,7 +147,7 @@ Errors turn_errors(double resolution) {
       const double to = number(row, "y_over_dbar");
       brush.step((y - to) * 0.6, (to - y) * 0.8);
       y = to;
-      // f_parallel is the force along the present motion, f_perp along the slide before.
+      // The table's f_parallel is the force along the present motion, f_perp along the slide before it.
       note(errors, c.law.name, brush.x() * 0.8 + brush.y() * 0.6 - number(row, "f_perp"));
       note(errors, c.law.name, brush.y() * 0.8 - brush.x() * 0.6 - number(row, "f_parallel"));
     }
@@ -182,8 +182,8 @@ Errors load_errors(double resolution) { return errors_of_load(resolution, "F_dou
 
 TEST_CASE("After a reversal nothing snaps before the patch has come back by twice a large residual",
           "[cohorts][rubbing]") {
-  // All bristles were left bent by 20 (the residual) and then by less than 1.5 more, so they are straight
-  // after 20 to 21.5 of the way back and snap from 40.5 on.
+  // All bristles were left bent by 20 (the residual) and then by less than 1.5 more, so on the way back they
+  // are straight after a path of 20 to 21.5, and snap from 40.5 on.
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   for (const double renewal : {0.0, 1.0, 8.0}) {
     INFO("renewal " << renewal);
@@ -193,8 +193,8 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
     for (int i = 0; i < 20; ++i) brush.step(10.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     const double slid = brush.x();
-    // Makes two steps: one longer than the path after which straight bristles have forgotten their start, and
-    // a short one.
+    // Takes two steps: one longer than the path after which straight bristles have forgotten their start,
+    // then a short one.
     double way = 0.0;
     for (const double step : {30.0, 10.0}) {
       brush.step(-step);
@@ -207,7 +207,7 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
       CHECK(brush.response.dissipated > 0.0);
     }
     CHECK(brush.x() == Approx(-sliding.deflection).epsilon(2e-3));
-    // One step forth over the whole path: its loss is the work of the mean force less the energy stored.
+    // Slides the whole path in one step: the loss must be the work of the mean force less the energy stored.
     brush.step(9000.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     CHECK(brush.imbalance < 1e-12);
@@ -231,8 +231,8 @@ TEST_CASE("A rubbed infinite brush follows the tables with second order", "[coho
   check("reversal", reversal_errors);
   check("turn", turn_errors);
   check("load", load_errors);
-  // A cohort knows its bristles' order of entering only by mean and variance, which leaves an error at every
-  // resolution.
+  // A cohort stores its bristles' order of entering contact by mean and variance only, which leaves an error
+  // at every resolution.
   for (const auto& law : errors_of_load(16.0, "F_doubled_then_halved", true)) {
     INFO("halved again, " << law.first << ": " << law.second);
     CHECK(law.second < 0.02);
@@ -280,7 +280,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
     double squares = 0.0;
     const int steps = 40;
     for (int i = 0; i < steps; ++i) {
-      // Turns by up to half a circle, or back on its own path.
+      // Turns by up to half a circle, or goes back on its own path.
       const double angle = i % 8 < 4 ? 0.4 : 2.5 * flat(generator);
       const double length = i % 3 == 0 ? 0.2 : 0.5, way = i % 5 == 4 ? -1.0 : 1.0;
       const double dx = way * length * std::cos(angle), dy = way * length * std::sin(angle);
@@ -289,7 +289,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
       squares += (std::pow(brush.x() - truth.x(), 2) + std::pow(brush.y() - truth.y(), 2)) / steps;
     }
     INFO("residual " << r.residual << ", renewal " << r.renewal << ": rms " << std::sqrt(squares));
-    // Allows the noise of this many bristles (0.3 each) on two axes, plus the error of both models' steps.
+    // Allows the noise of the brute force's bristles (0.3 each), plus the error of both models' steps.
     CHECK(std::sqrt(squares) < 0.6 / std::sqrt(static_cast<double>(bristles)) + 1.5e-3);
     CHECK(brush.imbalance < 1e-12);
     CHECK(brush.most_negative >= 0.0);
@@ -298,7 +298,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
 
 TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
           "[cohorts][rubbing][physics][determinism]") {
-  constexpr int parts = 250;  // number of equal pieces into which a move is cut for the independent model
+  constexpr int parts = 250;  // number of pieces of a move in the independent model
   for (const SnapLength& law : {uniform, lognormal, SnapLength::exponential(dbar)})
     for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.1, 1.0}, Rubbing{0.4, 2.0}}) {
       INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
@@ -314,7 +314,7 @@ TEST_CASE("Long moves in any direction follow every piece of their path, with eq
       SmallPieces truth(quantiles, r.residual, r.renewal);
       std::mt19937 random(5);
       for (int i = 0; i < 8; ++i) {
-        // Moves of 7 to 26 pieces at resolution 8. Draws integers, which every standard library does alike.
+        // Makes moves of 7 to 26 pieces at resolution 8, from integers, as every library draws them alike.
         const double angle = static_cast<double>(random()) * 0x1p-32 * 6.283185307179586;
         const double length = 0.8 + 2.4 * (static_cast<double>(random()) * 0x1p-32);
         const double dx = length * std::cos(angle), dy = length * std::sin(angle);
@@ -413,7 +413,7 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
       Brush all(rubbed(law, r), infinite_options());
       OnePatch end(rubbed(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
       const double expected = steady(law, r).deflection;
-      // Under a law with corners cohorts stay at their mean places, with an error of second order.
+      // Under the uniform law, with corners, cohorts stay at their mean places, with a second-order error.
       const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 3e-4;
       for (const auto& [x, y] : {std::pair{1.3, 0.4}, {0.0, 40.0}, {-60.0, 0.0}}) {
         all.step(x, y);
@@ -432,8 +432,8 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
 
 TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved, as fine pieces do",
           "[cohorts][rubbing][step]") {
-  // What is left of the turn is less than the error of pieces of 1/8: 1.5e-3 for the default law, 1e-3 for
-  // the exponential one.
+  // After a far step the memory of a turn must be below the error of pieces of 1/8 mean length: 1.5e-3 for
+  // the default law, 1e-3 for the exponential.
   const auto error_of = [](const Material& material, double length, double turn) {
     const auto options = [](double resolution, std::uint32_t cohorts) {
       return PatchOptions(infinite_options(resolution, cohorts)).with_outputs(Outputs::end);

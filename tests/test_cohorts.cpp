@@ -57,7 +57,7 @@ std::vector<Place> made_up_path(const std::string& name, int steps) {
   return path;
 }
 
-/// Largest errors against the tables of one law, mean snap lengths.
+/// Largest errors of the infinite brush against one law's reference tables, in mean snap lengths.
 struct TableErrors {
   double virgin = 0.0, reversal = 0.0, turn = 0.0;
   int points = 0;
@@ -131,7 +131,7 @@ TEST_CASE("The infinite brush follows the tables of every law", "[cohorts][physi
 }
 
 TEST_CASE("The error of the infinite brush falls with the square of the resolution", "[cohorts][physics]") {
-  // Takes steps so long that they are cut into pieces of the length that the resolution allows.
+  // Takes steps so long that the brush cuts them into pieces, whose length follows from the resolution.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::exponential(dbar)}) {
     std::mt19937 generator(4);
@@ -167,8 +167,8 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
 
 TEST_CASE("Steady sliding in steps within a piece is exact to 1e-4 at the default resolution",
           "[cohorts][physics]") {
-  // Placing all bristles born in a piece of length h at its middle would leave an error of h^2 / (24 dbar):
-  // 1.2e-3 of the force.
+  // Allows less than the error of placing all bristles born in a piece of length h at its middle, h^2 / (24
+  // dbar), 1.2e-3 of the force.
   for (double cv : {0.3, 0.5}) {
     const SnapLength law = SnapLength::lognormal(dbar, cv);
     const double expected = law.moment(2) / (2.0 * law.mean()) / dbar;
@@ -202,7 +202,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
-          // Moves forth, then back, which leaves cohorts of two ages.
+          // Moves forth, then back, which leaves cohorts bent in two directions.
           for (int i = 0; i < 300; ++i) brush->step(0.05);
           for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
         }
@@ -302,14 +302,14 @@ TEST_CASE("A load that rises at rest changes no force, and an overload goes firs
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
   }
-  // The load also rises above the highest load.
+  // Raises the load beyond max_normal_load too.
   for (int i = 0; i < 50; ++i) {
     brush.load += 40.0;
     brush.step(0.0);
     expect_near(brush.response.elastic[0], force, 1e-11 * std::abs(force), "force under a rising overload");
   }
-  // When the load falls, the overload goes first, and its share of the force with it; then the straight
-  // bristles that entered last.
+  // As the load falls, the overload goes first, with its share of the force; then the straight bristles that
+  // entered last.
   const double highest = brush.load;
   brush.load = 0.5 * load_n;
   brush.step(0.0);
@@ -338,7 +338,7 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
 }
 
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
-  // Checks that a million steps of 1e-7 lengths give the force of the same path in ten steps.
+  // Checks that a million steps of 1e-7 mean lengths give the force of the same path in ten steps.
   Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
   for (Brush* b : {&slow, &fast})
@@ -358,14 +358,14 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("literal rule"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
-  // Checks that a law wider than representatives accept is accepted.
+  // Checks that the infinite brush accepts a law wider than representatives accept.
   CHECK_NOTHROW(
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
 }
 
 TEST_CASE("Short bristles among long ones are followed in pieces of their own length", "[cohorts][rubbing]") {
-  // A third of the lengths are a twentieth of the mean, which is less than half a piece (an eighth of the
-  // mean).
+  // Law by a table: a third of the lengths is a twentieth of the mean, which is less than half a piece (an
+  // eighth of the mean).
   const std::vector<double> lengths{1e-6, 1e-6, 1e-5, 1e-4};
   for (const double renewal : {0.0, 0.3, 1.0}) {
     const Material material = Material{}
@@ -396,8 +396,8 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   struct Wavering {
     const char* name;
     double lowest, highest;  // range of the load, over max_normal_load
-    double stroke;           // path per step in mean snap lengths; 0 means that the patch rests after the
-                             // first steps
+    double stroke;           // path per step, mean snap lengths; 0: the patch rests after its first
+                             // steps
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},
@@ -424,13 +424,13 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
     const double percent = 100.0 * std::sqrt(squares / steps);
     INFO(w.name << ": rms " << percent << " % of kinetic friction");
     CHECK(forces > 1.0);
-    // The n bristles that the force is compared with fluctuate by 0.2 to 0.4 % themselves at n = 1e5.
+    // Representatives, with which the force is compared, fluctuate by 0.2 to 0.4 % themselves at n = 1e5.
     CHECK(percent < 0.3 + 120.0 / std::sqrt(static_cast<double>(n)));
   }
 }
 
 TEST_CASE("A load that wavers along a path does the same along either axis", "[cohorts][load]") {
-  // Cohorts of snapped bristles and cohorts that came into contact elsewhere stay apart in any direction.
+  // Checks for any direction that cohorts of snapped bristles and of those that entered elsewhere stay apart.
   Brush along_x(SnapLength::lognormal(dbar, 0.3)), along_y(SnapLength::lognormal(dbar, 0.3));
   for (int k = 0; k < 400; ++k) {
     const double load = load_n * (0.3 + 0.6 * std::abs(std::sin(0.37 * k)));
@@ -445,8 +445,8 @@ TEST_CASE("A load that wavers along a path does the same along either axis", "[c
 }
 
 TEST_CASE("An overload at rest divides deflections, and their energy, by itself", "[cohorts][load][energy]") {
-  // Twice the load on the same bristles halves each deflection and doubles each stiffness, so no force
-  // changes.
+  // Doubling the load beyond max_normal_load halves each bristle's deflection and doubles its stiffness, so
+  // no force changes.
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   for (const std::uint32_t cohorts : {8u, 0u}) {
@@ -469,7 +469,7 @@ TEST_CASE("An overload at rest divides deflections, and their energy, by itself"
 
 namespace {
 
-/// Fills the stack with numbers where the next call will have its local variables.
+/// Fills the part of the stack where the next call has its local variables, so that reading one unset shows.
 [[gnu::noinline]] double fill_stack(double with) {
   volatile double numbers[40000];
   for (volatile double& x : numbers) x = with;

@@ -1,4 +1,4 @@
-// Tangent axes in space: carried along, rolled, spun, and turned with the whole scene.
+// ContactFrame, tangent axes of a contact in space: carried along, rolled, spun, turned with the scene.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -32,12 +32,12 @@ Vector3d on_sphere(double polar, double azimuth) {
   return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
 }
 
-/// Returns the signed solid angle of a triangle of unit vectors (van Oosterom and Strackee 1983).
+/// Returns the signed solid angle of a spherical triangle of unit vectors (van Oosterom and Strackee 1983).
 double solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return 2.0 * std::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
 }
 
-/// Returns the angle from a to b about n.
+/// Returns the angle from a to b about the axis n, rad.
 double angle_about(const Vector3d& n, const Vector3d& a, const Vector3d& b) {
   return std::atan2(n.dot(a.cross(b)), a.dot(b));
 }
@@ -100,7 +100,7 @@ TEST_CASE("The axes follow the normal by the smallest rotation", "[frame]") {
     const Matrix3d smallest =
         Eigen::AngleAxisd(std::atan2(across.norm(), before.dot(to)), across.normalized()).toRotationMatrix();
     REQUIRE(frame.carry(7.0 * to));
-    // Near opposite normals the axis has the rounding error of the normals over the sine of their angle.
+    // Near opposite normals the axis has the normals' rounding error over the sine of the angle between them.
     const double tolerance = before.dot(to) > 0.0 ? 3e-15 : 3e-15 / across.norm();
     expect_near((frame.along() - smallest * along).norm(), 0.0, tolerance, "first axis");
     expect_near((frame.aside() - smallest * aside).norm(), 0.0, tolerance, "second axis");
@@ -128,7 +128,7 @@ TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid an
       // Octant of the sphere, which encloses the solid angle pi/2.
       {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},
       {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
-      // The same kind of polygon, traversed in the opposite sense.
+      // A triangle traversed in the opposite sense, so that its solid angle is negative.
       {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};
   for (const auto& corners : polygons) {
     double enclosed = 0.0;
@@ -148,8 +148,8 @@ TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid an
       CHECK(angle_about(corners[0], start, frame.along()) == Approx(enclosed).margin(1e-13));
     }
   }
-  // Walks a circle of latitude in many small steps: 2 pi (1 - cos polar), with an error of order step
-  // squared.
+  // Carries the frame round a circle of latitude in small steps: it turns by 2 pi (1 - cos polar), with an
+  // error of second order in the step.
   const double polar = 0.7;
   double errors[2];
   for (int k : {0, 1}) {
@@ -183,14 +183,14 @@ TEST_CASE("Carrying a bent patch round a sphere changes neither its energy nor t
     expect_near(frame.force(p.response.end).dot(frame.normal()), 0.0, 1e-14 * size, "no normal part");
   }
   CHECK(p.batch.state_hash(p.patch) == hash);
-  // Back at the pole, the axes and the force have been turned by the path (its holonomy), so the force
-  // differs from the first.
+  // After a closed path back to the pole, axes and force have been turned by the path (its holonomy), so the
+  // force differs from the first.
   CHECK((frame.force(p.response.end) - before).norm() > 0.01 * size);
 }
 
 TEST_CASE("Displacements from chords are off by the step squared and no normal motion leaks in", "[frame]") {
   // Moves a point along a loxodrome, at a height that oscillates over a sphere of radius r, and compares its
-  // path in the carried axes by fine integration with that by steps.
+  // slip path in the carried axes by fine integration with that by coarse steps.
   const double r = 0.05;
   const auto place = [r](double t) {
     return Vector3d((r + 0.01 * std::sin(9.0 * t)) * on_sphere(0.6 + 0.5 * t, 1.3 * t));
@@ -211,12 +211,12 @@ TEST_CASE("Displacements from chords are off by the step squared and no normal m
   const double coarse = (walk(100, true) - exact).norm(), fine = (walk(200, true) - exact).norm();
   CHECK(coarse < 1e-5);
   CHECK(coarse / fine == Approx(4.0).epsilon(0.03));
-  // With displacements in the axes at the beginning of each step, instead of half-way, the error is of first
-  // order.
+  // With displacements expressed in the axes of a step's beginning, instead of half-way, the error is of
+  // first order.
   CHECK((walk(100, false) - exact).norm() / (walk(200, false) - exact).norm() == Approx(2.0).epsilon(0.1));
   CHECK((walk(200, false) - exact).norm() > 20 * fine);
 
-  // An arc of angle a has a chord of 2 r sin(a/2).
+  // Checks the displacement over an arc of angle a: its chord is 2 r sin(a/2).
   ContactFrame frame(Vector3d::UnitZ(), Vector3d::UnitX());
   frame.carry(on_sphere(0.02, 0.0));
   const Vector2d d = frame.displacement(r * (on_sphere(0.02, 0.0) - Vector3d::UnitZ()));
@@ -260,11 +260,11 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       p.step(frame, dt * slip);
     }
     CHECK(std::hypot(p.response.end[0], p.response.end[1]) == 0.0);
-    // The contact point moved by 1.2 m, but the axes did not turn.
+    // Checks that the axes have not turned although the contact point moved by 1.2 m.
     CHECK((frame.along() - start).norm() < 1e-12);
   }
   SECTION("over another ball, with positions") {
-    // The centres move on an arc; the ball turns as in rolling: (1 + R/r) times the angle of the arc.
+    // The ball's centre moves on an arc; the ball turns as in rolling, by (1 + R/r) times the arc's angle.
     const double big = 0.1, small = 0.02, arc = 1e-3;
     SpacePatch p;
     ContactFrame frame(Vector3d::UnitZ());
@@ -277,7 +277,7 @@ TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over
       slipped += frame.displacement(relative).norm();
       p.step(frame, relative);
     }
-    // A chord is shorter than its arc, of radius R + r, by the share arc^2/24.
+    // Slip measured along chords: a chord is shorter than its arc, of radius R + r, by the share arc^2/24.
     CHECK(slipped == Approx((big + small) * 1.0 * arc * arc / 24).epsilon(1e-3));
   }
 }
@@ -298,7 +298,7 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
     for (int i = 0; i < steps; ++i) {
       frame.carry(n, spins[0] / steps * n, spins[1] / steps * n);
       p.step(frame, Vector3d::Zero());
-      // Turns one end of the spring with A and the other with B, about its middle (midpoint rule).
+      // Turns one end of the bristle with disc A and the other with B, about its middle (midpoint rule).
       Vector3d middle = bristle;
       for (int k = 0; k < 3; ++k) middle = bristle + 0.25 * (spins[0] + spins[1]) / steps * n.cross(middle);
       bristle += 0.5 * (spins[0] + spins[1]) / steps * n.cross(middle);
@@ -311,7 +311,7 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
 }
 
 TEST_CASE("A rigid motion of the whole scene changes no force but its direction", "[frame]") {
-  // A body slides and spins over a curved, turning surface; repeats it while everything turns about the
+  // Lets a body slide and spin over a curved, turning surface; repeats it while everything turns about the
   // origin, by any amount in a step.
   for (double rate : {1e-3, 0.1, 2.0}) {
     SpacePatch still, moving;
@@ -330,9 +330,9 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
 
       const Eigen::Quaterniond by(Eigen::AngleAxisd(rate, random_unit(random)));
       const Eigen::Quaterniond next = (by * scene).normalized();
-      // Orientations change from scene * Q to next * turn * Q.
+      // Orientations change within a step from scene * Q to next * turn * Q.
       moving_frame.carry(next * n, next * turn_a * scene.conjugate(), next * turn_b * scene.conjugate());
-      // Expresses the relative motion in the axes half-way through the step.
+      // Expresses the relative motion of the bodies in the axes half-way through the step.
       Matrix3d to_moving, to_still;
       to_moving << moving_frame.midway_along(), moving_frame.midway_aside(), moving_frame.midway_normal();
       to_still << still_frame.midway_along(), still_frame.midway_aside(), still_frame.midway_normal();
@@ -349,8 +349,8 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
 }
 
 TEST_CASE("Contacts that turn with the world alone see no slip", "[frame]") {
-  // Motion as a physics engine gives it: the velocities of two bodies at their contact, while the world turns
-  // with w about the origin.
+  // Motion as a physics engine gives it to a ContactFrame: the velocities of two bodies at their contact,
+  // while the world turns with w about the origin.
   const Vector3d w(0.4, -1.0, 2.0), a(0.1, 0.2, 0.0), b(-0.3, 0.1, 0.4), c(0.02, 0.11, 0.2);
   const Vector3d slip = (w.cross(a) + w.cross(c - a)) - (w.cross(b) + w.cross(c - b));
   CHECK(slip.norm() < 1e-15);
@@ -393,7 +393,7 @@ TEST_CASE("A force at an arm gives its moment", "[frame]") {
   const ContactFrame::Wrench w = ContactFrame::wrench(frame.force(tangential), Vector3d(0.5, 0.0, 0.25));
   const Vector3d force = w.head<3>(), moment = w.tail<3>();
   CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
-  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // torque r x F, computed by hand
+  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // torque r x F, by hand
 }
 
 TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, and are restored by a copy",
@@ -403,8 +403,8 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   bristle::KeyedPatches pool(batch, bristle::Material{}, plain_options(20),
                              bristle::KeyedOptions{}.with_capacity(3));
   bristle::ContactFrames frames(pool);
-  // Frames of a program that keeps one of its own for each key. Key 5 ends after step 6 and begins again at
-  // step 9.
+  // Frames as a program would keep them itself, one for each key, to compare the pool with. Key 5 ends after
+  // step 6 and begins again at step 9.
   std::map<std::uint64_t, ContactFrame> own;
   bristle::ContactFrames saved = frames;
   std::vector<std::byte> keys(pool.state_size()), state(batch.state_size());
@@ -441,7 +441,7 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   pool.restore_state({keys.data(), keys.size()});
   frames = saved;
   CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
-  // All contacts beyond the capacity share one frame, whose values nobody reads.
+  // Contacts beyond the pool's capacity share one frame, whose values nobody reads.
   const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
   CHECK(fourth.place == 3);
   CHECK(fourth.is_new);
@@ -460,7 +460,7 @@ TEST_CASE("The frame of a new contact is made anew, also if its patch was asked 
   pool.find_or_add(2);
   batch.save_state({state.data(), state.size()});
   pool.save_state({keys.data(), keys.size()});
-  for (int pass = 0; pass < 2; ++pass) {  // repeats the steps from the saved state
+  for (int pass = 0; pass < 2; ++pass) {  // repeats the steps after restoring the saved state
     pool.find_or_add(2);
     CHECK(pool.find_or_add_contact(2).is_new);
     CHECK_FALSE(pool.find_or_add_contact(2).is_new);

@@ -32,11 +32,11 @@ using bristle_test::saved_state;
 using bristle_test::step_one;
 using bristle_test::tick;
 
-/// One elastic bristle along x that slides when bent beyond the mean snap length: Coulomb friction with an
-/// elastic beginning.
+/// Contact model of one elastic bristle along x that slides when bent beyond the mean snap length: Coulomb
+/// friction with an elastic beginning.
 struct Coulomb : PatchRecord {
-  /// Deflection, scaled, at the last position at which a kernel moved the patch; here always the present
-  /// position.
+  /// Deflection (scaled length) at the last position at which a kernel moved the patch; with this model
+  /// always the present position.
   double* bent = nullptr;
 
   template <class Self, class Visit>
@@ -49,8 +49,8 @@ Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
 
 double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
 
-/// Copies to the record that all models share: the bristle's deflection, its weight, and the bound within
-/// which the patch may move without a call of the model.
+/// Copies to the part of a patch that all models share: the bristle's deflection, its weight, and the bound
+/// within which the patch may move without a call of the model.
 void note(Patch& p) noexcept {
   const auto& m = p.material();
   p.part = p.zeta > 0.0 ? 1.0 : 0.0;
@@ -62,7 +62,7 @@ void note(Patch& p) noexcept {
 }
 
 double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
-  // Adds the motion within the bound, of which the model was not told, to the deflection.
+  // Adds to the deflection the motion within the bound, for which the batch did not call the model.
   coulomb(p).bent[0] += to_lengths(difference(p.position[0], p.part_position[0]));
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
@@ -143,8 +143,8 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
   return BatchAccess::add(batch, p);
 }
 
-/// Returns the force after a move. Under plain_material it is the load (N) times the deflection (m), for the
-/// load is the number of bristles.
+/// Returns the elastic force after a move. Under plain_material it is the load (N) times the deflection (m),
+/// for the load is the number of bristles.
 double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
   const bristle::Response out = step_one(batch, bristle::Motion{id, {dx, 0.0}, load});
   REQUIRE(out.status == bristle::Status::ok);
@@ -156,7 +156,7 @@ double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, d
 TEST_CASE("A second contact model is stepped, tried, saved and restored by the batch", "[contact model]") {
   bristle::PatchBatch batch;
   const bristle::PatchId id = add_coulomb(batch, 3.0);
-  // A brush in the same batch, whose steps the second model must not disturb.
+  // Patch of bristles in the same batch, whose steps the second model must not disturb.
   const bristle::PatchId brush = batch.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
                                            bristle_test::plain_options(40, 1));
   CHECK(batch.patch_count() == 2);
@@ -224,7 +224,7 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
   int taken = 0;
   while (commands.take(last) != nullptr) {
     ++taken;
-    commands.push(std::make_unique<Command>());  // hands over a change, as a thread that never pauses would
+    commands.push(std::make_unique<Command>());  // hands over a change, as a fast thread would
     REQUIRE(taken <= 3);
   }
   CHECK(taken == 3);
@@ -266,7 +266,7 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   CHECK(answers_agree());
   trial.normal_load = 300.0;
   CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // a step, which changes the state of both batches
+  step_both(0.9 * dbar, 700.0);  // a step that changes the states of both batches
   CHECK(answers_agree());
   saved = saved_state(batch);
   step_both(0.4 * dbar, 650.0);

@@ -23,7 +23,7 @@ namespace bristle_test::test_contracts {
 
 namespace {
 
-/// A patch so large that its step is shared among threads.
+/// Returns a patch so large that its step is shared among threads.
 struct Shared {
   PatchBatch batch;
   Motion motion;
@@ -94,7 +94,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const auto add_and_remove = [&](int rounds) {
     for (int k = 0; k < rounds; ++k) {
       for (PatchId& id : ids) id = batch.add(material, options);
-      // Takes the waiting changes, as a stepping thread does at its own pace.
+      // Calls patch_count(), which takes the waiting changes, at the pace of a stepping thread.
       if (k % 16 == 0) batch.patch_count();
       for (const PatchId id : ids) batch.remove(id);
     }
@@ -107,8 +107,8 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const int rounds = static_cast<int>(test_size(125000));
   add_and_remove(rounds);
   CHECK(batch.patch_count() == 0);
-  // Memory does not grow: the next change frees the commands handed over last, a few commands, patches and
-  // slots.
+  // Memory in use stays bounded, because a change frees the commands handed over last; the rest are a few
+  // commands, patches and slots.
   CHECK(bytes_in_use() < start + 500000);
   // Checks that no id was given twice: the generation in the id's upper half grows when a slot is reused.
   const PatchId after = batch.add(material, options);
@@ -155,14 +155,14 @@ std::vector<double> step_outline_while(Meanwhile meanwhile) {
   for (int k = 0; k < 600; ++k) {
     if (k % 3 > 0) {
       pads.step(tick, {&motion, 1}, {&r, 1});
-    } else {  // makes the three calls of a step, between which the other thread's changes are taken
+    } else {  // makes a step's three calls, between which changes are taken
       pads.write_motions({&motion, 1}, cells);
       batch.step(tick, cells, responses);
       pads.read_responses({&motion, 1}, responses, {&r, 1});
     }
     const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
     for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
-    // Gives the other thread time to run.
+    // Lets the thread that runs `meanwhile` come to its turn.
     if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   stop = true;
@@ -229,8 +229,8 @@ TEST_CASE("An outline that was just added is there at once, with all of its cell
   CHECK_FALSE(failed);
 }
 
-// The thread sanitizer supports no threads in the fork of a process with threads, and finds no symbol, and
-// hence no suppression, for a race of oneTBB in code that was unloaded.
+// Skips under the thread sanitizer, which supports no threads in the fork of a process with threads, and has
+// no suppression for a race of oneTBB in code that was unloaded.
 #if !defined(__SANITIZE_THREAD__)
 
 TEST_CASE("A forked process makes batches of its own, whatever its parent has", "[contracts][threads]") {
@@ -250,7 +250,7 @@ TEST_CASE("A forked process steps its parent's batch of several threads with the
   CHECK(parent.step(3) == expected);
 }
 
-// The module contains a second copy of this library, in a shared object (contracts_module.cpp).
+// Loads the module (contracts_module.cpp), a shared object with a second copy of this library.
 TEST_CASE("The library can be unloaded and loaded again, with and without threads", "[contracts][threads]") {
   std::uint64_t first = 0;
   std::size_t bytes = 0;

@@ -18,7 +18,7 @@ enum class Way { predictor, midpoint };
 
 constexpr double mass = 0.1;
 
-/// A mass on a rail over one patch, with k = K T^2/m and c = C T/m at T = tick.
+/// A mass on a rail over one patch, with a chosen k = K T^2/m and c = C T/m, where T = tick.
 struct Rail : RailBody {
   Rail(Way way, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
       : RailBody(way == Way::midpoint, mass, 1.0,
@@ -44,7 +44,7 @@ struct Rail : RailBody {
 double stopping_ratio(Way way, double k, double way_in_dbar) {
   Rail rail(way, k, 0.0, 4000);
   rail.slide_in();
-  // Redraw, uniform on 0.5 to 1.5: the kinetic force is m2 / (2 m1) = 13/24 of K dbar.
+  // Kinetic force with redraw and lengths uniform on 0.5 to 1.5: m2 / (2 m1) = 13/24 of K dbar.
   const double kinetic_n = 13.0 / 24.0 * rail.stiffness * dbar;
   rail.body.velocity[0] = std::sqrt(2.0 * kinetic_n * way_in_dbar * dbar / mass);
   double farthest = 0.0;
@@ -58,13 +58,13 @@ double stopping_ratio(Way way, double k, double way_in_dbar) {
 }  // namespace
 
 TEST_CASE("A sliding body stops where a constant friction force stops it, by either coupling", "[coupling]") {
-  // The mean force of 4000 bristles that redraw, over some 20 renewals each, has a relative deviation of 0.38
-  // / sqrt(4000 * 20) = 0.0014. At the end of the path the bristles spring back by up to 0.3 dbar.
+  // The mean force of 4000 bristles with redraw, over some 20 snaps each, has a relative deviation of 0.38 /
+  // sqrt(4000 * 20) = 0.0014. At the stop the bristles spring back by up to 0.3 dbar.
   for (const double k : {0.08, 0.8, 8.0}) {
     CAPTURE(k);
     CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
     CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
-    // In one of the last steps the clipped predictor may pull with the peak force in place of the kinetic
+    // Tolerance of Way::predictor: in a late step it may pull with the peak force in place of the kinetic
     // force: a relative error of (peak - kinetic) / K dbar = 0.083, over the displacement of that step.
     CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
     CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
@@ -82,8 +82,8 @@ TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coup
       for (std::uint32_t i = 0; i < test_size(500); ++i) {
         rail.step();
         const double now = rail.kinetic_energy() + rail.stored_energy();
-        // A residual force r of the solve moves the body by T^2 r / (2 m) too far, over which the friction
-        // force does work. The patch's own balance holds to 1e-12.
+        // Bound of the energy error: a residual r of the solved force moves the body T^2 r / (2 m) too far,
+        // over which the friction force does work. The patch's own balance holds to 1e-12.
         const double force = rail.stiffness * dbar + std::abs(rail.response.damper[0]);
         const double slack = force * force * rail.report.residual * tick * tick / (2.0 * mass) +
                              1e-11 * rail.stiffness * dbar * dbar + 1e-12 * start;
@@ -120,7 +120,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
   for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // c: damper x tick / mass
     CAPTURE(c);
     const double damper = c * body_mass / tick;
-    // A lubricating film alone: the bristles hold only 1e-14 N.
+    // Material that is only a lubricating film: its bristles hold no more than 1e-14 N.
     const Material film = plain_material(uniform, SnapRule::keep).with_viscous_friction(damper);
     RailBody rail(false, body_mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
     rail.body.velocity[0] = 1.0;
@@ -132,13 +132,13 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    // Expects that the damper took all momentum, which is damper x distance.
+    // The damper must have taken all momentum, which equals damper constant x distance.
     CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));
   }
 }
 
 TEST_CASE("A rigid plate spun about its normal stops after the angle that friction allows", "[coupling]") {
-  // Four feet at radius r stop the plate: I w^2 / 2 = mu N r angle.
+  // Four feet at a radius r stop a turning plate: its energy I w^2 / 2 is the work mu N r angle.
   constexpr double inertia = 3e-4, arm_x = 0.04, arm_y = 0.03, spin = 8.0, load = 0.6;
   const double radius = std::hypot(arm_x, arm_y);
   const Material material = plain_material(uniform, SnapRule::redraw)
@@ -173,7 +173,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
         bristle::apply_end_forces(tick, body, none, feet, responses);
       } else {
         const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
-        // The solve cannot be exact: the force of 500 bristles jumps where one of them snaps.
+        // The solve is not exact, because the force of 500 bristles jumps where one of them snaps.
         expect(report.residual < 5e-3, "solved");
         batch.step(tick, motions, responses);
         bristle::apply_mean_forces(tick, body, none, feet, responses);
@@ -211,8 +211,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   batch.warm_up();
   std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
   std::array<Response, 2> responses;
-  batch.step(tick, motions, responses);  // a step whose only purpose is to put the patches under load
-  bristle::MovingBody<2> body;           // a body of 1 kg with two velocities, along x and y
+  batch.step(tick, motions, responses);  // a step only to put the patches under load
+  bristle::MovingBody<2> body;           // body of 1 kg with velocities along x and y
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {
@@ -232,8 +232,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
 }
 
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
-  // A push of two thirds of the kinetic force, in steps of 1 ms. Once at rest, the only solution of the
-  // step's equation is to stay.
+  // Pushes with two thirds of the kinetic force, in steps of 1 ms. Once the body is at rest, the step's
+  // equation has only one solution, to stay.
   for (const Way way : {Way::predictor, Way::midpoint}) {
     Rail rail(way, 0.8, 0.2, 500);
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
@@ -280,8 +280,8 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
 }
 
 TEST_CASE("The plate of the example holds below the limit, and accelerates beyond it", "[coupling]") {
-  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. A held plate moves by less than the longest bristle; past
-  // the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
+  // The load is 0.25 kg * 9.81 = 2.45 N, kinetic friction 0.98 N. A held plate moves by less than the longest
+  // bristle; past the limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 for a second.
   CHECK(pushed_plate(0.5) < 15e-6);
   CHECK(pushed_plate(0.5) > 1e-6);
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));

@@ -15,8 +15,8 @@
 namespace bristle_test::test_creep {
 
 TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
-  // If deflections were floats that grow with each step, one of a third of a snap length would not change in
-  // steps below 2^-26 of it.
+  // Creeps in steps so small that a stored float of a third of a snap length, the deflection, would not
+  // change: below 2^-26 of it.
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (int axes : {1, 2}) {
@@ -27,7 +27,7 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
         const double d = 1e-9 * dbar;
         Response r;
         for (int k = 0; k < 100000; ++k) r = patch.step(d, axes == 2 ? -d : 0.0, 600.0);
-        // Each step is rounded to 2^-44 scaled lengths (5.7e-14), 1e5 steps to 6e-9 at most.
+        // Tolerance: a step is rounded to 2^-44 scaled lengths (5.7e-14), 1e5 steps to 6e-9 at most.
         const double tolerance = 600.0 * dbar * (precision == Precision::single ? 1e-7 : 1.2e-8);
         expect_near(-r.elastic[0], 600.0 * (0.3 * dbar + 1e5 * d), tolerance, "force");
         expect_near(r.elastic[1], axes == 2 ? 600.0 * 1e5 * d : 0.0, tolerance, "force aside");
@@ -37,8 +37,8 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
 }
 
 TEST_CASE("A creep far below the resolution of positions counts in full", "[creep]") {
-  // Positions are multiples of 2^-44 scaled lengths, 4.3e-19 m here. With each step rounded alone, steps of
-  // 1e-18 m would be 14 % short and steps of 1e-19 m nothing.
+  // Moves in steps below the resolution. Positions are multiples of 2^-44 scaled lengths, 4.3e-19 m here.
+  // With each step rounded alone, steps of 1e-18 m would be 14 % short and steps of 1e-19 m nothing.
   for (const double d : {1e-18, 1e-19, 3e-17}) {
     for (const int axes : {1, 2}) {
       INFO("steps of " << d << " m, axes " << axes);
@@ -47,11 +47,11 @@ TEST_CASE("A creep far below the resolution of positions counts in full", "[cree
       constexpr int steps = 100000;
       Response r;
       for (int k = 0; k < steps; ++k) r = patch.step(d, axes == 2 ? -0.3 * d : 0.0, 1.0);
-      // Allows half a position unit for the remainder not yet carried, and the rounding of the sums.
+      // Allows half a position unit (2^-44 scaled lengths) for the remainder not yet carried, and rounding.
       const double tolerance = 2.2e-19 + 1e-10 * steps * d;
       expect_near(-r.elastic[0], steps * d, tolerance, "force");
       expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
-      // Moves back by the same steps, and checks that no displacement was lost.
+      // Moves back by as many steps, and checks that no displacement was lost.
       for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
       expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
     }
@@ -65,9 +65,9 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   for (OnePatch* patch : {&crept, &fresh}) patch->step(0.3 * dbar, 0.0, 300.0);
   const std::uint64_t before = crept.hash();
   REQUIRE(fresh.hash() == before);
-  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit, which changes only the remainder
+  crept.step(1.7e-19, 0.0, 300.0);  // 0.4 of a position unit: only the remainder changes
   CHECK(crept.hash() != before);
-  // A trial step includes the remainder and leaves it unchanged.
+  // Checks that a trial step includes the remainder of the position and leaves it unchanged.
   Motion trial{crept.id, {1.7e-19, 0.0}, 300.0};
   const std::uint64_t hash = crept.hash();
   for (int k = 0; k < 5; ++k) crept.batch.find_force(1e-3, trial);
@@ -75,7 +75,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   fresh.batch.restore_state(saved_state(crept.batch));
   CHECK(fresh.hash() == hash);
   for (OnePatch* patch : {&crept, &fresh})
-    patch->step(1.7e-19, 0.0, 300.0);  // the remainders of both steps together change the position
+    patch->step(1.7e-19, 0.0, 300.0);  // remainders of two steps add up to a change of position
   CHECK(fresh.hash() == crept.hash());
   CHECK(crept.step(0.0, 0.0, 300.0).elastic[0] == Approx(-300.0 * (0.3 * dbar + 4.3e-19)).epsilon(1e-6));
   CHECK(crept.batch.reset(crept.id));
@@ -88,19 +88,19 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
 TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]") {
   const auto steps = static_cast<int>(test_size(1000000));
   std::mt19937_64 random(7);
-  std::vector<bool> up(4096);  // random directions of the counts, not only alternating ones
+  std::vector<bool> up(4096);  // random directions of encoder counts, not alternating
   for (std::size_t k = 0; k < up.size(); ++k) up[k] = (random() & 1u) != 0;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (int axes : {1, 2}) {
-        for (double count : {0.3e-6, 2.7e-6, 30e-6}) {  // encoder counts below, near and above dbar
+        for (double count : {0.3e-6, 2.7e-6, 30e-6}) {  // motion by an encoder count, m; below to above dbar
           INFO(name_of(precision) << ", " << table_name(rule) << ", axes " << axes << ", count of " << count
                                   << " m");
           const double length = count > dbar ? 10.0 * dbar : dbar;
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // In the first counts a few bristles near their snap length snap; in later counts none does.
+          // In the first counts to and fro, bristles near their snap length snap; in later ones none does.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);
@@ -110,7 +110,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
                              patch.step(count, 0.0, 600.0).elastic[0]};
           int wrong = 0;
           bool at = true;
-          // Takes a tenth of the steps for the other counts, which cost as much and show nothing more.
+          // For counts of other sizes a tenth of the steps is enough.
           const int these = count == 2.7e-6 ? steps : steps / 10;
           for (int k = 0; k < these; ++k) {
             const bool to = up[static_cast<std::size_t>(k) % up.size()];
@@ -128,7 +128,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
 }
 
 TEST_CASE("A long run never loses its way", "[creep]") {
-  // A million ticks of sliding to and fro by an amount that no binary fraction holds: positions are fixed
+  // Slides to and fro for a million ticks, by an amount that is no binary fraction: positions are fixed
   // point, so the net displacement of a period is exactly zero and the force returns.
   OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(100, 1));
   patch.step(0.0, 0.0, 100.0);
@@ -172,8 +172,8 @@ class HeldCapsule {
   int most_evaluations() const { return most_evaluations_; }
 
   void step(double grip_n) {
-    // Solves weight + friction(d) = m (v1 - v0) / T with d = T (v0 + v1) / 2. The difference of both sides
-    // falls with d by no more than `slope`.
+    // Solves d = T (v0 + v1) / 2 and weight + friction(d) = m (v1 - v0) / T. The equation's residual falls
+    // with d by no more than `slope`.
     double slope = 2.0 * mass / (tick * tick);
     double d = tick * velocity_;
     double residual = find_residual(d, grip_n);
@@ -186,7 +186,7 @@ class HeldCapsule {
       const double seen = (residual - after) / (next - d);
       if (seen > 0.0) slope = seen;
       if (std::abs(after) >= std::abs(residual) && evaluations > 8)
-        break;  // ends the search at the rounding error of the forces
+        break;  // ends the search at rounding errors of the force
       d = next;
       residual = after;
       ++evaluations;
@@ -230,8 +230,8 @@ struct Grip {
   std::function<double(int)> load;  ///< load of each pad in step k, N
 };
 
-/// Returns the grips. Each has its least load, mostly 12 N, within the first second, when the deflection is
-/// largest.
+/// Returns the loads of the grip to test. Each has its least load, mostly 12 N, within the first second, when
+/// the deflection is largest.
 std::vector<Grip> grips() {
   return {{"12 N", false, [](int) { return 12.0; }},
           {"60 N", false, [](int) { return 60.0; }},
@@ -242,7 +242,7 @@ std::vector<Grip> grips() {
            [](int k) { return 12.0 + std::floor(49.0 * std::fmod(0.6180339887498949 * (k + 1), 1.0)); }}};
 }
 
-/// Mean depths at which the capsule hangs, each over half a second: from second `from` on, and at the end.
+/// Mean depths, m, at which the capsule hangs: over half a second from second `from` on, and at the end.
 struct Depth {
   double early = 0.0, late = 0.0;
 };
@@ -260,7 +260,7 @@ Depth hold(HeldCapsule& capsule, const Grip& grip, int from, int steps) {
 
 TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the grip does from 12 to 60 N",
           "[creep]") {
-  constexpr double damping_per_newton = 20.0;  // damping of the pads per newton of load, s/m
+  constexpr double damping_per_newton = 20.0;  // damping of both pads per newton of load, s/m
   constexpr int steps = 1600;
   for (Precision precision : precisions()) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -269,15 +269,15 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           INFO(name_of(precision) << ", " << table_name(rule) << ", axes " << axes << ", " << grip.name);
           HeldCapsule capsule(rule, axes, precision, damping_per_newton);
           const Depth depth = hold(capsule, grip, 600, steps);
-          // The weight hangs on the bristles that stay in contact at the least grip, bent by a hundredth of a
-          // snap length; the other bristles leave contact bent and return straight.
+          // The capsule's weight hangs on the bristles that stay in contact at the least grip, bent by a
+          // hundredth of a snap length; the other bristles leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
           const double settling = 1e-4 * hangs;  // depth by which the capsule sinks while the first bristles
                                                  // bend
           CHECK(std::abs(depth.late - hangs) < settling);
-          // A change of load rewrites the block in which contact ends, which rounds float deflections to
-          // 2^-24. Positions are always rounded to 2^-44 of a length near the mean.
+          // Each change of load rewrites the block of bristles in which contact ends, which rounds float
+          // deflections to 2^-24. Positions are always rounded to 2^-44 of a length near the mean.
           const double rounding = precision == Precision::single && grip.changes ? 0x1p-24 * hangs : 0.0;
           const double grain = 0x1p-44 * 2.0 * dbar;
           CHECK(std::abs(depth.late - depth.early) < steps * (rounding + grain));
@@ -310,7 +310,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   patch.step(0.0, 0.0, n);
   const double path = 0.29 * dbar;  // path of each step, m
 
-  // With two axes the path is a circle: the direction is rotated by 1e-3 in every step.
+  // With two axes the path is a circle: each step turns by 1e-3 rad.
   const double turn_cos = axes == 2 ? std::cos(1e-3) : 1.0;
   const double turn_sin = axes == 2 ? std::sin(1e-3) : 0.0;
   double x = 1.0, y = 0.0;
@@ -341,18 +341,18 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);
-  // SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H). SnapRule::redraw: the
-  // energies delta^2/2 of the snaps are rewards of a renewal process with the relative deviation
-  // sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number.
-  // Path of a tenth of the slide, mean snap lengths.
+  // Sampling error. SnapRule::keep: a bristle's mean over a path H has an error of delta / (4 H).
+  // SnapRule::redraw: the energies delta^2/2 of the snaps are rewards of a renewal process with the relative
+  // deviation sqrt(Var(delta^2/2 - mu delta)) / mu = 0.254 over the root of their number. `path`: a tenth of
+  // the slide, mean lengths.
   const double path = 0.29 * static_cast<double>(steps) / 10.0;
   const double sampling =
       rule == SnapRule::keep ? 1.5 / path : sigmas * std::sqrt(2.0) * 0.254 / std::sqrt(n * path);
   double worst = 0.0;
   for (double mean : means) worst = std::max(worst, std::abs(mean / means[0] - 1.0));
   CHECK(worst < std::max(1e-4, sampling));
-  // In a straight slide the mean is kinetic friction in closed form; under SnapRule::keep over 300 lengths,
-  // with an error of 1/n.
+  // A straight slide's mean friction is the kinetic friction in closed form; under SnapRule::keep, over 300
+  // mean lengths, with an error of 1/300.
   if (axes == 1) CHECK(std::abs(means[0] - 1.0) < (rule == SnapRule::keep ? 3e-3 : sampling) + 1e-4);
   return worst;
 }

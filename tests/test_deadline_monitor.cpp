@@ -31,7 +31,7 @@ using bristle::TimeHistogram;
 
 namespace {
 
-/// Returns the smallest of the times that at least this share of them does not exceed.
+/// Returns the smallest of the times that at least `share` of them do not exceed.
 double percentile_of(std::vector<double> times, double share) {
   std::sort(times.begin(), times.end());
   const double rank = std::ceil(share * static_cast<double>(times.size()));
@@ -78,17 +78,17 @@ TEST_CASE("Every time from a nanosecond to a minute falls into a bucket that hol
   }
   DeadlineMonitor monitor(1e-3);
   monitor.record(1e-3, 0.0);
-  CHECK(monitor.p50() == 1e-3);  // of a single time the percentile is the maximum, not the end of its bucket
+  CHECK(monitor.p50() == 1e-3);  // a single time is its own percentile, not the end of its bucket
 }
 
 TEST_CASE("A late tick is ours when its thread used more than the budget, else the machine's", "[deadline]") {
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.5e-3, 0.4e-3);  // a tick in time
   monitor.record(1e-3, 1e-3);      // a tick that ends exactly at its deadline
-  monitor.record(2e-3, 1.5e-3);    // a late tick, caused by this program
-  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: caused by the machine
+  monitor.record(2e-3, 1.5e-3);    // a late tick, the program's fault
+  monitor.record(2e-3, 0.2e-3);    // a late tick that was preempted: the machine's fault
   monitor.record(3e-3, 1e-3);      // a late tick whose CPU time did not exceed the deadline
-  monitor.record(2e-3);            // a late tick with unknown CPU time: counts as caused by this program
+  monitor.record(2e-3);            // a late tick of unknown CPU time: the program's fault
   CHECK(monitor.deadline() == 1e-3);
   CHECK(monitor.count() == 6);
   CHECK(monitor.misses() == 4);
@@ -131,8 +131,8 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
   TimeHistogram histogram;
   std::vector<double> times;
   for (int i = 0; i < 20000; ++i) {
-    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, for which bucket edges are
-                                                            // exact
+    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, which the buckets' edges
+                                                            // hold exactly
     histogram.record(times.back());
   }
   std::uint64_t all = 0;
@@ -155,8 +155,8 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
-  tick(5.001, 40e-6);  // this period is 30 us too long
-  tick(5.002, 20e-6);  // this period is 20 us too short
+  tick(5.001, 40e-6);  // a period 30 us too long
+  tick(5.002, 20e-6);  // a period 20 us too short
   tick(5.005, 0e-6);   // two ticks are skipped: the period is 2 ms - 20 us too long
   monitor.pause();
   tick(9.000, 70e-6);
@@ -199,7 +199,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
-  CHECK(monitor.max() == Approx(1.6e-3));  // the longest step of all ticks, that of tick 3
+  CHECK(monitor.max() == Approx(1.6e-3));  // step time of tick 3, the longest
 }
 
 TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {
@@ -221,7 +221,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
   CHECK(monitor.skipped() == 4);
   CHECK(monitor.misses() == 7);
   run(4, 0);
-  monitor.pause();  // a pause ends the run of late ticks
+  monitor.pause();  // ends the present run of late ticks
   run(4, 0);
   CHECK(monitor.longest_run() == 6);
   monitor.reset();
@@ -233,7 +233,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
 #if defined(__linux__)
 TEST_CASE("Page faults and preemptions since the last reading are told of late ticks only", "[deadline]") {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const auto touch = [page](std::size_t pages) {  // Touches fresh memory, each page of which faults once.
+  const auto touch = [page](std::size_t pages) {  // touches fresh memory: a page fault for each page
     void* block = mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     REQUIRE(block != MAP_FAILED);
     madvise(block, pages * page, MADV_NOHUGEPAGE);
@@ -243,7 +243,7 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   DeadlineMonitor monitor(1e-3);
   monitor.record(0.1e-3, 0.0);
   touch(1000);
-  monitor.record(0.1e-3, 0.0);  // a tick in time does not read the counters
+  monitor.record(0.1e-3, 0.0);  // a tick in time reads no counters
   CHECK(monitor.late_events().minor_faults == 0);
   monitor.refresh_events();
   touch(100);
@@ -285,7 +285,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::atomic<int> turns{0};  // number of snapshots that differ from the previous one
+  std::atomic<int> turns{0};  // number of times that the reader saw new numbers
   std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
@@ -306,7 +306,7 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   for (int k = 0; turns < 1000 && elapsed() < (turns == 0 ? 60.0 : 3.0); ++k) {
     monitor = k % 2 ? few : many;
     if (k % 4 == 0) monitor.reset();
-    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between records, as between ticks
+    const double gap = DeadlineMonitor::wall_now();  // leaves a gap between two ticks, as in a servo loop
     while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
   done = true;
@@ -318,8 +318,8 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
 }
 
 TEST_CASE("A snapshot taken while another thread records holds whole ticks only", "[deadline][threads]") {
-  // Tick k ends k us after it was due, and every second one has used more CPU time than the deadline, so for
-  // any whole number of ticks the numbers are related in closed form.
+  // Records ticks: tick k ends k us after it was due, and every second one has used more CPU time than the
+  // deadline, so for any whole number of ticks the numbers are related in closed form.
   const std::uint64_t ticks = bristle_test::test_size(20000);
   const double longest_s = 1e-6 * static_cast<double>(ticks);
   constexpr double us = 1e-6;

@@ -91,8 +91,8 @@ std::vector<std::size_t> all_of(const std::vector<PatchCase>& cases) {
 
 constexpr int script_steps = 40;
 
-/// Calls `run` from a stack that begins `shift` times 16 bytes further down, 16 being the alignment that
-/// every system guarantees.
+/// Calls `run` with the stack pointer lowered by `shift` times 16 bytes, the alignment that every system
+/// guarantees.
 [[gnu::noinline]] Outcome run_shifted(int shift, const std::vector<PatchCase>& cases,
                                       const std::vector<std::size_t>& chosen, const BatchOptions& options) {
   volatile auto* room =
@@ -107,7 +107,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
           "[determinism][state]") {
   const std::vector<PatchCase> cases = every_variant(test_size(1500));
   const std::vector<std::size_t> all = all_of(cases);
-  // Expects the bits of the scalar kernels, which visit every bristle.
+  // Expects of every way of running the bits of the scalar kernels, which visit every bristle.
   const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar").with_threads(1));
   CHECK(expected.most_tasks == 1);
 
@@ -120,8 +120,8 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
   }
   if (!is_scalar(PatchBatch())) CHECK(usable.size() >= 1);
   if (usable.empty()) usable.push_back("scalar");
-  // A way of running the cases. Each difference from the expected run occurs at least once, several in one
-  // run; patch and step of a mismatch tell which one failed.
+  // A way of running the cases: threads, instruction set, order. Each difference from the expected run occurs
+  // at least once, several in one run; patch and step of a mismatch tell which one failed.
   struct Manner {
     int threads;
     bool eager;
@@ -139,7 +139,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
             manner.shuffle);
     check_same(cases, all, expected, got, what.c_str());
     INFO(what);
-    CHECK((got.saved == expected.saved));  // compared as a bool, so that a failure does not print megabytes
+    CHECK((got.saved == expected.saved));  // in parentheses, so that a failure prints no megabytes
 #if BRISTLE_WITH_TBB
     CHECK(got.most_tasks > 1);
 #endif
@@ -172,8 +172,8 @@ TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism
 }
 
 TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
-  std::vector<PatchCase> cases;  // excludes an infinite brush, which has no blocks, and the paper's loop,
-                                 // which visits all blocks
+  std::vector<PatchCase> cases;  // cases whose blocks can be skipped: no infinite brush (no blocks), no
+                                 // literal rule (visits all)
   for (PatchCase& c : every_variant(test_size(1500)))
     if (c.options.population != bristle::Population::infinite && !c.options.compared.literal)
       cases.push_back(std::move(c));
@@ -251,7 +251,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
   }
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (cases[i].options.population == bristle::Population::infinite)
-      continue;  // the infinite brush stores some sums only for outputs that need them
+      continue;  // skips the infinite brush, which stores some sums only for outputs that need them
     INFO(cases[i].name);
     expect(batch.state_hash(ids[i]) == batch.state_hash(twins[i]), "the same state whatever the outputs");
   }
@@ -275,7 +275,7 @@ TEST_CASE("find_force tells the next step's response bit for bit and leaves the 
       motions[i].id = ids[i];
       Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
       other.id = ids[i];
-      batch.find_force(tick, other);  // a trial of another motion than the step's
+      batch.find_force(tick, other);  // a trial step of another motion, which must change nothing
       found[i] = batch.find_force(tick, motions[i]);
     }
     REQUIRE(batch.state_hash() == before);
@@ -307,7 +307,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
       std::vector<Response> responses(cases.size());
       for (std::size_t i = 0; i < cases.size(); ++i) {
         motions[i] = scripted_motion(i, k, cases[i].options.axes);
-        // Slides steadily, so that some patches carry the slide without stepping their bristles.
+        // Slides these patches steadily, so that some carry the slide without stepping their bristles.
         if (k < settled && i % 2 == 0) {
           motions[i].displacement[0] = dbar;
           motions[i].displacement[1] = 0.0;
@@ -329,7 +329,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   const std::uint64_t hash_end = original.state_hash();
   REQUIRE(hash_end != hash_then);
 
-  // Restores an earlier state in the same batch.
+  // Checks that restoring an earlier state in the same batch repeats the steps.
   original.restore_state(state);
   CHECK(original.state_hash() == hash_then);
   std::vector<Response> again = advance(original, ids, settled, end);
@@ -338,7 +338,7 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
   for (std::size_t i = 0; i < expected.size(); ++i) wrong += !first_difference(expected[i], again[i]).empty();
   CHECK(wrong == 0);
 
-  // Restores the state into a batch with other options, which has made other steps.
+  // Restores the state into a batch with other options and another history.
   for (const BatchOptions& options : {BatchOptions{}.with_isa("scalar"), BatchOptions{}.with_threads(1)}) {
     PatchBatch other(options);
     const std::vector<PatchId> other_ids = fill(other);
@@ -392,7 +392,7 @@ TEST_CASE("A state that does not fit is refused and changes nothing", "[determin
   refused(one_axis, state, "another number of axes");
   CHECK(batch.state_hash() == hash);
 
-  // A buffer may be larger than the state.
+  // Checks that save_state() accepts a buffer larger than the state.
   std::vector<std::byte> roomy(state.size() + 100);
   CHECK(batch.save_state(roomy) == state.size());
   batch.step(tick, {&motion, 1}, {&response, 1});
@@ -418,7 +418,7 @@ TEST_CASE("The hash sees every part of the state", "[determinism]") {
   CHECK(hash_after(3e-6, 0.4, material, 1) != base);
   // Checks that another material gives another hash.
   CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);
-  CHECK(hash_after(3e-6, 0.5, material, 2) != base);  // other snap lengths give another hash
+  CHECK(hash_after(3e-6, 0.5, material, 2) != base);  // different snap lengths must give another hash
   CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
   CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
 }

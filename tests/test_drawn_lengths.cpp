@@ -25,7 +25,7 @@ double length_at(const std::vector<double>& table, double u, bool single) {
   constexpr int half = 23 * 16;
   const double w = std::min(u, 1.0 - u);
   int exponent = 0;
-  const double mantissa = std::frexp(w, &exponent);  // mantissa in [1/2, 1)
+  const double mantissa = std::frexp(w, &exponent);  // w as mantissa in [1/2, 1) times a power of two
   const int cell = (exponent + 23) * 16 + static_cast<int>((2.0 * mantissa - 1.0) * 16.0);
   const auto at = static_cast<std::size_t>(cell + (u > 0.5 ? half : 0));
   if (!single) return table.at(2 * half + 2 * at) + table.at(2 * half + 2 * at + 1) * w;
@@ -36,14 +36,14 @@ double length_at(const std::vector<double>& table, double u, bool single) {
 
 struct Sums {
   double moment[3] = {0.0, 0.0, 0.0};
-  double distance = 0.0;  ///< largest distance between the distribution functions of draws and law
+  double distance = 0.0;  ///< largest distance between the distribution functions of drawn lengths and law
   double shortest = 1e9, longest = 0.0;
 };
 Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& table, bool single) {
   constexpr int draws = 1 << 23;
   Sums sums;
   for (int h = 0; h < draws; ++h) {
-    // Takes all of the outermost 4096 shares, and every 64th of the others with a weight of 64.
+    // Takes all of the outermost 4096 shares at either end, and of the others every 64th with weight 64.
     const bool outer = h < 4096 || h >= draws - 4096;
     constexpr int pace = 64;
     if (!outer && h % pace != pace / 2) continue;
@@ -100,7 +100,7 @@ TEST_CASE("Bristles met in a jump have lengths in proportion to how long they ar
     const auto m = detail::compile_material(Material{}.with_snap_length(SnapLength::lognormal(10e-6, cv)));
     m->make_draws();
     INFO("cv " << cv);
-    // Moments of the length-biased law over the mean: m2 / m1 and m3 / m1.
+    // Moments of the length-biased law (density times length over the mean): m2 / m1 and m3 / m1.
     const Sums sums = sum_draws(*m, m->biased_table, true);
     const double growth = 1.0 + cv * cv;
     CHECK(sums.moment[1] == Approx(10e-6 * growth).epsilon(1e-6));

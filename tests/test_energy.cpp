@@ -1,4 +1,4 @@
-// Work in = change of stored energy + snap losses + contact losses (+ damper work), in every single step.
+// Energy balance: work in = change of stored energy + losses (snaps, contacts, dampers), in every step.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -40,12 +40,12 @@ struct Balance {
   double work = 0.0;      ///< work of the elastic part of the mean force, J
   double stored = 0.0;    ///< change of the stored energy, J
   double lost = 0.0;      ///< energy lost in snaps and contacts, J
-  double involved = 0.0;  ///< sum of the sizes of these terms, J
+  double involved = 0.0;  ///< sum of the absolute values of these energies, J
   double tolerance = 0.0;
   double residual() const { return work - stored - lost; }
 };
 
-/// Returns the balance of the step that gave r, for a patch of n bristles.
+/// Returns the energy balance of the step that gave r, for a patch of n bristles.
 Balance balance_of(const Response& r, double before, double after, double dx, double dy, Precision precision,
                    std::uint32_t n, double stiffness_of_one, double longest) {
   Balance b;
@@ -58,17 +58,17 @@ Balance balance_of(const Response& r, double before, double after, double dx, do
   const double blocks = std::ceil(n / 256.0);
   const double path = std::hypot(dx, dy);
   const double grain = 0x1p-44 * 2.0 * dbar;
-  // Stiffness of one representative, which stands for more bristles under overload.
+  // Stiffness of one representative, which is higher while the load exceeds max_normal_load.
   const double one = std::max(stiffness_of_one, r.stiffness / n);
-  // Allows for digits lost where the damper's share was subtracted from the mean force.
+  // Allows for the digits lost in taking the damper's share out of the mean force.
   const double digits = 0x1p-52 * (std::abs(r.damper[0] * dx) + std::abs(r.damper[1] * dy));
   b.tolerance = balance_bound(precision) * b.involved + (std::abs(fx) + std::abs(fy)) * grain +
                 blocks * one * (grain * path + 0x1p-50 * (path + 2.0 * longest) * longest) + digits;
   return b;
 }
 
-/// A random walk with steps of every size: tiny, presliding, a few snaps, so long that snaps are jumped. The
-/// load varies slightly, changes at random, or becomes 0.
+/// A random walk with steps of every size: tiny, presliding, a few snaps, so long that the kernel jumps over
+/// snaps. The load varies slightly, changes at random, or becomes 0.
 class RandomWalk {
  public:
   RandomWalk(int axes, double max_load, unsigned seed) : axes_(axes), max_load_(max_load), random_(seed) {}
@@ -123,11 +123,11 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
     INFO(c.name);
     const bool infinite = c.options.population == bristle::Population::infinite;
     const bool ages = c.material.ageing_strength > 0.0, slides = c.material.snap_rule == SnapRule::slide;
-    // Whether every loss comes with a counted snap. A renewal loses energy without a snap, and a sliding
-    // bristle counts as a snap before it loses any.
+    // Whether energy is lost only with a counted snap. A renewal loses energy without a snap, and a sliding
+    // bristle is counted as a snap before it loses any.
     const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
     const Precision precision = infinite ? Precision::double_ : c.options.precision;
-    // The place of a snap is known to 1e-12; an age, a slide, or a number drawn for n bristles is less exact.
+    // In double a snap's place is known to 1e-12; ages, slides and numbers drawn for n are less exact.
     const double digits = precision == Precision::single                ? 1.0
                           : ages || slides || c.options.fluctuation > 0 ? 10.0
                                                                         : 1.0;
@@ -148,8 +148,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
                              c.material.snap_length.longest());
       b.tolerance *= digits;
-      // The stored energy of an infinite brush may be wrong by 1e-5 of itself, and be corrected in a step
-      // that does no work.
+      // The stored energy of an infinite brush may be off by 1e-5 of itself, and be corrected in a step that
+      // does no work.
       const double least = infinite ? -1e-5 * (before + after) : 0.0;
       if (!(std::abs(b.residual()) <= b.tolerance)) {
         ++failures;
@@ -166,8 +166,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
       }
       expect(r.contact_loss >= -b.tolerance, "contact loss is a loss");
       expect(r.damper_work >= 0.0, "dampers take energy");
-      // Checks passivity: no more energy comes out than went in, and the stored energy is part of what went
-      // in.
+      // Checks passivity: a patch gives out no more energy than it took, and the stored energy is part of
+      // what it took.
       taken += b.work;
       slack += b.tolerance;
       expect(taken >= after - slack, "the work taken so far covers the energy stored");
@@ -214,7 +214,7 @@ TEST_CASE("Against the mean force the end force takes more where a bristle stick
   OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep),
                  plain_options(1, 1, Precision::single));
   patch.step(0.0, 0.0, 1.0);
-  // On a spring of 1 N/m the end force does the work (0.9 dbar)^2, of which half is stored.
+  // On a spring of 1 N/m bent by 0.9 dbar, end force times path is 0.81 dbar^2, twice the stored energy.
   Response r = patch.step(0.9 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] == Approx(0.9 * dbar).epsilon(1e-6));
   CHECK(-r.mean[0] == Approx(0.45 * dbar).epsilon(1e-6));
@@ -223,7 +223,7 @@ TEST_CASE("Against the mean force the end force takes more where a bristle stick
   r = patch.step(0.2 * dbar, 0.0, 1.0);
   CHECK(-r.elastic[0] * 0.2 == Approx(0.02 * dbar).epsilon(1e-5));
   CHECK(-r.mean[0] * 0.2 == Approx(0.1 * dbar).epsilon(1e-5));
-  // Before the snap 0.405 dbar^2 was stored.
+  // After the snap only 0.005 dbar^2 is stored, of 0.405 dbar^2 before it.
   CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));
 }
 

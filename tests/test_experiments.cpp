@@ -26,14 +26,14 @@ using cli::SeriesRow;
 
 namespace {
 
-/// Returns a number of bristles of at least 900, that of the tables, which their sampling tolerances assume.
+/// Returns a number of bristles, at least the tables' 900, for which the sampling tolerances hold.
 double bristle_count(std::uint32_t full) { return std::max(test_size(full), 900u); }
 
 const char* model_of(const std::string& variant) {
   return variant == "fixed" ? "brush_keep" : "brush_redraw";
 }
 
-// Returns the kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
+// Returns the kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2 (second moment).
 double kinetic_deflection(const std::string& dist, const std::string& variant) {
   const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
   return number(row, "f_kinetic");
@@ -78,13 +78,13 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
   const double n = test_size(20000);
   int cases = 0;
   for (const Row& first : read_table("drift_brush.csv")) {
-    // Takes the rows with positive forces only, in which a cycle closes at once. Between forces of both signs
-    // redraw needs some cycles.
+    // Skips cycles between forces of both signs, as with redraw these need some cycles until they
+    // close.
     if (first.at("cycle") != "1" || number(first, "Fmin_over_Fpeak") < 0.0) continue;
     const std::string model = model_of(first.at("variant"));
     INFO(first.at("dist") << ", " << model << ", to " << first.at("Fmax_over_Fpeak") << " of the peak");
     const double per_length =
-        // Scale at which the kinetic force is 1 N.
+        // Scale of the table's forces at which the kinetic force is 1 N.
         1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));
     const double peak = number(find_row(read_table("summary.csv"),
                                         {{"dist", first.at("dist")}, {"variant", first.at("variant")}}),
@@ -99,14 +99,14 @@ TEST_CASE("A brush under a wavering force goes where the table says, and comes b
                                         {model});
     double furthest = 0.0;
     for (const SeriesRow& row : rows_of(result, "fig2", model)) furthest = std::max(furthest, row.values[3]);
-    // Sampling error of the bristles' force over the slope of the virgin curve there (1 - x, by the
-    // difference quotient of the table's curve). Adds the effect of the block's inertia and damper at 1 Hz: m
-    // w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
+    // Tolerance of the position: sampling error of the force over the slope of the virgin curve there (1 - x,
+    // by the difference quotient of the table's curve). Adds the effect of the block's inertia and damper at
+    // 1 Hz: m w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
     const double x = number(first, "x_at_Fmax_over_dbar");
     const double slope = x < 0.5 ? 0.5 : std::max(0.1, 1.0 - x);
     const double tolerance = sampling(first.at("dist"), first.at("variant"), n) / slope + 1e-3;
     CHECK(std::abs(furthest / 2e-5 - x) < tolerance);
-    // Allows a drift by two bristles that snap late, because the block still swings.
+    // Allows a drift of two bristles that snap late, because the block's swing has not died away.
     CHECK(std::abs(finding(result, "drift_per_cycle", model)) <= 2.0 * 20.0 / n / slope);  // um
     ++cases;
   }
@@ -132,8 +132,8 @@ TEST_CASE("Break-away falls with the force rate for LuGre and rises for the brus
     for (std::size_t i = 0; i < table.size(); ++i) {
       INFO(model << " at " << rows[i].values[0] << " N/s");
       const double friction = rows[i].values[3];
-      // Error of the step, by halving it. For the brush adds Koksma's bound: the discrepancies of the table's
-      // 900 bristles and of ours (1/2n each), times the variation of z at the peak (1.5 lengths of 2 N each).
+      // Time step's error, from a run with half the step. For the brush adds Koksma's bound: discrepancies of
+      // the table's 900 bristles and of n (1/2n each), times the variation of z at the peak (1.5 x 2 N).
       const double step_error = std::abs(friction - coarse_rows[i].values[3]);
       const double tolerance = 2.0 * step_error + (brush ? 1.5 / 900.0 + 1.5 / n : 1e-5);
       const double expected =
@@ -150,7 +150,7 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
     const char* model;
     Sets sets;
   };
-  // The table gives redraw the same stiffness as keep, so its kinetic force is 13/12 N. Ours has two thousand
+  // With redraw the table has the stiffness of keep, hence a kinetic force of 13/12 N. Here are two thousand
   // bristles.
   const double n = bristle_count(2000);
   const std::vector<Case> cases = {
@@ -175,8 +175,8 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
       fastest = std::max(fastest, r.values[3]);
     }
     // Rows are 2 ms apart, in which the spring gains 4e-4 N. A brush breaks away at its highest force, known
-    // to 1.5/900 N as above with SnapRule::keep (stratified) and to the sampling error with SnapRule::redraw.
-    // The swing that follows doubles the error, because it conserves energy.
+    // to 1.5/900 N with SnapRule::keep (stratified) and to the sampling error with SnapRule::redraw. The
+    // swing that follows doubles the error, because it conserves energy.
     const bool brush = std::string(c.model) != "lugre";
     const double population = !brush ? 1e-5
                               : std::string(c.model) == "brush_keep"
@@ -186,7 +186,7 @@ TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[expe
     CHECK(std::abs(start - number(row, "t_slip_start_s")) < tolerance / 0.2);
     CHECK(std::abs(force - number(row, "spring_force_max_before_N")) < tolerance);
     CHECK(std::abs(low - number(row, "spring_force_min_after_N")) < 2.0 * tolerance);
-    // A swing reaches the speed v = swing / sqrt(k m).
+    // Bounds the speed's error by v = swing / sqrt(k m) of the block, twice the force's tolerance.
     CHECK(std::abs(fastest - number(row, "v_max_m_per_s")) < 2.0 * tolerance / std::sqrt(2.0));
   }
 }
@@ -207,7 +207,7 @@ TEST_CASE("Friction lags with LuGre as the table says, and not with the brush", 
       CHECK(std::abs(rows[i].values[side] - expected) < step_error + 1e-7);
     }
   }
-  // The brush's drift is zero, within the fluctuation of finitely many bristles over the averaged cycles.
+  // The brush's drift is zero, but for the fluctuation of finitely many bristles over the averaged cycles.
   const double n = test_size(3600), cycles = 20;
   const ExperimentResult brush = run("friction-lag", {set("bristles", n), "omegas=25", set("cycles", cycles)},
                                      {"brush_keep", "brush_redraw"});
@@ -226,7 +226,7 @@ TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from i
                          [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
   };
   CHECK(counted("1e-3,5e-3") == 0);
-  CHECK(counted("1e-3,1e-2") == 0);  // only one of these two speeds is above those of rest
+  CHECK(counted("1e-3,1e-2") == 0);  // fast enough only at one of these two speeds
   CHECK(counted("1e-2,2e-2") == 1);
 }
 
@@ -238,8 +238,8 @@ TEST_CASE("Steady friction over speed follows the tables of both damper decays",
         "stribeck_velocity=0.01"}},
       {"canudas95_scaled", {}}};
   const double n = test_size(3600), way = 50.0;
-  // Five standard deviations of a mean over a path of `way` mean snap lengths, of which every second one
-  // counts as independent.
+  // Tolerance: five standard deviations of a mean over a path of `way` mean snap lengths, of which every
+  // second one counts as independent.
   const double relative = sigmas * 0.0216 * std::sqrt(900.0 / n) / std::sqrt(0.5 * way);
   std::map<std::string, std::string> speeds;
   for (const Row& row : read_table("steady_force_velocity.csv")) {
@@ -310,7 +310,7 @@ TEST_CASE("The infinite brush is pulled along the virgin curve of the table, wha
       const auto found = at(rows, x * 2e-5, 1e-12);
       if (!found) continue;
       INFO(dist << ", x = " << x);
-      // Allows the error at the default resolution, (1/8)^2 / 8 mean snap lengths for pieces of 1/8.
+      // Tolerance of the infinite brush: its pieces of 1/8 have an error of (1/8)^2 / 8 mean snap lengths.
       expect_near(found->values[1] * kinetic_deflection(dist, "redraw"), number(row, "f_reference"), 2e-3,
                   "mean deflection");
       ++points;
@@ -330,13 +330,13 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         if (row.at("dist") != dist || row.at("variant") != variant) continue;
         const bool up = row.at("jump") == "zeta x2";
         const double x = number(row, "x_over_dbar_after_jump");
-        // After a fall of the load, compares the force a hundredth of a mean length further on.
+        // After a fall of the load, looks at the force a hundredth of a mean snap length further on.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
         const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;
         INFO(dist << ", " << variant << ", " << row.at("jump") << ", x = " << x);
-        // Kinetic friction before the change is 1 N. Allows the fluctuation of the bristles there before, and
-        // of as many new ones.
+        // Tolerance over the kinetic friction before the load's change: the fluctuation of the bristles there
+        // before, and of as many new ones.
         const double tolerance = 2.0 * sampling(dist, variant, n) / kinetic_deflection(dist, variant);
         expect_near(found->values[1], number(row, "F_over_Fk1_ref"), tolerance, "friction");
         ++points;
@@ -365,7 +365,7 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
         INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
         const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
         expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
-        // After a turn to the left, the direction of the first slide lies to the right of the motion.
+        // After a turn to the left, bristles are still bent in the old direction, on the right.
         expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
         ++points;
       }
@@ -376,8 +376,8 @@ TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
 
 TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say, and not the rubbed one",
           "[experiment]") {
-  // 200 cycles of 1.5 presliding lengths to either side, lognormal 0.3: highest F/N rises from 0.46 to 1.11,
-  // by a factor of 2.4; event by event by 2.4 to 2.8 over seeds and laws.
+  // Hardening by 200 cycles of 1.5 presliding lengths to either side, lognormal 0.3: the highest F/N rises
+  // from 0.46 to 1.11, a factor of 2.4; other simulations give 2.4 to 2.8 over seeds and laws.
   const Sets sets{
       "strokes=0.2,0.5,1,1.5,2,5",         "cycles=200", "tremor_time=10", "turns=30", "force_cycles=20",
       set("bristles", bristle_count(3600))};
@@ -398,7 +398,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     INFO(model);
     CHECK(hardening(model, 1.5) > 2.3);
     CHECK(hardening(model, 1.5) < 2.8);
-    CHECK(finding(result, "loop_work", model) < 0.05);  // the loop's work has fallen to a twentieth or less
+    CHECK(finding(result, "loop_work", model) < 0.05);  // work of the cycle's loop, last over first
   }
   for (const double stroke : {0.2, 0.5, 1.0, 1.5, 2.0, 5.0}) CHECK(hardening("brush_rubbed", stroke) <= 1.25);
   CHECK(finding(result, "hardening", "brush_rubbed") <= 1.25);
@@ -411,10 +411,10 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     CHECK(std::abs(finding(result, "ratchet_taps", model)) < 1e-4);
     CHECK(std::abs(finding(result, "echo", model)) < 3.0);
   }
-  // reference/README.md: with keep the virgin peak repeats at the origin, and just before it friction is
-  // twice the kinetic force.
+  // With keep the virgin peak repeats at the origin, and just before it friction is twice the kinetic force
+  // (reference/README.md).
   CHECK(finding(result, "echo", "brush_keep") > 50.0);
-  // All models slide with the kinetic friction that the settings ask for.
+  // Checks that all models slide with the kinetic friction that the settings ask for.
   for (const std::string& model : models) {
     INFO(model);
     double sum = 0.0, count = 0.0;
@@ -430,7 +430,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
 
 namespace {
 
-// Returns the cells of the table of tools/EXPERIMENTS.md, by experiment and phenomenon.
+// Returns the cells of the table in tools/EXPERIMENTS.md, by experiment and phenomenon.
 std::map<std::string, std::vector<std::string>> page_cells() {
   std::ifstream page(BRISTLE_EXPERIMENTS_PAGE);
   std::map<std::string, std::vector<std::string>> cells;
@@ -447,7 +447,7 @@ std::map<std::string, std::vector<std::string>> page_cells() {
   return cells;
 }
 
-// Compares the page with an experiment's findings. `left_out`: models that take too long for a test.
+// Compares tools/EXPERIMENTS.md with an experiment's findings. `left_out`: models too slow for a test.
 void check_page(const std::string& name, const std::vector<std::string>& left_out = {}) {
   const cli::Experiment& experiment = cli::find_experiment(name);
   const std::vector<std::string> models = cli::models_of(&experiment);
@@ -480,8 +480,8 @@ void check_page(const std::string& name, const std::vector<std::string>& left_ou
 
 }  // namespace
 
-// Each experiment is a test case of its own, so that none takes long. Builds without optimisation run the
-// quick ones.
+// Each experiment has its own test case, so that none takes long. Builds without optimisation run only the
+// quick experiments.
 TEST_CASE("The page of experiments says what the program finds: drift and presliding", "[experiment]") {
   check_page("drift");
   check_page("presliding");
@@ -561,7 +561,7 @@ TEST_CASE("A parameter that is unknown, out of range or no number is refused by 
   CHECK_THAT(refusal("load"), Contains("KEY=VALUE"));
   CHECK_THAT(refusal("cycles=2.5"), Contains("whole"));
   CHECK_THAT(refusal("law=cauchy"), Contains("'cauchy'") && Contains("lognormal"));
-  // A uniform law with negative lengths is refused.
+  // Refuses a uniform law of cv 1, which would have negative lengths.
   CHECK_THAT(message_of<cli::UserError>([] {
                run("drift", {"law=uniform", "cv=1"}, {"brush_keep"});
              }),

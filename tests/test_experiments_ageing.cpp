@@ -69,7 +69,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     slider.move(0.0, duration, 40000);
     const double relaxed = slider.force();
     double peak = 0.0;
-    // Samples as often as the experiment does: 100 steps in each of 4 presliding lengths of 20 um.
+    // Takes samples as often as the experiment does: 100 steps in each of 4 presliding lengths of 20 um.
     for (int k = 0; k < 400; ++k) {
       slider.move(v, 2e-7 / v, 50);
       peak = std::max(peak, slider.force());
@@ -78,8 +78,8 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
       if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
     }
-    // The experiment integrates in some hundred pieces with errors of up to 1e-7 in F / (a N) and in psi
-    // (RateState::tolerance), which is 3e-9 N and 8e-9 N.
+    // Tolerance: the experiment integrates in some hundred pieces with errors of up to 1e-7 in F / (a N) and
+    // in psi (RateState::tolerance), which is 3e-9 N and 8e-9 N.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
     const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);
@@ -91,14 +91,14 @@ TEST_CASE(
     "Slide-hold-slide: on a stiff contact the peak of rate and state is b ln(1 + v t / Dc) above its "
     "sliding",
     "[experiment]") {
-  const double v = 1e-4, b = 0.04;  // other parameters are the defaults: a 0.02, Dc 20 um
+  const double v = 1e-4, b = 0.04;  // the experiment's defaults: a 0.02, Dc 20 um
   const ExperimentResult result =
       run("slide-hold-slide", {"stiffness=1e9", "steps_per_length=2000"}, {"rate_state"});
   const double steady = steady_coefficient(0.02, b, v) * load;
   for (const SeriesRow& row : rows_of(result, "peak", "rate_state")) {
     const double expected = steady + b * load * std::log(1.0 + row.values[0] * v / 2e-5);
-    // Within the first step (1/2000 of Dc) theta is up to 5000 times its steady value; at the end of that
-    // step it has decayed by exp(-x/Dc).
+    // In the first step (1/2000 of Dc) the state theta is up to 5000 times its steady value; at the end of
+    // that step it has decayed by exp(-x/Dc).
     CHECK(row.values[3] == Approx(expected).margin(b * load * 1e-3));
   }
   CHECK(finding(result, "healing", "rate_state") == Approx(100.0 * b / mu0).epsilon(0.03));
@@ -119,19 +119,19 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
       INFO((up ? "up" : "down") << " from " << row.values[0] << ", x = " << row.values[1]);
       const double after = (up ? factor : 1.0) * row.values[0];
       const double x = row.values[1] * 2e-5 / length;
-      // After the step in speed theta changes from Dc/v1 to Dc/v2 as exp(-x/Dc).
+      // After a step in speed the state theta decays from Dc/v1 to Dc/v2 as exp(-x/Dc).
       const double coefficient =
           steady_coefficient(a, b, after) + b * std::log1p((ratio - 1.0) * std::exp(-x));
-      // The path before the step is ten lengths. Allows what the last quarter of it still has of the step
-      // before, on average.
+      // The previous step in speed was ten lengths before. Allows what the last quarter of that path still
+      // has of it, on average.
       CHECK(row.values[2] == Approx(coefficient * load).margin(b * load * factor * 2.0 * std::exp(-7.5)));
     }
   }
   CHECK(finding(result, "speed_fall", "rate_state") == Approx(100.0 * (b - a) / mu0).epsilon(0.003));
-  // The first sample is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
+  // The first sample is a fiftieth of Dc after the step in speed: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
   const double late = b * (std::log1p(2.0 * std::exp(-0.02)) / std::log(3.0) - 1.0);
   CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
-  // The path x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
+  // Path x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
   const double first = std::log1p(2.0 * std::exp(-0.02));
   const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
   CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));
@@ -141,7 +141,7 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
 }
 
 TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
-  // Both speeds are near the Stribeck velocity, where LuGre's friction falls with speed.
+  // Both speeds are near the Stribeck velocity, where friction of the LuGre model falls with speed.
   const ExperimentResult result =
       run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
           {"gms", "lugre"});
@@ -168,15 +168,15 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
     const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
     const double found = rows_of(result, "bisection", "rate_state").front().values[1];
     const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    // The experiment takes 15 samples in the shorter of both Dc.
+    // Tolerance: the experiment takes 15 samples in the shorter of both lengths Dc.
     CHECK(theory == Approx(expected).epsilon(0.015));
-    CHECK(found == Approx(expected).epsilon(0.03));  // the experiment bisects the stiffness to 2 %
+    CHECK(found == Approx(expected).epsilon(0.03));  // bisected by the experiment to 2 %
     CHECK(is_shown(result, "linear_theory", "rate_state"));
   }
 }
 
 TEST_CASE("Critical stiffness: inertia makes a heavy slider unstable on stiffer springs", "[experiment]") {
-  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983), so a slider of 25 kg at 0.2 mm/s doubles it.
+  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983): 25 kg at 0.2 mm/s double the critical stiffness.
   const ExperimentResult result =
       run("critical-stiffness",
           {"mass=25", "speeds=2e-4", "stiffness=1e7", "settling=40", "steps_per_length=40"}, {"rate_state"});
@@ -246,7 +246,7 @@ struct RubbedLaw {
     return residual + integral([&](double r) { return r * left(r, v, nu); }) /
                           integral([&](double r) { return left(r, v, nu); });
   }
-  // Returns the relative rise of the peak over the relative growth of all snap lengths, for a small growth at
+  // Returns how much the peak rises per growth of all snap lengths, both relative, for a small growth at
   // once, as in a hold. Snaps come late by that growth, so the falls of force that they bring are missing,
   // and those of the bristles that they would have renewed.
   double rise() const {
@@ -301,7 +301,7 @@ TEST_CASE("The brush that ages slides at every speed as the table says", "[exper
 
 TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the table", "[experiment]") {
   const std::vector<Row> table = read_table("ageing_hold.csv");
-  std::map<std::string, Sets> runs;  // settings and holds of each run, by law, beta and speed
+  std::map<std::string, Sets> runs;  // settings and holds of each slide-hold-slide run, by law, beta, speed
   int points = 0;
   for (const Row& first : table) {
     const std::string key = first.at("dist") + first.at("beta") + first.at("v_tau_over_dbar");
@@ -396,7 +396,7 @@ TEST_CASE(
     const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
     const Sets sets = plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal),
                                        set("ageing", beta), "resolution=32"};
-    // At speeds so slow that ages far exceed tau, dF/d ln v is -beta of the friction beyond the residual.
+    // When ages far exceed tau, at slow speeds, dF/d ln v is -beta of the friction beyond the residual.
     const ExperimentResult slid =
         run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
     const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
@@ -406,23 +406,23 @@ TEST_CASE(
     for (const SeriesRow& row : rows) {
       CHECK(row.values[1] == Approx(law.deflection(row.values[0]) / fast).margin(1e-3));
     }
-    // The holds are far longer than a bristle ages in sliding.
+    // Lets the contact rest far longer than a bristle ages in sliding.
     const ExperimentResult held =
         run("slide-hold-slide", sets + Sets{"speed=1e-4", "holds=1e3,1e5,1e7", "steps_per_length=400"},
             {"brush_aged"});
     const double healing = 0.01 * finding(held, "healing", "brush_aged");
     const double expected = beta * none.rise() / fast;
     if (!rubbed) CHECK(expected == Approx(2.0 * beta).epsilon(1e-3));
-    // Longer lengths let the body move further until the peak, by which fewer of the bristles that snapped
-    // first are left. So healing is divided by g of the hold, here of the middle one.
+    // Longer snap lengths delay the peak, until which more bristles have snapped; so healing per decade is
+    // divided by g of the hold, here of the middle one.
     CHECK(healing * law.factor(1e5) == Approx(expected).epsilon(0.05));
   }
 }
 
 namespace {
 
-// Checks three dampings: small, where fast swings are damped last; middle; and so large that it takes a share
-// of the fall with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
+// Checks three dampings: small, where fast swings are damped last; middle; and so large that it changes the
+// fall of friction with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
 // "Stick-slip"); it uses neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",
@@ -484,8 +484,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
   for (const SeriesRow& row : rows_of(with, "step", "brush_aged")) {
     const double v = row.values[0];
     INFO("from " << v << " m/s");
-    // Expected over kinetic friction and per e-fold of speed. The first sample is a thousandth of a length
-    // after the step, by which a thousandth of the fall of 5 % has happened.
+    // Expected change over kinetic friction, per e-fold of speed. The first sample is a thousandth of a
+    // length after the step, by which a thousandth of the fall of 5 % has happened.
     const double expected =
         a / mu0 * (std::asinh(1.5 * v / speed) - std::asinh(0.5 * v / speed)) / std::log(3.0);
     CHECK(row.values[2] == Approx(expected).margin(2e-4));
@@ -497,8 +497,8 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
 
 TEST_CASE("Break-away of the brush that ages falls with the force rate as its snap lengths do",
           "[experiment]") {
-  // A first pull follows the virgin curve, with all lengths longer by g of the time it takes, because all
-  // bristles are as old as the pull. A light block adds little inertia.
+  // A first pull follows the virgin curve with all snap lengths longer by g of the pull's duration, the age
+  // of all bristles. A light block adds little inertia.
   const double tau = 0.01, beta = 0.05;
   const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", "redraw"}});
   const double young = number(row, "f_peak") / number(row, "f_kinetic");

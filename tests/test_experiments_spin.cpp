@@ -47,7 +47,7 @@ TEST_CASE("Brush and LuGre slide and spin as the table of the limit surface says
     CHECK(finding(result, "limit_surface", model) == Approx(100.0 * worst).margin(0.01));
     CHECK(is_shown(result, "limit_surface", model));
   }
-  // Checks that two rings of cells are too coarse for 1 %, and that the experiment says so.
+  // Checks that two rings of cells are too coarse for 1 %, and that the experiment reports the miss.
   const cli::ExperimentResult coarse = run("limit-surface", {"rings=2"}, {"brush_infinite"});
   CHECK(!is_shown(coarse, "limit_surface", "brush_infinite"));
 }
@@ -80,11 +80,11 @@ TEST_CASE("A disc turned from rest follows the table, with its peak", "[experime
   CHECK(found > 10);
   CHECK(1.5 * highest(turned, 1) == Approx(peak).epsilon(0.005));
   CHECK(finding(result, "spin_peak", model) == Approx(peak).epsilon(0.005));
-  // A first pull has a peak of 0.625 mean snap lengths, over the kinetic 13/24 (reference/README.md).
+  // Expected peak of a first pull: 0.625 mean snap lengths, over the kinetic 13/24 (reference/README.md).
   CHECK(highest(pulled, 1) == Approx(0.625 * 24.0 / 13.0).epsilon(0.002));
   CHECK(finding(result, "spin_peak_share", model) == Approx(peak / (0.625 * 24.0 / 13.0)).epsilon(0.005));
   CHECK(finding(result, "torsion_spring", model) == Approx(1.0).epsilon(1e-6));
-  // While the disc spins, a pull at a tenth of the rim's speed meets a tenth of kinetic friction, without a
+  // Pulls a spinning disc at a tenth of the rim's speed: friction is a tenth of kinetic friction, without a
   // peak.
   const auto spinning = rows_of(result, "spinning", model);
   CHECK(spinning.back().values[1] == Approx(rivals::coulomb_disc(0.1).force).epsilon(0.02));
@@ -137,7 +137,7 @@ TEST_CASE("A plate at its corner: friction at its mean distance, and LuGre cells
     INFO(model);
     CHECK(finding(result, "corner_moment", model) == Approx(1.0).epsilon(0.01));
   }
-  CHECK(finding(result, "corner_holds", "lugre") > 1.0);  // creep of the corner, um per cycle
+  CHECK(finding(result, "corner_holds", "lugre") > 1.0);  // creep of a plate held at its corner, um per cycle
   CHECK(!is_shown(result, "corner_holds", "lugre"));
   for (const char* model : {"elasto_plastic", "brush_infinite", "brush_keep"}) {
     INFO(model);
@@ -158,7 +158,7 @@ TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experi
     CHECK(there->values[2] == Approx(-2.0 * number(row, "Mz_over_muN2a")).margin(1e-3));
   }
   CHECK(found >= 3);
-  // All models have the wheel's stiffness at small creepages; LuGre's deflection follows d / (1 + 6/7 x 3 s).
+  // All wheel models have the same stiffness at small creepage; the LuGre tyre follows d / (1 + 6/7 x 3 s).
   for (const char* model : {"slip_formula", "lugre_tyre"}) {
     const auto first = at(rows_of(result, "curve", model), 0.02, 1e-9);
     const double closed = model == std::string("lugre_tyre") ? 0.06 / 1.06 : 0.06;
@@ -166,7 +166,7 @@ TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experi
   }
   CHECK(finding(result, "relaxation_length", "bed") == Approx(2.0 - 2.0 * std::exp(-0.5)).margin(2e-3));
   CHECK(finding(result, "relaxation_length", "lugre_tyre") == Approx(12.0 / 7.0 / 1.03).epsilon(0.01));
-  // FASTSIM has an error of first order.
+  // FASTSIM's error is of first order, so that four times the cells leave a quarter of it.
   const double coarse = finding(result, "creep_force", "fastsim");
   CHECK(finding(run("creep-curve", {"cells=64"}, {"fastsim"}), "creep_force", "fastsim") ==
         Approx(0.5 * coarse).epsilon(0.05));
@@ -174,12 +174,12 @@ TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experi
 
 TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its way", "[experiment][beds]") {
   const cli::ExperimentResult result = run("rolling-ball", {"time=1"}, {"coulomb", "bed"});
-  // The ball's centre gains as much speed as its surface loses: 1 / (1 + 2/5 (1 - creepage)).
+  // The centre of a ball gains as much speed as its surface loses: ratio 1 / (1 + 2/5 (1 - creepage)).
   const double creepage = rows_of(result, "slope", "bed").back().values[3];
   CHECK(creepage > 3e-3);
   CHECK(finding(result, "rolls_down", "bed") == Approx(1.0 + 2.0 / 7.0 * creepage).margin(1e-4));
   CHECK(finding(result, "thrown_rolls", "bed") == Approx(5.0 / 7.0).margin(1e-3));
-  // A regularised Coulomb contact slips at a speed that its force sets, so at twice the ball's speed it
+  // A regularised Coulomb contact slips at a speed that its force sets, so when a ball moves twice as fast it
   // creeps half as much per distance.
   CHECK(finding(result, "creeps_by_distance", "coulomb") == Approx(0.5).margin(0.01));
 }

@@ -33,7 +33,7 @@ const char* name_of(Population population) {
   return population == Population::infinite ? "infinite" : "representatives";
 }
 
-/// Returns options with the widest precision that the build has for representatives, for the energy balance.
+/// Returns options with double precision if the build has it for representatives, for the energy balance.
 PatchOptions options_of(Population population, double max_load, std::uint32_t bristles = 2400) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(max_load).with_population(population).with_outputs(Outputs::all);
@@ -98,8 +98,8 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< position (m) and angle (rad) of the first patch
-  double lost = 0.0;                 ///< J, energy lost
+  Vector3d pose = Vector3d::Zero();  ///< place (m) and angle (rad) of the first patch
+  double lost = 0.0;                 ///< energy lost so far, J
 };
 
 /// A flat disc that slides and turns in the plane.
@@ -147,8 +147,8 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   const double limit = 0.4 * Disc::load;
   const auto swing = [&](int steps) {
     for (int i = 0; i < steps; ++i) {
-      // Force and torque are at most 0.4 of their limits, so the rim bears at most 0.4 + 0.4 * 4/3 * 0.89 of
-      // kinetic friction and sticks.
+      // Force and torque are at most 0.4 of their limits, so the rim carries at most 0.4 + 0.4 * 4/3 * 0.89
+      // of its kinetic friction, and sticks.
       const double share = 0.2 * (1.0 + std::sin(2.0 * pi * i / 10.0));
       disc.step(way, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
     }
@@ -160,15 +160,15 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   CHECK(start[2] * Disc::radius > 0.02 * length);
   swing(static_cast<int>(test_size(59)) * minute);
   CHECK(disc.status == Status::ok);
-  // Allows the rounding of positions (steps of 1e-6 m) over 2e5 steps, and of forces in single precision.
+  // Allows rounding of positions (steps of 1e-6 m) over 2e5 ticks, and of forces in single precision.
   CHECK((disc.pose - start).head<2>().norm() < 1e-8 * length);
   CHECK(std::abs(disc.pose[2] - start[2]) * Disc::radius < 1e-8 * length);
 }
 
 TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins to rest",
           "[extended][coupling][energy]") {
-  // Turns by up to 0.12 rad in a step, so that an error in the cells' chords, or in the torque half-way,
-  // would show.
+  // Turns the disc by up to 0.12 rad in a step, so that an error in the cells' chords, or in the torque
+  // half-way, shows.
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const double damping = GENERATE(0.0, 2.0);
   CAPTURE(name_of(population), damping);
@@ -180,7 +180,7 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
-    // A relative residual r of the solve may change the energy by r times the largest force times the path.
+    // Tolerance: a relative residual r of the solved force changes the energy by r x largest force x path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
     expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
@@ -201,7 +201,7 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
   CAPTURE(name_of(way), ratio);
   constexpr double mu = 0.4, length = 1e-9, start = 0.5, loss = 0.02;
   Disc disc(rubber(mu, length), options_of(Population::infinite, Disc::load), 5);
-  double v = ratio * start, rim = start;  // v and omega R of a coin with bristles of no length, m/s
+  double v = ratio * start, rim = start;  // v and omega R of an ideal coin (bristles of no length), m/s
   disc.body.velocity << v, 0.0, rim / Disc::radius;
   const double fastest = std::max(v, rim);
   while (std::max(v, rim) > 4e-3 * fastest) {
@@ -217,8 +217,8 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
     expect_near(disc.body.velocity[0], v, 0.03 * std::max(v, rim), "speed");
     expect_near(disc.body.velocity[2] * Disc::radius, rim, 0.03 * std::max(v, rim), "speed of the rim");
   }
-  // After two and a half decades even the ideal coin is away from its limit by this. An error of the limit
-  // surface counts ten times, because the ratio changes by the small difference of F omega R / v and 2 T / R.
+  // Two and a half decades of speed later even the ideal coin is 3 % off its limit. Errors of the limit
+  // surface count ten times: the ratio changes by the small difference of F omega R / v and 2 T / R.
   const double reached = disc.body.velocity[0] / (disc.body.velocity[2] * Disc::radius);
   CHECK(v / rim == Approx(0.653).epsilon(0.03));
   CHECK(reached == Approx(v / rim).epsilon(0.08));
@@ -290,7 +290,7 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
 TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor comes to rest",
           "[extended][coupling][stability]") {
   const double k = GENERATE(1e-3, 0.8, 50.0, 1e4, 1e6);  // stiffness over mass, K T^2 / m, for a step T
-  const double c = GENERATE(0.0, 1.0);                   // damping over mass, C T / m, for a step T
+  const double c = GENERATE(0.0, 1.0);                   // damping over mass in units of the step, C T / m
   CAPTURE(k, c);
   constexpr double length = 10e-6;
   // Stiffness per newton of load, for a disc of 0.1 kg under a load of one newton.
@@ -299,7 +299,7 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
                                 .with_bristle_stiffness(stiffness)
                                 .with_bristle_damping(c * Disc::mass / tick)
                                 .with_stribeck_velocity(1e12);
-  // The speed lets the disc stop within some ten lengths, and turns it by at most half a radian in a step.
+  // Speed at which the disc stops within some ten snap lengths, and turns at most half a radian in a step.
   const double speed = std::min(std::sqrt(20.0 * k) * length / tick, 0.5 * Disc::radius / tick);
   Disc solved(material, options_of(Population::infinite, Disc::load), 2);
   solved.body.velocity << 0.6 * speed, -0.3 * speed, speed / Disc::radius;
@@ -318,8 +318,8 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
 
   Disc predicted(material, options_of(Population::infinite, Disc::load), 2);
   predicted.body.velocity = Eigen::Vector3d(0.6 * speed, -0.3 * speed, speed / Disc::radius);
-  // A free swing loses k/2 of its squared amplitude in a step; if stiff, a step multiplies the amplitude by 1
-  // - 4 / (1 + k/2). Against spin a disc has half the stiffness.
+  // Stuck, the disc swings: a free swing loses k/2 of its squared amplitude in a step; if stiff, a step
+  // multiplies the amplitude by 1 - 4 / (1 + k/2). Against spin a disc has half the stiffness.
   const double decay = std::max({8.0 / std::max(k, c), 0.25 * k, 50.0});
   const auto steps = static_cast<int>(std::min(6.0 * decay, 20000.0));
   for (int i = 0; i < steps; ++i) predicted.step(Way::predictor);
@@ -368,7 +368,7 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
 }
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
-  // The disc's axes turn with the table, in which the velocity of the ground stays the same.
+  // The disc's axes turn with the table; the ground's velocity, given in these axes, stays the same.
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;

@@ -1,4 +1,4 @@
-// Patches with an extent: cells against moments in closed form, torque and force against the tables of
+// Extended patches: moments of their cells against closed forms, torque and force against the tables of
 // tests/data, energy; and a point gives the results of a plain patch.
 #include <catch2/catch.hpp>
 
@@ -39,7 +39,7 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 const SnapLength smooth = SnapLength::lognormal(dbar, 0.3);
 
-/// Returns the sum over the cells of weight x^i y^j.
+/// Returns the moment sum(weight x^i y^j) of an outline's cells.
 double moment(const Outline& outline, int i, int j) {
   double sum = 0.0;
   for (const PatchCell& cell : outline.cells)
@@ -47,17 +47,17 @@ double moment(const Outline& outline, int i, int j) {
   return sum;
 }
 
-/// Returns the mean of cos^i sin^j over a circle.
+/// Returns the mean of cos^i sin^j over the circle of directions, in closed form.
 double circle_mean(int i, int j) {
   if (i % 2 != 0 || j % 2 != 0) return 0.0;
   return std::tgamma((i + 1) / 2.0) * std::tgamma((j + 1) / 2.0) / (pi * std::tgamma((i + j) / 2.0 + 1.0));
 }
-/// Returns the mean of r^k over a disc of radius 1.
+/// Returns the load-weighted mean of r^k over a disc of radius 1, in closed form.
 double radial_mean(Pressure pressure, int k) {
   if (pressure == Pressure::uniform) return 2.0 / (k + 2);
   return 1.5 * std::tgamma(k / 2.0 + 1.0) * std::tgamma(1.5) / std::tgamma(k / 2.0 + 2.5);
 }
-/// Returns the mean of x^k over -1 to 1.
+/// Returns the load-weighted mean of x^k over -1 to 1, in closed form.
 double line_mean(Pressure pressure, int k) {
   if (k % 2 != 0) return 0.0;
   if (pressure == Pressure::uniform) return 1.0 / (k + 1);
@@ -109,7 +109,7 @@ LimitError limit_error(const Row& row, int rings, double snap_over_radius, const
   const Pressure pressure = pressure_named(row.at("pressure"));
   const double radius = dbar / snap_over_radius, ratio = number(row, "v_over_omegaR");
   Pad pad(plain_material(smooth, SnapRule::redraw), options, Outline::disc(radius, pressure, rings), load_n);
-  // The rim moves by at most one mean snap length in a step, and the whole turn is long enough that all but a
+  // Chooses the spin for which the rim moves by a mean snap length per step, and so many steps that all but a
   // few cells have snapped often.
   const double spin = snap_over_radius / (1.0 + ratio);
   const int steps = static_cast<int>(std::ceil((ratio > 1.0 ? 40.0 : 100.0 + 100.0 * ratio)));
@@ -177,8 +177,8 @@ TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", 
   }
   for (int rings : {1, 4, 13, 64})
     CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
-  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a rectangle of no width
-                                                                                   // has its cells on a line
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // cells of a rectangle of
+                                                                                   // no width are on a line
 }
 
 TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
@@ -211,7 +211,7 @@ TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
   CHECK(
       names(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_axes(1)), {"axes = 1", "2 for"}));
   CHECK(names(add(Outline::disc(1e-3, Pressure::uniform).grow_with_load(-1.0)), {"full_size_load = -1"}));
-  // Checks that the other cells are removed if the batch refuses the last cell.
+  // Checks that an outline's cells are removed if the batch refuses its last cell.
   CHECK(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_max_normal_load(-1.0)) !=
         "(no error)");
   batch.warm_up();
@@ -226,8 +226,8 @@ TEST_CASE("Bristles that stick resist a turn with K R^2/2, under Hertz's pressur
   for (Population population : {Population::infinite, Population::representatives}) {
     for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
       INFO((pressure == Pressure::hertz ? "Hertz, " : "uniform, ") << static_cast<int>(population));
-      // The cells share the representatives by whole numbers, so the load must bring the right share of them
-      // into contact.
+      // Cells get whole numbers of representatives, so each must bring the right share of them into contact
+      // under a part of the load.
       Pad pad(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
               contact_of(population, 100000), Outline::disc(radius, pressure, 2), load_n);
       const double stiffness = load_n;  // N/m
@@ -294,13 +294,13 @@ TEST_CASE("A patch without extent is the patch of before, to the bit", "[extende
 
 TEST_CASE("A disc that slides and spins has the force and torque of the limit surface",
           "[extended][physics]") {
-  // 192 cells; bristles of 1/100 of the radius. Measured: 0.4 % (uniform), 0.48 % (Hertz).
+  // Outlines of 192 cells, bristles of 1/100 of the radius. Measured errors: 0.4 % (uniform), 0.48 % (Hertz).
   for (const Row& row : read_table("spin_limit.csv")) {
     INFO(row.at("pressure") << ", v / (omega R) = " << row.at("v_over_omegaR"));
     const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::infinite, 0));
     expect_near(error.force, 0.0, 0.005, "error of the force");
     expect_near(error.torque, 0.0, 0.005, "error of the torque");
-    // Bristles lag behind their cell's direction of motion, which turns; their force across the motion is of
+    // Tolerance: bristles lag behind their cell's direction, which turns, so they have a force across it of
     // the order of delta / R.
     expect_near(error.side, 0.0, 0.015, "force across the motion");
     expect_near(error.imbalance, 0.0, 1e-12, "energy");
@@ -313,7 +313,7 @@ TEST_CASE("Representatives under a disc give the limit surface within their nois
     for (const char* pressure : {"uniform", "hertz"}) {
       INFO(pressure << ", v / (omega R) = " << ratio);
       const Row& row = find_row(rows, {{"pressure", pressure}, {"v_over_omegaR", ratio}});
-      // With 20,000 bristles one standard deviation of the force is 0.3 % of it.
+      // Tolerance: with 20,000 bristles one standard deviation of the force is 0.3 % of it.
       const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::representatives, 20000));
       expect_near(error.force, 0.0, 0.016, "error of the force");
       expect_near(error.torque, 0.0, 0.016, "error of the torque");
@@ -334,12 +334,12 @@ TEST_CASE("The error on the limit surface falls with the area of a cell", "[exte
   };
   const double few = worst(2), more = worst(4), many = worst(8);
   CHECK(few < 0.15);
-  CHECK(more < 0.25 * few);  // four times the cells have less than a quarter of the error
-  CHECK(many < 0.07 * few);  // sixteen times the cells have less than a fourteenth of it
+  CHECK(more < 0.25 * few);  // error of four times as many cells, of second order
+  CHECK(many < 0.07 * few);  // error of sixteen times as many cells
 }
 
 TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
-  // Twelve rings of three cells suffice, because nothing varies round the centre.
+  // Discs of twelve rings with three cells each suffice here, because nothing varies round the centre.
   struct Case {
     const char* dist;
     Pressure pressure;
@@ -376,8 +376,8 @@ TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extend
 }
 
 TEST_CASE("The static peak of the force goes where the patch spins", "[extended][physics]") {
-  // Already a spin that is slow beside the slide spreads the snaps over the disc, so that cells break away
-  // one after the other.
+  // A spin that is slow beside the slide already spreads the snaps over the disc, so that cells break away
+  // one after the other and the peak is lower.
   const auto peak = [](double rim_share) {
     const double radius = 100.0 * dbar;
     Pad pad(plain_material(uniform, SnapRule::redraw), infinite_options(16.0),
@@ -390,9 +390,9 @@ TEST_CASE("The static peak of the force goes where the patch spins", "[extended]
     return highest / (load_n * kinetic(uniform) * dbar);
   };
   const double still = peak(0.0), slow = peak(0.3), fast = peak(2.0);
-  CHECK(still > 1.15);  // the virgin curve has a peak of 1.154
+  CHECK(still > 1.15);  // without spin the peak is that of the virgin curve, 1.154
   CHECK(slow < still);
-  CHECK(fast < 0.9);  // the force is below that of a patch that only slides
+  CHECK(fast < 0.9);  // a fast spin lowers the force below a pure slide's
 }
 
 TEST_CASE("Energy of an extended patch balances at every step of a random walk", "[extended]") {
@@ -411,7 +411,7 @@ TEST_CASE("Energy of an extended patch balances at every step of a random walk",
       pad.step(size * dbar * gauss(random), size * dbar * gauss(random), size * 0.1 * gauss(random));
       expect(pad.response.dissipated >= 0.0, "snaps dissipate");
     }
-    // Columns of single representatives are doubles if the build has them.
+    // Energy balances to double precision if the build has it for representatives, which cells use here.
     expect_near(pad.imbalance, 0.0,
                 population == Population::infinite ? 1e-11 : (BRISTLE_WITH_DOUBLE ? 1e-11 : 1e-5), "energy");
   }
@@ -439,7 +439,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
-  // Bristles are so long that a turn of 1.2 rad at a radius of a third of a snap length sticks.
+  // Snap lengths are three times the outline's half width, so a turn of 1.2 rad sticks.
   const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
   const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
   const auto turned = [&](int pieces) {
@@ -450,8 +450,8 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
   const ExtendedResponse once = turned(1), often = turned(60);
   for (int a = 0; a < 2; ++a) CHECK(often.elastic[a] == Approx(once.elastic[a]).margin(1e-9 * load_n * dbar));
   CHECK(often.elastic[2] == Approx(once.elastic[2]).margin(1e-9 * load_n * dbar * dbar));
-  // In closed form: the root of every cell went from r to d + R(1.2) r, and pulls back with K w times its
-  // displacement.
+  // Expects in closed form: the root of each cell went from r to d + R(1.2) r, with R the rotation, and pulls
+  // back with K w times its displacement.
   double torque = 0.0, x = 0.0;
   const double c = std::cos(1.2), s = std::sin(1.2);
   for (const PatchCell& cell : outline.cells) {
@@ -467,8 +467,8 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
 }
 
 TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[extended]") {
-  // Viscous friction belongs to the patch, bristles' damping to each newton: c = 0.3 + load * 0.02, and c
-  // R^2/2 against spin.
+  // Viscous friction is given per patch, bristles' damping per newton: c = 0.3 + load * 0.02, and c R^2/2
+  // against spin.
   const double radius = 2e-3, spin_velocity = 4.0, velocity = 0.01;
   const Material material = plain_material(smooth, SnapRule::redraw)
                                 .with_bristle_damping(0.02)
@@ -499,8 +499,8 @@ TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[ext
 }
 
 TEST_CASE("Limits of force and torque are those of a first loading and a first turn", "[extended]") {
-  // The limits suppose every cell at the peak of the virgin curve at once; in a uniform disc the mean lever
-  // is 2/3 R.
+  // Force and torque limits suppose that all cells are at the peak of the virgin curve at once; in a uniform
+  // disc the mean lever is 2/3 R.
   const double radius = 1e-3;
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::disc(radius, Pressure::uniform, 3), load_n);
@@ -516,12 +516,12 @@ TEST_CASE("Limits of force and torque are those of a first loading and a first t
 
 TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
           "[extended]") {
-  // Cells whose weighted mean place is not the centre, so that a spin changes the force.
+  // Cells whose weighted mean position is off the centre, so that a spin changes the force.
   Outline outline;
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
     Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
-    pad.load = 0.0;  // turns the outline out of contact, where no force arises
+    pad.load = 0.0;  // turns the outline while out of contact, without force
     pad.step(0.0, 0.0, angle);
     pad.load = load_n;
     pad.step(0.0, 0.0, 0.0);
@@ -678,7 +678,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   ExtendedMotion motion = good;
   motion.normal_load = -1.0;
   CHECK(refused(motion) == Status::bad_input);
-  motion.normal_load = 1.01e15;  // load above the limit, although the share of each cell is below it
+  motion.normal_load = 1.01e15;  // load above the allowed one, although each cell's share is below it
   CHECK(refused(motion) == Status::bad_input);
   CHECK(refused(good, 0.0) == Status::bad_input);
   motion = good;
@@ -687,7 +687,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK_FALSE(pads.set_scale(pad, NAN));
   CHECK_FALSE(pads.set_scale(PatchId{}, 1.0));
 
-  // Tries the largest number as the load of an outline that grows with its load.
+  // Gives the largest number as load of an outline whose size grows with its load.
   Outline growing = Outline::disc(1e-3, Pressure::uniform, 2);
   growing.full_size_load = 1e-3;
   ExtendedMotion huge = good;
@@ -697,7 +697,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK(response.status == Status::bad_input);
   CHECK(response.end[2] == 0.0);
 
-  // An outline that computes only its end force, which needs no velocity, still refuses an invalid one.
+  // Checks that an invalid velocity is refused even by an outline whose end force alone needs no velocity.
   ExtendedMotion plain = good;
   plain.id = pads.add(plain_material(smooth, SnapRule::redraw),
                       infinite_options(8.0).with_outputs(bristle::Outputs::end),
@@ -707,7 +707,7 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   plain.velocity[0] = NAN;
   CHECK(pads.step(tick, {&plain, 1}, {&response, 1}).status == Status::bad_input);
 
-  // An outline named twice takes the first motion, and turns once.
+  // Checks that an outline named twice in a step takes the first motion, and turns once.
   const ExtendedMotion twice[] = {good, good};
   ExtendedResponse two[2];
   const auto report = pads.step(tick, twice, two);
@@ -746,7 +746,7 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
   CHECK(pads.info(pad).along[0] == Approx(std::cos(2.0)).margin(1e-13));
   std::vector<PatchCell> cells(count);
   REQUIRE(pads.read_cells(pad, 0.5, load_n, cells) == count);
-  // Turns the cells back by 2.5 rad, to the orientation that the outline was given with.
+  // Turns the cells' positions back by 2.5 rad, to the orientation in which the outline was given.
   const Outline given = Outline::disc(1e-3, Pressure::hertz, 2);
   for (std::size_t i = 0; i < count; ++i) {
     const double c = std::cos(2.5), s = std::sin(2.5);
@@ -766,7 +766,7 @@ TEST_CASE("A creep far below the resolution of a position counts in full for an 
       load_n};
   ExtendedResponse response;
   for (int k = 0; k < 20000; ++k) pads.step(tick, {&motion, 1}, {&response, 1});
-  // There is one bristle per newton, of 1 N/m. Rounding changes the sum of each cell by a third of a per
+  // Expected force of one bristle of 1 N/m per newton. Rounding changes each cell's sum by a third of a per
   // cent.
   CHECK(response.elastic[0] == Approx(-load_n * 20000 * 1e-15 * dbar).epsilon(0.01));
 }
@@ -781,7 +781,7 @@ TEST_CASE("An outline grows with the cube root of the load where that is asked",
   const double torque_limit = pad.response.torque_limit;
   pad.load = 125.0;
   pad.step(0.0, 0.0, spin);
-  // An eighth of the load halves the size, so the torque is a sixteenth.
+  // Under an eighth of the load this outline has half the size, so its torque limit is a sixteenth.
   CHECK(pad.response.torque_limit == Approx(torque_limit / 16.0).epsilon(1e-9));
   CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 1e-6).epsilon(1e-9));
   REQUIRE(pad.pads.set_scale(pad.id, 3.0));
@@ -806,7 +806,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   };
   slide(pads, keyed.find_or_add(11));
   keyed.end_step();
-  keyed.end_step();  // key 11 is lost after two steps without it
+  keyed.end_step();  // key 11 is lost when two steps went without it
   CHECK_FALSE(static_cast<bool>(keyed.find(11)));
   const ExtendedResponse again = slide(pads, keyed.find_or_add(12));
   PatchOptions of_key = options;
@@ -826,8 +826,8 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
   Pad eager(plain_material(smooth, SnapRule::redraw), options, outline, load_n, stepped_eagerly());
   REQUIRE(lazy.id.value == eager.id.value);
   for (int i = 0; i < 24; ++i) {
-    // Eight turns make a full circle. The two steps after each only slide on, without spin and damping, so
-    // that the lazy batch visits nothing.
+    // Turns every third step, eight times for a full circle. The two steps after each only slide on, without
+    // spin and damping, so that the lazy batch visits nothing.
     const double spin = i % 3 == 0 ? 0.25 * pi : 0.0;
     INFO("step " << i);
     const ExtendedResponse one = lazy.step(0.1 * dbar, 0.05 * dbar, spin);
@@ -841,8 +841,8 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
 }
 
 TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {
-  // Steps one of two equal outlines as a whole, the other cell by cell through the batch: slides that go on,
-  // rests, tremor in any direction, changes of load, a turn back.
+  // Steps one of two equal outlines as a whole, the other cell by cell through the batch, and compares: long
+  // slides, rests, tremor in any direction, changes of load, a turn back.
   for (const double renewal : {0.0, 1.0}) {
     Material material = plain_material(smooth, SnapRule::redraw);
     material.shared_renewal = renewal;
@@ -917,8 +917,8 @@ double bytes_in_use() {
 
 TEST_CASE("An outline has the stiffness of its material, load and contact from the first step that has them",
           "[extended]") {
-  // A stiffness that doubles, a load that halves, or a lost contact must show in the next step, whatever the
-  // previous step answered.
+  // Checks that a stiffness that doubles, a load that halves, or a lost contact changes the next step's
+  // response, whatever was computed before.
   const Material soft = plain_material(smooth, SnapRule::redraw);
   const Material stiff = Material(soft).with_bristle_stiffness(2.0);
   PatchBatch batch;
@@ -946,7 +946,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(restored.stiffness[0][0] == Approx(load_n));
   CHECK(restored.force_limit == Approx(limit));
 
-  // Refuses a motion that gives a velocity, so that every cell computes its response.
+  // Gives an invalid motion with a velocity, which is refused, so that every cell computes its response.
   ExtendedMotion nowhere = motion_of(pad, INFINITY, 0.0, load_n);
   nowhere.has_velocity = 1;
   const ExtendedResponse refused = step_one(pads, nowhere);
@@ -972,7 +972,7 @@ TEST_CASE("An outline that grows with its load has no size after a reset", "[ext
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
   stick(pads, pad, 8.0 * load_n);
-  CHECK(pads.info(pad).scale == Approx(2.0));  // the scale grows with the cube root of the load
+  CHECK(pads.info(pad).scale == Approx(2.0));  // an outline's scale grows with the cube root of its load
   REQUIRE(pads.reset(pad));
   CHECK(pads.info(pad).scale == 0.0);
   CHECK(pads.info(pad).along[0] == 1.0);
@@ -984,7 +984,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       PatchBatch batch;
       ExtendedPatches pads(batch);
       std::array<PatchId, 3> ids{};
-      Outline row;  // cells to one side of the centre, about which they turn
+      Outline row;  // cells to one side of the centre of rotation
       row.cells.clear();
       for (std::size_t k = 0; k < cells; ++k) {
         PatchCell cell;
@@ -993,8 +993,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
         row.cells.push_back(cell);
       }
       for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
-      // In the second step stiffness and limits are known already. In the third step one outline gets an
-      // invalid motion.
+      // From the second step on the outline reuses stiffness and limits. In the third step one outline gets
+      // an invalid motion.
       const std::size_t bad = first_is_bad ? 0 : 1;
       std::array<ExtendedResponse, 3> out;
       for (int k = 0; k < 3; ++k) {
@@ -1007,8 +1007,8 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
       for (std::size_t i = 0; i < 3; ++i) {
         INFO("outline " << i << " of " << cells << " cells, bad is " << bad);
         CHECK(out[i].status == (i == bad ? Status::bad_input : Status::ok));
-        // A sticking outline has the force load x displacement: of two steps if refused in the third, else of
-        // three. It has turned as often.
+        // A sticking outline has the force load x displacement: of two steps if it refused the third, else of
+        // three; its turn likewise.
         const double steps = i == bad ? 2.0 : 3.0;
         CHECK(out[i].end[0] == Approx(i == bad ? 0.0 : -load_n * steps * 0.01 * dbar).epsilon(0.05));
         CHECK(out[i].stiffness[0][0] == Approx(i == bad ? 0.0 : load_n));
@@ -1018,7 +1018,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
 }
 
 TEST_CASE("A state of other outlines is refused by that name, and changes nothing", "[extended][state]") {
-  // The two batches have equal outlines, added in different orders.
+  // Batches with equal outlines that were added in different orders.
   PatchBatch first_batch, second_batch;
   ExtendedPatches first(first_batch), second(second_batch);
   const Outline disc = Outline::disc(1e-3, Pressure::uniform, 2);
@@ -1051,7 +1051,7 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
     return bytes_in_use();
   };
   const double bytes = again(20);
-  CHECK(again(200) < bytes + 1e6);  // keeping the cells of 200 discs would take 6 MB
+  CHECK(again(200) < bytes + 1e6);  // kept cells of 200 discs would take 6 MB
 }
 
 TEST_CASE("An outline that was given another seed keeps it when it is reset", "[extended]") {
@@ -1083,7 +1083,7 @@ TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[ex
 }
 
 TEST_CASE("The cells of an outline fluctuate together as the bristles asked for", "[extended][fluctuation]") {
-  // Cells slide in parallel, each with noise of its own; the sum has the variance of `n` bristles.
+  // Cells slide in parallel, each with noise of its own, so their sum has the variance of `n` bristles.
   constexpr double n = 400.0;
   Pad pad(plain_material(smooth, SnapRule::redraw),
           infinite_options(8.0).with_outputs(Outputs::end).with_fluctuation(400),
@@ -1091,15 +1091,15 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
   std::vector<double> deflection;
   for (int k = 0; k < 6000; ++k)
     deflection.push_back(-pad.step(4.0 * dbar, 0.0, 0.0).end[0] / (load_n * dbar));
-  // Mean of the k-th power of a bristle's deflection in steady sliding: its density is S(z) / E[delta].
+  // Returns the mean of the k-th power of a deflection in steady sliding, whose density is S(z) / E[delta].
   const auto mean_of = [](int k) { return smooth.moment(k) / std::pow(dbar, k); };
   const double of_one = mean_of(3) / (3.0 * mean_of(1)) - std::pow(0.5 * mean_of(2) / mean_of(1), 2);
-  // Steps of four lengths are independent samples: 6000 of them give the variance to 1.8 %.
+  // Samples four mean lengths apart are independent: 6000 of them give the variance to 1.8 %.
   CHECK(n * describe(deflection).variance == Approx(of_one).epsilon(0.1));
 }
 
 TEST_CASE("A response holds what was asked for and keeps the rest as the caller left it", "[extended]") {
-  // With damping each cell answers by itself. Without, the second step returns a sum of elastic forces.
+  // With damping each cell computes its response; without, the second step returns a sum of elastic forces.
   for (const double damping : {0.01, 0.0}) {
     INFO("bristle damping " << damping);
     PatchBatch batch;
@@ -1197,7 +1197,7 @@ TEST_CASE("An outline reports the memory and the visits of all its cells, and gi
     CHECK(visits == 2 * points.step(tick, {&of_point, 1}, {&answer, 1}).bristles_visited);
     CHECK(visits > 0);
   }
-  // The lower half of an id is its slot. There are few slots, however often outlines come and go.
+  // The lower half of an id is its slot, which is reused: few slots suffice for outlines that come and go.
   std::uint32_t highest = 0;
   for (int k = 0; k < 100; ++k) {
     const PatchId more = pads.add(material, options, pair);

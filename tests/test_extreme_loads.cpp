@@ -20,15 +20,15 @@ TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[
         expect_near(friction_along(r, kind), max_load * 0.4 * dbar, 1e-6 * max_load * dbar, "force");
         expect_near(r.stiffness, max_load, 1e-12 * max_load, "stiffness");
         check_finite(r);
-        // So far below the maximum load only a tiny fraction of the first bristle is in contact.
+        // Applies so small a share of the load that only a tiny fraction of the first bristle is in contact.
         r = patch.step(0.0, 0.0, 1e-12 * max_load);
-        // Sums of deflections are fixed point, rounded to 2^-44 of a length near the mean for one
+        // Tolerance: sums of deflections are rounded to 2^-44 of a length near the mean, for one
         // representative.
         expect_near(friction_along(r, kind), 1e-12 * max_load * 0.4 * dbar,
                     0x1p-44 * 2.0 * 2.0 * dbar * max_load / n, "force under 1e-12 of the load");
         expect_near(r.stiffness, 1e-12 * max_load, 1e-24 * max_load, "stiffness");
         check_finite(r);
-        // Far above the maximum load forces stay right, and the overload flag is set.
+        // Applies a load far above the maximum: forces stay right, and the overload flag is set.
         r = patch.step(0.0, 0.0, 1e9 * max_load);
         check_finite(r);
         expect(r.status == Status::overload, "overload is reported");
@@ -54,7 +54,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
   for (const Kind& kind : kinds()) {
     for (double zeta : {1e-12, 0.5, 1.0, 1.75, 899.37, 900.0, 1e6}) {
       INFO(kind.name() << ", zeta " << zeta);
-      // plain_material has one bristle per newton; the library chooses the number of representatives.
+      // Lets the library choose the number of representatives; plain_material has one bristle per newton.
       OnePatch patch(plain_material(uniform, kind.rule),
                      PatchOptions{}
                          .with_max_normal_load(zeta)
@@ -70,7 +70,7 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
       expect_near(friction_along(r, kind), zeta * 0.4 * dbar, 1e-6 * zeta * dbar, "force in stick");
       expect_near(r.stiffness, zeta, 1e-12 * zeta, "stiffness");
       expect(r.snaps == 0, "nothing snaps below the shortest length");
-      // Under a part of the load the force falls in proportion.
+      // Checks that under a part of the load the force of sliding falls in proportion.
       r = patch.step(0.0, 0.0, 0.37 * zeta);
       expect_near(friction_along(r, kind), 0.37 * zeta * 0.4 * dbar, 1e-6 * zeta * dbar,
                   "force under a third");
@@ -94,7 +94,7 @@ TEST_CASE("A million bristles, one by one, have the virgin curve's peak", "[extr
     // Stratified lengths have an error of order 1/n, here below the rounding of single precision. Up to a
     // path of 1.0 both rules give the deflection x - x^2/2 + 1/8.
     expect_near(friction_along(r, kind) / (n * dbar), 0.625, 30.0 / n + 1e-6, "peak");
-    // Half the bristles are shorter than the path, and none snaps twice.
+    // Half the bristles are shorter than the path of a mean length, and none snaps twice.
     expect_near(static_cast<double>(r.snaps), 0.5 * n, 30.0, "snaps");
   }
 }
@@ -109,15 +109,15 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
     const Material material = plain_material(uniform, kind.rule);
     const PatchOptions options = plain_options(n, kind.axes, kind.precision);
     OnePatch patch(material, options);
-    OnePatch steady(material, options);  // a twin under the low load, with the same first hundred bristles
+    OnePatch steady(material, options);  // twin under the low load, with the same first hundred bristles
 
-    // In float each change of load rounds deflections once more.
+    // Tolerance: in float each change of load rounds deflections once more.
     const double tolerance = kind.is_double() ? 1e-11 : 1e-5;
     for (int k = 0; k < 200; ++k) {
       const bool up = k % 2 == 1;
       const Response r = step_along(patch, kind, h, up ? high : low);
       const Response s = step_along(steady, kind, h, low);
-      // A bristle that has just entered is bent by this step alone, by h, which is less than any snap length.
+      // Bristles that just entered contact are bent by this step h alone, which is less than any snap length.
       const double newcomers = up ? (high - low) * h : 0.0;
       expect_near(friction_along(r, kind), friction_along(s, kind) + newcomers, tolerance * n * dbar,
                   "force at the end");
@@ -130,8 +130,8 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
       expect(r.snaps == s.snaps, "snaps");
       expect(r.stiffness == (up ? high : low), "stiffness follows the load at once");
     }
-    // Sliding under the high load draws new lengths, but bristles that leave contact and return have their
-    // first lengths again.
+    // Bristles draw new snap lengths in sliding under the high load, but those that leave contact and return
+    // have their first lengths again.
     OnePatch fresh(material, options);
     const Bristles first = read(fresh, n);
     for (int k = 0; k < 10; ++k) step_along(patch, kind, 1.7 * dbar, high);
@@ -167,7 +167,7 @@ TEST_CASE("Contact lost forgets everything and returns its energy, a thousand ti
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     double first = 0.0;
     for (int k = 0; k < 1000; ++k) {
-      // Up to a path of 0.95 mean lengths no bristle snaps a second time, so every length is a first one,
+      // From straight, no bristle snaps twice within 0.95 mean lengths, so all snap at their first lengths,
       // whatever was drawn before.
       expect_near(friction_along(step_along(patch, kind, 0.45 * dbar, n), kind), n * 0.45 * dbar,
                   1e-6 * n * dbar, "stick from straight");
@@ -192,7 +192,7 @@ TEST_CASE("Overload to 1e15 N and back, again and again, keeps force and energy 
     OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
     for (int k = 0; k < 20; ++k) step_along(patch, kind, 0.41 * dbar, n);
     for (int round = 0; round < 40; ++round) {
-      // A rising load at rest changes no force. Each round shrinks the deflections by 1e-12, finally to zero.
+      // Raises the load at rest, which changes no force; each overload divides deflections, finally to zero.
       double before = friction_along(patch.step(0.0, 0.0, n), kind);
       for (double load = n; load < 1e15; load *= 1000.0) {
         const double energy = patch.energy();

@@ -32,7 +32,7 @@ TEST_CASE("Snap lengths from picometres to hundreds of metres behave alike", "[e
     patch.step(0.0, 0.0, 300.0);
     expect_near(friction_along(step_along(patch, kind, 999.0, 300.0), kind), 300.0 * 999.0, 1.0, "stick");
     expect_near(friction_along(step_along(patch, kind, 2.0, 300.0), kind), 300.0, 1.0, "after the snap");
-    // A millimetre, small beside 1 km, still changes the force.
+    // A displacement of a millimetre, small beside a snap length of 1 km, still changes the force.
     expect_near(friction_along(step_along(patch, kind, 1e-3, 300.0), kind), 300.3, 0.05, "a millimetre on");
   }
 }
@@ -71,7 +71,7 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
       CHECK(law == SnapLength::single(dbar));
       others.push_back(std::make_unique<OnePatch>(plain_material(law, kind.rule), options));
     }
-    // The law's spread is so small that a fresh length hardly differs from the old one.
+    // Law with so small a spread that a freshly drawn length hardly differs from the old one.
     OnePatch nearly(plain_material(SnapLength::lognormal(dbar, 1e-9), kind.rule), options);
     INFO(kind.name());
     for (const OnePatch* patch : {&plain, &nearly})
@@ -82,7 +82,7 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
       const double d = (k % 7 == 0 ? 3.31 : 0.17) * dbar;
       x += d;
       const Response r = step_along(plain, kind, d, 300.0);
-      // All bristles snap together for ever, so the force is a saw-tooth of the path.
+      // With equal snap lengths all bristles snap together for ever: the force is a saw-tooth of the path.
       const double phase = x / dbar - std::floor(x / dbar);
       const double tolerance = kind.is_double() ? 1e-11 : 1e-4;
       if (phase > tolerance && phase < 1.0 - tolerance)
@@ -97,8 +97,8 @@ TEST_CASE("A law without spread is a single length, whatever its family", "[extr
 }
 
 TEST_CASE("Bristles that snap at next to nothing are stepped in bounded time and balance", "[extremes]") {
-  // Lengths down to 1e-8 of the mean and below: 2^-24 of the exponential law, 0 of the uniform one, and half
-  // the bristles near 1e-12 m.
+  // Laws with lengths of 1e-8 of the mean and below: 2^-24 of the exponential law, 0 of the uniform one, and
+  // half the bristles near 1e-12 m.
   const double edge[] = {0.0, 1e-12, 2.0 * dbar, 2.0 * dbar};
   const std::vector<SnapLength> short_laws = {SnapLength::exponential(dbar),
                                               SnapLength::uniform(0.0, 2.0 * dbar), SnapLength::table(edge)};
@@ -115,8 +115,8 @@ TEST_CASE("Bristles that snap at next to nothing are stepped in bounded time and
         check_finite(r);
         const double work = -(r.mean[0] * kind.ex() + r.mean[1] * kind.ey()) * lengths * dbar;
         const double involved = before + patch.energy() + r.dissipated + work;
-        // Allows positions rounded to 2^-44 of a length near the mean, and forces rounded by as much in each
-        // block.
+        // Tolerance: positions are rounded to 2^-44 of a length near the mean, and the force of each block by
+        // as much.
         const double grain = 4.0 * 0x1p-44 * 2.0 * dbar * (n * dbar + lengths * dbar * n / 256.0);
         expect_near(work, patch.energy() - before + r.dissipated,
                     (kind.is_double() ? 1e-12 : 1e-6) * involved + grain, "work");

@@ -48,7 +48,7 @@ TEST_CASE("Any displacement from 1e-310 m to 1e300 m gives finite forces within 
             }
           }
         }
-        // After the extreme step an ordinary one gives friction that opposes the motion.
+        // Checks that an ordinary step after the extreme one gives friction that opposes the motion.
         for (int k = 0; k < 20; ++k) patch.step(0.9 * dbar, 0.0, n);
         const Response r = patch.step(0.1 * dbar, 0.0, n);
         expect(r.elastic[0] < 0.0, "the force opposes the motion");
@@ -91,11 +91,11 @@ TEST_CASE("Steps near multiples of the snap length land on one side of the tie o
       const double snaps = static_cast<double>(r.snaps) / 10.0;
       expect(snaps == std::round(factor) - (before ? 1.0 : 0.0), "and the snaps tell which");
     }
-    // If no bristle is within rounding of its snap, the number of snaps is unique.
+    // Ends steps just before and after a snap. Beyond the reach of rounding the number of snaps is unique.
     for (double off : {1e-3, 1e-5}) {
       for (double factor : {1.0, 2.0, 1000.0}) {
         if (precision == Precision::single && off < factor * 0x1p-22)
-          continue;  // a float rounds the snap length itself by more
+          continue;  // a float's rounding of the snap length is larger
         OnePatch below(plain_material(SnapLength::single(dbar), SnapRule::keep),
                        plain_options(1, 1, precision));
         below.step(0.0, 0.0, 1.0);
@@ -108,14 +108,14 @@ TEST_CASE("Steps near multiples of the snap length land on one side of the tie o
                     "snaps just above");
       }
     }
-    // A step so long that the place within the last snap length is lost: any place is accepted, but the
-    // number of snaps must be right.
+    // Takes a step so long that the position within the last snap length is lost: any position is accepted,
+    // but the number of snaps must be right.
     OnePatch far(plain_material(uniform, SnapRule::keep), plain_options(1000, 2, precision));
     far.step(0.0, 0.0, 1000.0);
     const Response r = far.step(0x1p53 * dbar, 0.0, 1000.0);
     check_finite(r);
     CHECK(r.dissipated == Approx(1000.0 * 0x1p53 * dbar * 0.5 * dbar).epsilon(0.01));
-    // Places within the last length are uniform: mean deflection delta / 2, deviation sqrt(m2 / 12) = 0.3.
+    // After a far step places within the last length are uniform: mean deflection delta / 2, deviation 0.3.
     CHECK(std::abs(-r.elastic[0] / (1000.0 * dbar) - 0.5) < 5.0 * std::sqrt(0.1112 / 1000.0));
   }
 }
@@ -173,7 +173,7 @@ TEST_CASE("Any speed gives the damper its closed form and the bristles their fri
                 -((r.mean[0] - r.damper[0]) * kind.ex() + (r.mean[1] - r.damper[1]) * kind.ey()) *
                 (v < 0.0 ? -1.0 : 1.0);
             const double sampling = sigmas * 0.254 / std::sqrt(n * path / dbar);
-            // Rounding where the damper's share is subtracted.
+            // Tolerance for the digits lost where the damper's share is taken out of the mean force.
             const double digits = 1e-12 * damping * speed / kinetic;
             expect_near(average / kinetic, 1.0, 1.5 * dbar / path + 1e-3 + sampling + digits, "friction");
           }
@@ -192,9 +192,9 @@ TEST_CASE("Energies that no double holds read as 1e300 J", "[extremes]") {
     check_finite(r);
     CHECK(r.dissipated >= 0.99e300);
     CHECK(r.damper_work >= 1e300);
-    // The speed of 1e300 m in 1e-9 s exceeds every double.
+    // Moves 1e300 m in 1e-9 s, a speed beyond every double.
     check_finite(step_along(patch, kind, 1e300, 1e15, 1e-9));
-    // A caller's velocity against the motion along one axis must not give a difference of infinities.
+    // Gives a velocity against the motion along one axis, which must not lead to a difference of infinities.
     Motion motion;
     motion.id = patch.id;
     motion.normal_load = 1e15;
@@ -213,7 +213,7 @@ TEST_CASE("A step of one snap length less an ulp holds, and of one more snaps, b
           "[extremes]") {
   const double ulp = std::numeric_limits<double>::epsilon();
   for (const Kind& kind : kinds()) {
-    // Resolution of the kernel's numbers and of positions, relative to a snap length.
+    // Resolution of the kernel's arithmetic and of positions, relative to a snap length.
     const double bit = kind.is_double() ? 0x1p-40 : 0x1p-22;
     for (const SnapLength& law : laws()) {
       PatchBatch batch;
@@ -226,12 +226,12 @@ TEST_CASE("A step of one snap length less an ulp holds, and of one more snaps, b
           const Motion motion{id, {delta * (1.0 + off) * kind.ex(), delta * (1.0 + off) * kind.ey()}, 1.0};
           Response r;
           batch.step(tick, {&motion, 1}, {&r, 1});
-          // An ulp of a double is below the resolution of positions, so the bristle may snap or not, but
-          // force and energy must agree.
+          // A step of an ulp of a double is below the resolution of positions, so the bristle may snap or
+          // not, but force and energy must agree.
           if (std::abs(off) == bit) expect(r.snaps == (off < 0.0 ? 0u : 1u), "the snap is on the right side");
           expect(r.snaps <= 1, "one snap at most");
           expect_near(friction_along(r, kind), r.snaps == 0 ? delta : 0.0, 2.0 * bit * delta, "force");
-          // Sums of delta^2 have a unit of at most 3 x 2^-50 of the square of the longest snap length.
+          // Tolerance: sums of delta^2 have a unit of at most 3 x 2^-50 of the longest length's square.
           expect_near(r.dissipated, r.snaps == 0 ? 0.0 : 0.5 * delta * delta,
                       2.0 * bit * delta * delta + 0x1p-50 * 3.0 * law.longest() * law.longest(), "energy");
         }
@@ -249,14 +249,14 @@ TEST_CASE("A thousand and 2^53 snap lengths in a step leave the right force and 
       patch.step(0.0, 0.0, n);
       const Response r = step_along(patch, kind, lengths * dbar, n);
       check_finite(r);
-      // Bristles are at random places between snaps: mean deflection m1/2 (keep) or m2/(2 m1) (redraw),
-      // deviations sqrt(m2/3 - m1^2/4) and sqrt(m3/(3 m1) - (m2/(2 m1))^2).
+      // After a far step bristles are at random places between snaps: mean deflection m1/2 (keep) or m2/(2
+      // m1) (redraw), deviations sqrt(m2/3 - m1^2/4) and sqrt(m3/(3 m1) - (m2/(2 m1))^2).
       const bool keep = kind.rule == SnapRule::keep;
       const double m2 = 13.0 / 12.0, m3 = 1.25;
       const double bend = keep ? 0.5 : 0.5 * m2;
       const double spread = std::sqrt(keep ? m2 / 3.0 - 0.25 : m3 / 3.0 - 0.25 * m2 * m2);
       expect_near(friction_along(r, kind) / (n * dbar), bend, sigmas * spread / std::sqrt(n), "force");
-      // The energy lost per distance is the kinetic force; the mean snap length of these n bristles has an
+      // Expects kinetic friction as energy lost per distance; the mean length of these n bristles has an
       // error of 1/n.
       expect_near(r.dissipated / (n * dbar * dbar * lengths * bend), 1.0,
                   3e-3 + sigmas * 0.254 / std::sqrt(n * lengths), "energy");
@@ -291,7 +291,7 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
     };
     OnePatch patch(material, options);
     const double steady = slide(patch);
-    // As one step the motion has no net displacement, so nothing changes.
+    // Taken as one step, the motion out and back has no net displacement, so nothing changes.
     expect_near(out_and_back(1), steady, 1e-6 * n * dbar, "in one step");
     // In two steps, split at the turn, the motion is exact: steady friction going out, then all bristles
     // straighten by `reach`, which is less than any snap length. Bristles that snapped on the way are a
@@ -299,9 +299,9 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
     const double exact = out_and_back(2);
     const double sampling = sigmas * 1.5 * std::sqrt(n * reach);
     expect_near(exact / dbar, steady / dbar - n * reach, sampling, "in two steps");
-    // With an odd number m of parts the turn falls within a step, which leaves out a path of reach / m^2. On
-    // average n reach / m^2 bristles should have snapped there; each stays bent by up to a snap length too
-    // much.
+    // If the motion out and back is cut into an odd number m of steps, the turn falls within a step, which
+    // leaves out a path of reach / m^2. On average n reach / m^2 bristles should have snapped there; each
+    // stays bent by up to a snap length too much.
     for (int parts : {3, 5, 9, 33}) {
       const double hidden = n * reach / (parts * parts);
       const double off = (out_and_back(parts) - exact) / dbar;

@@ -35,7 +35,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Returns an experiment of loops and strokes, recorded at 100 Hz.
+/// Returns settings of an experiment of loops and strokes, recorded at 100 Hz.
 SyntheticFriction usual() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -44,7 +44,7 @@ SyntheticFriction usual() {
   return s;
 }
 
-/// Writes a file of `rows` rows of a function t -> x, force; load 2 N.
+/// Writes a file of `rows` rows under a load of 2 N; the function gives x and force at time t.
 std::string made(int rows, const std::function<double(double)>& x,
                  const std::function<double(double)>& force) {
   std::string text = "t,x,load,force\n";
@@ -64,9 +64,9 @@ std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, cons
 }  // namespace
 
 TEST_CASE("The force along a path follows the reference tables of first loading and reversal", "[fit]") {
-  // Tolerances. SnapRule::redraw: the solver's pieces of a sixteenth of a mean length have an error of second
-  // order, 1/16^2/4 times a curvature of order one. SnapRule::keep: a population of n = 2048, stratified in
-  // length and phase, has an error (discrepancy) of about (ln n)^2 / n / 4.
+  // Tolerances of the force. SnapRule::redraw: the solver's pieces of a sixteenth of a mean length have an
+  // error of second order, 1/16^2/4 times a curvature of order one. SnapRule::keep: a population of n = 2048,
+  // stratified in length and phase, has an error (discrepancy) of about (ln n)^2 / n / 4.
   const struct {
     const char* name;
     SnapLaw law;
@@ -191,7 +191,7 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
     check_recovered(fitted[cli::fit_length], s.length, 0.10 * s.length);
     check_recovered(fitted[cli::fit_spread], s.spread, 0.25 * s.spread);
-    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // the simulated record has no damping
+    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // terms that the simulated record lacks are not fitted
     CHECK(fitted.result.explained > 0.99);
     if (s.encoder > 0.0) CHECK(fitted.data.quantum == Approx(s.encoder));
   }
@@ -224,18 +224,18 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
         Approx(fitted[cli::fit_residual].value * fitted[cli::fit_length].value));
   CHECK(fitted.result.material.shared_renewal == fitted[cli::fit_renewal].value);
 
-  // The paper's brush, with residual and renewal held at 0, fits worse; held parameters stay fixed.
+  // The paper's brush (residual and renewal held at 0) must fit worse, and held parameters stay fixed.
   cli::FitOptions paper;
   paper.residual = paper.renewal = 0.0;
   const Fitted plain = fit(csv, paper);
   CHECK(plain[cli::fit_residual].value == 0.0);
   CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
-  // With rubbing held at 0 the fit takes part of its effect for the compliance of a stage. The fit is worse
+  // With rubbing held at 0 the fit mistakes part of its effect for the compliance of a stage, and is worse
   // all the same.
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  std::size_t part = 0;  // checks that held parameters also stay fixed in a fit to a fifth of the rows
+  std::size_t part = 0;  // end of a fifth of the record: held values must stay fixed there too
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;
@@ -245,8 +245,8 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
 }
 
 TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
-  // Swings of 30 to 90 um at 50 Hz. A search that adds the damper only at the end would stop at a length of
-  // 10.3 um (9.7 to 11.0) in place of 15, without renewal.
+  // Record of swings of 30 to 90 um, 50 samples a second. A search that adds the damper only at the end would
+  // stop at a length of 10.3 um (9.7 to 11.0) in place of 15, without renewal.
   const double kinetic = 0.35, length = 15e-6, renewal = 2.0, cv = 0.5, load = 2.0;
   const double damping = 1000.0, stribeck = 0.1e-3, finest = length / 50.0;
   RubbedBristles bristles(1800, lognormal_quantile(length, cv), 0.0, renewal, 3);
@@ -284,8 +284,8 @@ TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly know
 }
 
 TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fitted", "[fit]") {
-  // The offset rises by 0.2 N in the first half, and falls back in the second: its mean is that of both
-  // halves.
+  // The sensor's offset rises by 0.2 N in the first half and falls back in the second: the halves' means
+  // agree.
   SlidingSprings springs;
   springs.motion = [](double t) { return 60e-6 * std::sin(4.0 * M_PI * t); };
   springs.seconds = 4.0;
@@ -299,15 +299,15 @@ TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fi
     return j.model.find("as fitted") != j.model.npos;
   });
   REQUIRE(brush != all.models.end());
-  // A stroke is 120 um long, of which 30 um, two mean lengths, are a reversal: a third of the time.
+  // A reversal takes two mean lengths, 30 of the 120 um of a stroke, and a third of the stroke's time.
   CHECK(all.reversal_samples > 50);
   CHECK(all.reversal_samples < 90);
-  CHECK(brush->judged.all < 0.1);  // 0.2 N / sqrt(12) and the noise; a drift continued leaves 0.2 N
+  CHECK(brush->judged.all < 0.1);  // 0.2 N / sqrt(12) and noise; following the drift on would leave 0.2 N
 }
 
 TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
           "[fit]") {
-  // 20 s of strokes of growing length under 1 N, with the friction of two Maxwell-slip elements.
+  // Record of 20 s: strokes of growing length under 1 N, with the friction of two Maxwell-slip elements.
   std::mt19937_64 generator(5);
   std::normal_distribution<double> noise(0.0, 0.005);
   std::string csv = "t,x,load,force\n";
@@ -335,7 +335,7 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     return cli::Judgement{};
   };
   const cli::Judgement maxwell = of("Maxwell-slip");
-  // N, error of held-out parts of the record; the noise is 5 mN, and 22 parameters were fitted to 351 samples
+  // rms error (N) on held-out parts of the record; noise is 5 mN, with 22 parameters for 351 samples
   CHECK(maxwell.judged.all < 1.2 * 0.005);
   for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
     INFO(other);
@@ -358,7 +358,7 @@ TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") 
   check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
   check_recovered(fitted[cli::fit_damping], s.damping, 0.3 * s.damping);
   check_recovered(fitted[cli::fit_stribeck], s.stribeck, 0.4 * s.stribeck);
-  // Checks that the material that a user gets has all three terms.
+  // Checks that the material that a user gets has viscous friction, damper and Stribeck velocity.
   const bristle::Coefficients given = fitted.result.material.coefficients();
   CHECK(given.viscous_friction == Approx(fitted[cli::fit_viscous].value));
   CHECK(given.damping_per_newton == Approx(fitted[cli::fit_damping].value));
@@ -379,10 +379,10 @@ TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
 
 TEST_CASE("Kept bristles meet again where they were straight together, unless a slide has forgotten it",
           "[fit]") {
-  // Forth by 60 lengths and back. Each bristle has snapped at whole multiples of its length, so the last snap
-  // before the origin on the way back is a whole length from it: there it goes from 0 to fully bent, whatever
-  // its length. At half a length before the origin, longer bristles are bent by their length less half of
-  // one.
+  // Moves forth by 60 mean lengths and back. Each bristle has snapped at whole multiples of its length, so
+  // the last snap before the origin on the way back is a whole length from it: there it goes from 0 to fully
+  // bent, whatever its length. At half a length before the origin, longer bristles are bent by their length
+  // less half of one.
   const double length = 1e-5, spread = 0.3, before = 0.3;
   const std::vector<cli::PathPoint> path = {
       {0.0, 1.0, false}, {60.0 * length, 1.0, true}, {before * length, 1.0, true}};
@@ -393,8 +393,8 @@ TEST_CASE("Kept bristles meet again where they were straight together, unless a 
       expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::forgotten});
   CHECK(whole[0] == Approx(1.0).margin(0.02));
   CHECK(forgotten[0] == Approx(1.0).margin(0.02));
-  // Mean of (snap length - before) over the kinetic deflection, which is half a mean length. It leaves out
-  // the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
+  // Expected: mean of (snap length - before) over the kinetic deflection, which is half a mean length. It
+  // leaves out the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
   CHECK(whole[1] == Approx(-2.0 * (1.0 - before)).margin(0.02));
   CHECK(forgotten[1] == Approx(-1.0).margin(0.02));
 }
@@ -417,8 +417,8 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
 }
 
 TEST_CASE("Kept lengths are found through an encoder, with intervals that hold", "[fit]") {
-  // 50 Hz and encoder counts of 1 um. A fit that takes the counts for a spread of snap lengths finds 0.85
-  // (0.73 to 1.00) in place of 0.4.
+  // Record at 50 Hz with encoder counts of 1 um. A fit that takes the counts for a spread of snap lengths
+  // finds 0.85 (0.73 to 1.00) in place of 0.4.
   SyntheticFriction s;
   s.redraw = false;
   s.motion = [](double t) { return loops_and_strokes(t + 1.3e-3); };
@@ -443,14 +443,14 @@ TEST_CASE("Student's quantile is that of the tables, from one degree of freedom 
     CAPTURE(degrees);
     CHECK(cli::student_quantile(degrees) == Approx(quantile).epsilon(0.01));
   }
-  // The function treats fewer than one degree of freedom as one, because half a degree would give a factor of
+  // Fewer than one degree of freedom count as one, because half a degree would give a factor of
   // hundreds.
   CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
 }
 
 TEST_CASE("The held-out error is that of fits to four fifths of a record, judged on the fifth", "[fit]") {
-  // A line and an offset through 250 points: 25 blocks of ten, every fifth held out. The expected value fits
-  // each fold.
+  // Cross-validation of a line fitted to 250 points: 25 blocks of ten, every fifth held out. The expected
+  // value fits each fold.
   constexpr int n = 250;
   std::mt19937_64 generator(9);
   std::normal_distribution<double> normal;
@@ -473,7 +473,7 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
     for (int i = 0; i < n; ++i)
       if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
   }
-  // The residuals may be taken at any parameters, here (2, 1), because the derivatives of a line are
+  // Residuals may be taken at any parameters, here (2, 1), because a line's derivatives are
   // constant.
   const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
   CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
@@ -535,7 +535,7 @@ TEST_CASE("What the data do not determine is named and stays at its default", "[
     CHECK_FALSE(fitted[cli::fit_length].fitted);
     CHECK_FALSE(fitted.result.peak.fitted);
     const double truth =
-        // Stiffness over load: kinetic coefficient over mean deflection in sliding.
+        // Expected stiffness over load: kinetic coefficient over mean deflection in sliding.
         s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);
     check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
   }
@@ -609,8 +609,8 @@ TEST_CASE("A slide of which three samples go back is fitted like one that goes o
 }
 
 TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
-  // The body slides when the record begins, so the record lacks its virgin peak of 0.50. Reversals rise to
-  // 0.38 only.
+  // The body slides when the record begins, so the record lacks the virgin peak of 0.50; after reversals
+  // friction rises to 0.38 only.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.duration = 8.0;
@@ -625,13 +625,13 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
   CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("no first loading in the record"));
-  // This record begins with the brush's first loading, so it shows the peak.
+  // Record that begins with the brush's first loading, and so shows the peak.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);
   const std::vector<double>& force = virgin.data.force;
   const double highest = *std::max_element(force.begin(), force.end()) / 2.0;
-  // The highest sample has noise of 10 mN and the fluctuation of 1800 bristles.
+  // Tolerance: the highest sample has noise of 10 mN and the fluctuation of 1800 bristles.
   CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));
 }
 
@@ -651,7 +651,7 @@ TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
 }
 
 TEST_CASE("A speed that is one but for its turns and its noise shows no lubricant", "[fit]") {
-  // To and fro at 1 mm/s, with a tenth of the time spent in turning, which must not be read as a lubricant
+  // Moves to and fro at 1 mm/s, a tenth of the time turning, which the fit must not read as viscous friction
   // (65.8 N s/m).
   SyntheticFriction s = usual();
   s.rate = 200.0;
@@ -676,7 +676,7 @@ TEST_CASE("A few samples at another speed show the lubricant where they make a p
   SyntheticFriction s = usual();
   s.viscous = 100.0;
   s.duration = 22.0;
-  s.motion = [](double t) {  // 10 s at 0.1 mm/s, one at 1 mm/s, and back
+  s.motion = [](double t) {  // 10 s at 0.1 mm/s, 1 s at 1 mm/s, and back
     const auto way = [](double u) { return 1e-4 * std::min(u, 10.0) + 1e-3 * std::max(u - 10.0, 0.0); };
     return t < 11.0 ? way(t) : way(11.0) - way(t - 11.0);
   };
@@ -686,7 +686,7 @@ TEST_CASE("A few samples at another speed show the lubricant where they make a p
 }
 
 TEST_CASE("A speed each way shows no lubricant where the sensor may have an offset", "[fit]") {
-  // 1.0 mm/s towards +x and 1.4 mm/s back, with friction 5 % higher on the way back.
+  // Moves at 1.0 mm/s towards +x and 1.4 mm/s back, with friction 5 % higher on the way back.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.motion = [](double t) {
@@ -703,8 +703,8 @@ TEST_CASE("A speed each way shows no lubricant where the sensor may have an offs
 
 TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[fit]") {
   // Strokes of up to 0.1 mm/s, in which friction falls by 50 N s/m, and one of 1 mm/s with 30 mN too much.
-  // Over the whole record a lubricant of 37 N s/m improves the fit, but it predicts every held-out part worse
-  // than without.
+  // Over the whole record viscous friction of 37 N s/m improves the fit, but it predicts every held-out part
+  // worse than without.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.every = 4;
@@ -734,7 +734,7 @@ TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
   const double room = std::stod(scene.substr(scene.find(key) + key.size()));
   CHECK(room >= 2.99);
   CHECK(room <= 3.1);
-  CHECK(scene.find("load = 2") == std::string::npos);  // the replay's load comes from the recorded file
+  CHECK(scene.find("load = 2") == std::string::npos);  // load in the replay: that of the recorded file
 }
 
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
@@ -749,8 +749,8 @@ TEST_CASE("A force that goes with the speed alone is refused as no friction of a
 }
 
 TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
-  // A spring that pushes, an offset and much noise: not a brush. The mean snap length must not grow without
-  // bound.
+  // Record of a spring that pushes, with an offset and much noise: no brush. The mean snap length must not
+  // grow without bound.
   cli::FitOptions options;
   options.residual = options.renewal = 0.0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -769,7 +769,7 @@ TEST_CASE("A search ends within its bounds, whatever the force", "[fit]") {
 
 TEST_CASE("A long record is searched in a part of its samples and fitted to all", "[fit]") {
   SyntheticFriction s = usual();
-  s.rate = 1000.0;  // ten seconds at 1 kHz give 10,000 rows
+  s.rate = 1000.0;  // ten seconds at 1 kHz: 10,000 rows
   const RecordedFriction data = record(s, 8);
   const Fitted fitted = fit(data.csv());
   CHECK(fitted.result.curve.size() == 10000);
@@ -782,15 +782,15 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   REQUIRE(thin.force.size() == 500);
   CHECK(kept[7] == 140);
   CHECK(thin.force[7] == fitted.data.force[140]);
-  // The thinned rows keep the turning points, and so the distance travelled, except for the round tips of the
-  // motion.
+  // The rows that thinning leaves keep the turning points, and so the distance travelled, except for the
+  // round tips of the motion.
   double travel = 0.0;
   for (std::size_t i = 1; i < thin.path.size(); ++i) travel += std::abs(thin.path[i].x - thin.path[i - 1].x);
   CHECK(travel == Approx(fitted.data.travelled).epsilon(0.01));
 }
 
 TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
-  // A time limit for 42,579 rows: 30 s are allowed on two cores; on one they take some 2.5.
+  // Limit of processor time for a fit of 42,579 rows: 30 s on two cores; on one it takes some 2.5 s.
   SyntheticFriction s = usual();
   s.bristles = 400;
   s.rate = 500.0;
@@ -801,7 +801,7 @@ TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
   const Fitted fitted = fit(csv);
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   CHECK(fitted.result.curve.size() == 40000);
-  CHECK(fitted.result.fluctuating_bristles == Approx(200.0).epsilon(0.5));  // 400 at 2 N
+  CHECK(fitted.result.fluctuating_bristles == Approx(200.0).epsilon(0.5));  // 400 bristles at 2 N, per newton
   check_below(seconds, 30.0, "processor time of a fit of 40,000 rows, s");
 }
 

@@ -50,7 +50,7 @@ TEST_CASE("A fit finds the material of a disc from its torque", "[fit]") {
   CHECK_FALSE(fitted[cli::fit_residual].fitted);
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("disc"));
-  // A fit that takes the disc for a ring at the rim finds 2/3 of the friction.
+  // A fit that takes the disc for a ring at the rim finds only 2/3 of the friction coefficient.
   cli::FitOptions ring = of_disc();
   ring.reading.disc = false;
   CHECK(fit(csv, ring)[cli::fit_kinetic].value == Approx(s.kinetic * 2.0 / 3.0).epsilon(0.02));
@@ -74,14 +74,14 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     path.push_back({60e-6 * std::sin(0.031 * i) * i / 300.0, 2.0, true, 0.01 * i});
   cli::PathForce disc(path, 1, true), point(path);
   const struct {
-    // Error, allowed share of the force; larger for the narrow law, whose force has corners.
+    // spread of the law; allowed error, larger for the narrow law
     double spread, error;
   } cases[] = {{0.15, 4e-3}, {0.4, 1e-3}};
   for (const auto& [spread, error] : cases) {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
-    const int rings = 150;  // expected: sum over 150 rings of equal width, by the midpoint rule
+    const int rings = 150;  // expected torque: sum over 150 rings of equal width, by the midpoint rule
     std::vector<double> sum(path.size(), 0.0);
     for (int k = 0; k < rings; ++k) {
       const double lever = (k + 0.5) / rings;
@@ -98,7 +98,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
 }
 
 TEST_CASE("A disc that ages and strengthens: torque by closed form in steady sliding", "[fit]") {
-  // The reference is the elastic force at the speed of the rim. Inner rings slide more slowly, so their
+  // Expected curve: the elastic force at the speed of the rim. Inner rings slide more slowly, so their
   // bristles are older and stronger.
   std::vector<cli::PathPoint> path;
   for (int i = 0; i <= 60; ++i) path.push_back({5e-6 * i, 1.0, true, 0.05 * i});

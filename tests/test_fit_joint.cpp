@@ -34,7 +34,7 @@ const JointEstimate& number_of(const JointFit& fit, const std::string& name) {
 
 TEST_CASE("A fit of a joint recovers its numbers by direction", "[fit][joints]") {
   const JointFit fit = cli::fit_joint(made_up_log(12.0));
-  // Noise of 10 mN m; means of ten samples have 3.2 mN m.
+  // The motor's torque has noise of 10 mN m, so means of ten samples have 3.2 mN m.
   CHECK(fit.fitted_rms < 0.005);
   const auto check = [&](const char* name, double expected, double tolerance) {
     const JointEstimate& e = number_of(fit, name);
@@ -90,8 +90,8 @@ TEST_CASE("A fit of a joint to a part of its log does not look at the rest", "[f
 }
 
 TEST_CASE("Each interval of a joint's log weighs by its time", "[fit][joints]") {
-  // Samples in the middle of intervals, on the straight line between their neighbours, change no torque
-  // averaged over time.
+  // Adds samples on straight lines between their neighbours, which change no torque averaged over
+  // time.
   const JointLog log = made_up_log(1.0);
   JointLog split = log;
   for (std::vector<double> JointLog::*column :
@@ -138,8 +138,8 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.angle[2] == Approx(2.0 * 0.017453292519943295));
   CHECK(log.motor[2] == Approx(1.0));
   CHECK(log.outside[2] == Approx(-3.0 * std::sin(log.angle[2])));
-  CHECK(log.speed[7] == Approx((log.angle[8] - log.angle[6]) / 0.002));  // where angles begin anew at 0
-  // The caller gives names and units of columns, for logs that other programs write.
+  CHECK(log.speed[7] == Approx((log.angle[8] - log.angle[6]) / 0.002));  // at a jump: angles restart at 0
+  // Names and units of columns are given by the caller, for logs that other programs write.
   cli::FitReading reading;
   reading.columns = {{"angle", "q"}, {"motor", "3"}};
   reading.units = {{"t", "ms"}, {"angle", "deg"}, {"motor", "mN m"}};
@@ -153,7 +153,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     return bristle_test::message_of<cli::UserError>(
         [&] { cli::parse_joint_log(text, "log", how, constant, {}); });
   };
-  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // refuses a log of 60 ms as too short
+  CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms of a log are too short
   CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

@@ -19,9 +19,9 @@ using namespace bristle_test;
 
 namespace {
 
-/// Strokes to and fro that begin at a time and rest after each.
+/// Strokes to and fro that begin at a time, with a rest after each.
 struct Strokes {
-  double begin = 0.503, speed = 0.2e-3, stroke = 0.4e-3, rest = 0.0;  // s, m/s, m, s
+  double begin = 0.503, speed = 0.2e-3, stroke = 0.4e-3, rest = 0.0;  // time s, speed m/s, length m, rest s
   double period() const { return stroke / std::abs(speed) + rest; }
   double operator()(double t) const {
     if (t < begin) return 0.0;
@@ -40,7 +40,7 @@ std::string force_csv(const RecordedFriction& r, double sign = 1.0) {
   return text;
 }
 
-/// Writes what a separate logger would record of a motion: `rate` rows a second, by a clock that is `ahead`
+/// Writes the file of a separate logger of positions: `rate` rows a second, by a clock that is `ahead`
 /// seconds ahead.
 std::string motion_csv(const std::function<double(double)>& x, double from, double to, double rate,
                        double ahead = 0.0, double encoder = 0.0) {
@@ -73,7 +73,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
   const struct {
     const char* what;
     Strokes motion;
-    double sign, rate, begin;  // begin: s of the record that are cut off at its start
+    double sign, rate, begin;  // begin: time cut off at the record's start, s
   } cases[] = {{"from rest", {}, 1.0, 200.0, 0.0},
                {"on the body, from the far end", {0.503, -0.2e-3, 0.4e-3, 0.0}, -1.0, 200.0, 0.0},
                {"rests at both ends", {0.503, 0.2e-3, 0.4e-3, 0.7}, 1.0, 200.0, 0.0},
@@ -83,7 +83,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
     CAPTURE(c.what);
     SyntheticFriction s = noisy(c.motion);
     s.duration = 24.0;
-    s.rate = 1000.0;  // turns of the true motion are between rows of the record
+    s.rate = 1000.0;  // so fast that turns fall between the record's rows
     s.every = static_cast<int>(s.rate / c.rate);
     RecordedFriction r = record(s, 7);
     const auto cut = static_cast<std::ptrdiff_t>(c.begin * c.rate);
@@ -94,7 +94,7 @@ TEST_CASE("Strokes at a stated speed need no position", "[fit][files]") {
     options.reading.speed = c.motion.speed;
     options.reading.stroke = c.motion.stroke;
     const Fitted fitted = fit(force_csv(r, c.sign), options);
-    // Noise and the number of bristles move a turn by up to 2 ms, 0.4 um; coarse samples by a tenth of one.
+    // Tolerance: noise and few bristles shift a turn by up to 2 ms (0.4 um), coarse samples by 0.1 of one.
     double worst = 0.0;
     for (const cli::PathPoint& turn : fitted.data.columns.turns) {
       const double since = std::remainder(turn.t - c.motion.begin, c.motion.period());
@@ -135,13 +135,13 @@ TEST_CASE("Stated strokes that the force contradicts are refused", "[fit][files]
 }
 
 TEST_CASE("Force and motion of two loggers are merged by time", "[fit][files]") {
-  // The loggers have other rates, begin and end at other times, and one clock shows 100 s more.
+  // The loggers of force and position differ in rate, begin and end; one clock is 100 s ahead.
   const struct {
     const char* what;
-    int every;  // of 1000 rows of the force a second, one of this many is kept
+    int every;  // keeps one row of this many of the 1000 force rows a second
     double rate, ahead, encoder;
-    // m, largest error of a position: half of an encoder's count, or what a chord of the motion cuts off,
-    // 0.4 mm (pi / s)^2 (1 / rate)^2 / 8.
+    // Largest error of a position, m: half of an encoder's count, or what a chord of the motion cuts off, 0.4
+    // mm (pi / s)^2 (1 / rate)^2 / 8.
     double most_error;
   } cases[] = {{"a slow motion", 5, 50.0, 0.0, 0.0, 0.2e-6},
                {"a fast motion", 20, 1000.0, 100.0, 0.0, 1e-9},
@@ -177,7 +177,7 @@ TEST_CASE("Force and motion of two loggers are merged by time", "[fit][files]") 
 }
 
 TEST_CASE("Turns of a fast motion between the rows of a slow force are kept", "[fit][files]") {
-  // A triangle of 40 um at 4 Hz beside a force at 10 Hz: its corners are at 0.125 s, 0.25 s and so on.
+  // Position is recorded as a triangle of 40 um at 4 Hz, force at 10 Hz; corners are at 0.125 s, 0.25 s etc.
   const auto motion = [](double t) { return 40e-6 * (2.0 / M_PI) * std::asin(std::sin(8.0 * M_PI * t)); };
   std::string force = "t,load,force\n";
   for (int i = 0; i < 50; ++i)

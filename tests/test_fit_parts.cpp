@@ -29,7 +29,7 @@ cli::FitData prepared(const std::string& csv, double mass = 0.0) {
   return cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::automatic, {}, mass);
 }
 
-/// Writes `rows` rows, 10 ms apart; `row` returns what follows the time.
+/// Writes a table of `rows` rows, 10 ms apart; `row` returns the text of a row after its time.
 std::string rows_of(const std::string& header, int rows, const std::function<std::string(double)>& row) {
   std::string text = header + '\n';
   for (int i = 0; i < rows; ++i) text += fmt::format("{:.17g},{}\n", 0.01 * i, row(0.01 * i));
@@ -65,13 +65,13 @@ std::vector<double> force_along(const std::vector<PathPoint>& path, const cli::B
   return cli::PathForce(path).find(shape, length, past, cli::Detail::finish, kinetic_speed);
 }
 
-/// Returns the free law of a record of springs, found about a lognormal law that differs from it.
+/// Returns the free law (by any shape) of a record of springs, found about a lognormal law that differs.
 cli::FreeLaw free_law(const SlidingSprings& springs, unsigned seed, cli::FitValues about) {
   const cli::FitData data = prepared(springs.csv(seed));
   cli::FitOptions options;
   options.rule = SnapRule::slide;
   cli::FitModel model(data, options, cli::Detail::finish);
-  SlidingSprings friction = springs;  // force of the friction alone, which bends the stage
+  SlidingSprings friction = springs;  // force of friction, without noise and offset, which bends the stage
   friction.noise = friction.offset = 0.0;
   const std::vector<double> bends = prepared(friction.csv(seed)).force;
   model.set_stage_force(
@@ -96,7 +96,7 @@ cli::FitValues about_springs() {
 
 TEST_CASE("A free law, its mean and the offset are those of the springs, whatever they are searched about",
           "[fit]") {
-  SlidingSprings springs;  // uniform from 10 to 20 um
+  SlidingSprings springs;  // springs with limits uniform from 10 to 20 um
   springs.of.clear();
   for (int i = 0; i < 1000; ++i) springs.of.push_back(10e-6 + 10e-9 * (i + 0.5));
   springs.noise = 0.001;
@@ -131,7 +131,7 @@ TEST_CASE("A free law finds the damper beside its lengths, and the velocity over
   for (const double stribeck : {0.30e-3, 0.37e-3}) {
     SlidingSprings springs;
     springs.noise = 0.001;
-    springs.damping = 700.0;  // at most 0.15 N, beside 0.7 N of the springs
+    springs.damping = 700.0;  // damper of at most 0.15 N, beside the springs' 0.7 N
     springs.stribeck = stribeck;
     const cli::FreeLaw found = free_law(springs, 8, about_springs());
     CAPTURE(stribeck);
@@ -145,7 +145,7 @@ TEST_CASE("A free law finds the damper beside its lengths, and the velocity over
 TEST_CASE("The stage of a free law is bent by the friction, not by the sensor's noise", "[fit]") {
   SlidingSprings springs;
   springs.compliance = 30e-6;
-  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean length
+  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean snap length
   cli::FitValues about = about_springs();
   about[cli::fit_compliance] = springs.compliance;
   const cli::FreeLaw found = free_law(springs, 6, about);
@@ -168,12 +168,12 @@ TEST_CASE("A stage that is held is bent by the fitted force, not by the sensor's
   check_recovered(fitted[cli::fit_length], 15e-6, 3e-6);
   CHECK(fitted[cli::fit_compliance].value == springs.compliance);
   CHECK(fitted.result.residual_rms == Approx(springs.noise).epsilon(0.05));
-  // Checks that an offset of the sensor does not count as friction that the fit explains.
+  // Checks that a sensor's offset does not count as friction that the fit explains.
   double friction = 0.0;
   for (const double force : fitted.data.force) friction += std::pow(force - fitted[cli::fit_offset].value, 2);
   CHECK(fitted.result.explained ==
         Approx(1.0 - 1000.0 * std::pow(fitted.result.residual_rms, 2) / friction).margin(0.002));
-  // If the offset is read as friction, friction is larger by that much towards +x.
+  // A note says: if the offset is friction instead, friction is larger by that much towards +x.
   const auto note =
       std::find_if(fitted.result.notes.begin(), fitted.result.notes.end(),
                    [](const std::string& text) { return text.find("towards +x") != text.npos; });
@@ -203,8 +203,8 @@ TEST_CASE("Small moves of straight bristles have the force of their stiffness, e
   const double length = 1e-5;
   for (int i = 1; i <= 40; ++i) path.push_back({1.7e-5 * length * i, 2.0, true, 0.01 * i});
   const std::vector<double> force = force_along(path, {SnapLaw::lognormal, SnapRule::keep, 0.3}, length);
-  // Kept bristles are bent by half a length on average in sliding: stiffness 2 / length over the kinetic
-  // force.
+  // Expected stiffness 2 / length, over the kinetic force: in sliding kept bristles are bent by half a length
+  // on average.
   for (std::size_t i = 0; i < force.size(); ++i)
     CHECK(force[i] == Approx(2.0 * 2.0 * 1.7e-5 * static_cast<double>(i + 1)).epsilon(1e-3));
 }
@@ -254,7 +254,7 @@ TEST_CASE("A rest or a slide before the record is that which a path with it has"
   for (std::size_t i = 1; i < after_slide.size(); ++i) {
     CHECK(after_slide[i] == Approx(expected_slide[i - 1]).margin(0.003));
     CHECK(after_slide[i] ==
-          Approx(1.0).margin(0.01));  // steady sliding at the speed of the kinetic coefficient
+          Approx(1.0).margin(0.01));  // steady sliding at the speed for which kinetic friction is stated
   }
 }
 
@@ -263,7 +263,7 @@ TEST_CASE("A rest or a slide before the record is that which a path with it has"
 
 TEST_CASE("Delay, offset and drift of a sensor are those of closed forms, the delay anew in each file",
           "[fit]") {
-  // Friction of a lubricant alone, 1 N s/m, which grows by 2 N/s.
+  // Friction of a lubricant alone: 1 N s/m times a speed; the position's speed grows by 2 m/s each second.
   cli::FitData data = made_record(1, 60, [](double t) { return 2.0 * t; });
   data.columns.parts = {30};
   const cli::FitOptions options;
@@ -339,20 +339,20 @@ TEST_CASE("A stage as soft as straight bristles leaves them half of the motion, 
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::finish);
   cli::FitValues p = cli::fit_defaults;
-  // Stiffness of bristles that are renewed: mean deflection in sliding is half the mean length, more by the
+  // Expected stiffness with redraw: the mean deflection in sliding is half the mean length, more by the
   // spread.
   const double stiffness = 2.0 * p[cli::fit_kinetic] /
                            (0.5 * (1.0 + p[cli::fit_spread] * p[cli::fit_spread]) * p[cli::fit_length]);
   p[cli::fit_compliance] = 1.0 / stiffness;
   model.settle_stage(p);
   const Eigen::VectorXd force = model.force(p);
-  for (Eigen::Index i = 0; i < 40; ++i)  // steps of 10 nm
+  for (Eigen::Index i = 0; i < 40; ++i)  // in steps of 10 nm force grows by stiffness alone
     CHECK(force[i] == Approx(0.5 * stiffness * 1e-8 * static_cast<double>(i)).margin(2e-4));
 }
 
 TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
   cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
-  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // a point a quarter of the way
+  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // point a quarter of the way on
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
   cli::FitValues p = cli::fit_defaults;
@@ -397,7 +397,7 @@ TEST_CASE("Derivatives of the force are its differences, on a line and on a disc
         const Eigen::VectorXd slope = model.derivative(p, q);
         CHECK((slope - differences).cwiseAbs().maxCoeff() < 1e-3 * slope.cwiseAbs().maxCoeff());
       }
-      // In one direction the lubricant of a disc has half the force at the rim: mean square of the levers.
+      // In one direction, viscous friction of a disc is half that at the rim: the mean square of the radii.
       cli::FitValues oil = cli::fit_defaults;
       oil[cli::fit_kinetic] = 0.0;
       oil[cli::fit_viscous] = 1.0;
@@ -409,7 +409,7 @@ TEST_CASE("Derivatives of the force are its differences, on a line and on a disc
 // data
 
 TEST_CASE("A turn between two samples is the vertex of its parabola", "[fit]") {
-  // Strokes at 1 mm/s that turn within 60 ms, the first at 0.433 s, 0.418 mm from the start.
+  // Motion in strokes at 1 mm/s that turn within 60 ms, the first turn at 0.433 s, 0.418 mm from the start.
   const auto x = [](double t) {
     const double s = std::fmod(t, 0.866), u = s - 0.403, half = 1e-3 * s;
     const double forth = u < 0.0 ? half : u < 0.06 ? half - u * u / 0.06 * 1e-3 : 1e-3 * (0.403 - (u - 0.06));
@@ -434,20 +434,20 @@ TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit
       return fmt::format("{:.17g},{},{}", x, load(t), t < 3.0 ? 0.7 : -0.7);
     });
   };
-  // A rest of two seconds, with another load for ten samples of it.
+  // Checks thinning of a rest of two seconds that has another load in ten samples.
   const cli::FitData steps = prepared(csv([](double t) { return t > 1.795 && t < 1.895 ? 2.5 : 2.0; }));
   const cli::FitData thin = cli::without_rests(steps);
   CHECK(thin.samples() < steps.samples());
   CHECK(std::count(thin.load.begin(), thin.load.end(), 2.5) == 10);
   for (std::size_t i = 115; i < 285; ++i) CHECK(steps.velocity[i] == 0.0);
-  // One sample of 900 at 0.9 N of 2 N lifts the contact, though the load's deviation, 1.8 %, is below the 2 %
-  // of a steady load.
+  // A load that is 0.9 N instead of 2 N in one sample of 900 is not steady, though its deviation, 1.8 %, is
+  // below the limit of 2 %.
   CHECK_FALSE(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 0.9 : 2.0; })).steady_load);
   CHECK(prepared(csv([](double t) { return std::abs(t - 2.0) < 1e-9 ? 1.98 : 2.0; })).steady_load);
 }
 
 TEST_CASE("Inertia and sign of a force in the plane concern each axis", "[fit]") {
-  // A circle of 1 mm, two and a half times a second, with 0.7 N of friction and half a kilogram.
+  // Record of a mass of half a kilogram on a circle of 1 mm, at 2.5 turns a second, with 0.7 N of friction.
   const double w = 5.0 * M_PI, r = 1e-3, mass = 0.5, friction = 0.7;
   for (const double sign : {1.0, -1.0}) {
     const cli::FitData data =
@@ -469,7 +469,7 @@ TEST_CASE("Inertia and sign of a force in the plane concern each axis", "[fit]")
 }
 
 TEST_CASE("A speed that is given serves for the acceleration", "[fit]") {
-  // Positions to 20 um, speeds as they are: differences of positions would be of 0.2 m/s^2 and more.
+  // Positions are rounded to 20 um: accelerations found from them would be wrong by 0.2 m/s^2 and more.
   const double w = 10.0, r = 5e-3, mass = 1.0;
   const cli::FitData data =
       prepared(rows_of("t,x,v,load,force", 300,
@@ -505,7 +505,7 @@ TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") 
   REQUIRE(thin.columns.parts[1] < thin.samples());
   for (std::size_t k = 0; k < 2; ++k)
     CHECK(thin.columns.t[thin.columns.parts[k]] == data.columns.t[60 * (k + 1)]);
-  // A replay goes on at the end of a file, although the body was lifted to the start of the next one.
+  // Checks that a replay's path is continuous, although the body was lifted between the two files.
   const std::string replay = cli::fit_motion(data);
   double place[2][2] = {};
   std::size_t row = 0;
@@ -520,7 +520,7 @@ TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") 
 }
 
 TEST_CASE("Kept bristles are straight where each file begins", "[fit]") {
-  // Two strokes of 0.4 mm, read by an encoder of 1 um whose zero is another one in the second.
+  // Two files with a stroke of 0.4 mm each, read by an encoder of 1 um with a different zero in each.
   const auto stroke = [](double from) {
     return cli::parse_fit_columns(
         rows_of("t,x,load,force", 200,

@@ -226,8 +226,8 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
 }
 
 TEST_CASE("The inertia of a mass that moves with the sensor is taken off the force", "[fit][files]") {
-  // The mass shakes by 1 mm at 5 Hz, at up to 0.99 m/s^2. Its inertia force is 0.49 N for half a kilogram,
-  // beside a friction of 0.7 N.
+  // The measured mass shakes by 1 mm at 5 Hz, at up to 0.99 m/s^2. Its inertia force is 0.49 N for half a
+  // kilogram, beside a friction of 0.7 N.
   const double w = 2.0 * M_PI * 5.0, mass = 0.5, amplitude = 1e-3;
   const auto place = [&](double t) { return amplitude * std::sin(w * t); };
   const auto friction = [&](double t) { return std::cos(w * t) > 0.0 ? 0.7 : -0.7; };
@@ -258,7 +258,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   const RecordedFriction first = record(s, 3);
   s.motion = [](double t) { return 5e-3 + loops_and_strokes(t + 3.0); };
   const RecordedFriction second = record(s, 4);
-  // The third record begins in the middle of a slide, with bent bristles.
+  // Third file of a record, which begins in the middle of a slide, with bent bristles.
   s.motion = [](double t) { return 1e-3 * std::fmin(t, 3.0) - 0.5e-3 * std::fmax(t - 3.0, 0.0); };
   RecordedFriction third = record(s, 5);
   for (std::vector<double>* column : {&third.t, &third.x, &third.load, &third.force})
@@ -274,7 +274,7 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK_THAT(joined(all.understood), Contains("3 files as one record (2 clocks start anew and are joined)"));
   Fitted fitted;
   fitted.data = cli::prepare_fit_data(all, cli::ForceSign::automatic, {});
-  // The distance from the end of one file to the start of the next is not motion.
+  // Checks that the distance from one file's end to the next one's start does not count as motion.
   CHECK(fitted.data.range < 2.5e-3);
   CHECK(fitted.data.travelled < 0.012);
   cli::FitOptions options;
@@ -285,8 +285,8 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK(fitted.result.past.of_part(0) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(1) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(2) == cli::StartState::forward);
-  // The curve of the second file begins with a straight brush and nearly no force, although the first file
-  // ends with a large one.
+  // The fitted curve begins in the second file with a straight brush and nearly no force, although the first
+  // file ends with a large one.
   CHECK(std::abs(fitted.result.curve[500]) < 0.1);
   CHECK(std::abs(fitted.result.curve[499]) > 0.5);
   CHECK(std::abs(fitted.result.curve[1000]) > 0.6);
@@ -319,7 +319,7 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
   const cli::MotionFile motion = cli::parse_motion_file(cli::fit_motion(data), "fitted_motion.csv");
   REQUIRE(motion.rows.size() == r.t.size());
   CHECK(motion.rows[700].x == Approx(r.x[700]));
-  // The printed table states how the fit has read the data.
+  // Checks that the printed table states how the fit has read the data.
   CHECK_THAT(cli::fit_table(data, result),
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
 }

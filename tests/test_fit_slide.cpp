@@ -51,8 +51,8 @@ TEST_CASE("The force along a path follows springs whose blocks slide", "[fit]") 
       x = path[i].x;
       worst = std::max(worst, std::abs(force[i] - 2.0 * springs.after(0.0)));
     }
-    // 64 strata have an error of 2e-4 at a spread of 1, and cutting off the lengths beyond probability 1 /
-    // 40000 one of 4e-4
+    // Tolerance: 64 strata have an error of 2e-4 at a spread of 1; lengths beyond probability 1 / 40000 are
+    // cut off, an error of 4e-4
     CHECK(worst < 1e-3 * 2.0);
   }
 }
@@ -95,7 +95,7 @@ TEST_CASE("A fit finds a stage that is stiffer one way than the other", "[fit]")
   check_recovered(fitted[cli::fit_kinetic], 0.35, 0.004);
   check_recovered(fitted[cli::fit_length], 15e-6, 1.2e-6);
   CHECK(fitted.result.residual_rms < 1.1 * 0.01);
-  // Each model must predict held-out parts of the record, whose forces it does not see.
+  // Compares models on held-out parts of the record, whose forces a model does not see.
   const cli::FitColumns columns = cli::parse_fit_columns(soft.csv(6), "data.csv");
   const cli::Judgements all = cli::judge_rivals(columns, any_rule(), 7.5);
   CHECK(all.models.back().model == "brush, as fitted");
@@ -124,8 +124,8 @@ TEST_CASE("A slow swing of the sensor is no drift, as its beginning does not for
 }
 
 TEST_CASE("Intervals hold what separate parts of a record say", "[fit]") {
-  // Friction wanders by 5 % to either side in a period of 20 s. A third of the record alone would have an
-  // interval of 0.5 %.
+  // Record of friction that wanders by 5 % to either side in a period of 20 s. A third of the record alone
+  // would have an interval of 0.5 %.
   SlidingSprings wanders;
   wanders.seconds = 30.0;
   wanders.motion = [](double t) { return 60e-6 * std::sin(2.0 * M_PI * t); };
@@ -158,7 +158,7 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
   CHECK(lognormal.result.residual_rms > 1.3 * two.noise);
   check_recovered(any[cli::fit_kinetic], two.kinetic, 0.004);
   CHECK(any[cli::fit_length].value == Approx(two.mean_limit()).epsilon(0.05));
-  // The true law has two groups of lengths, so the fitted law may have few lengths between 6 and 10 um.
+  // The springs' limits are in two groups, so the fitted law may have few lengths between 6 and 10 um.
   const bristle::SnapLength& law = any.result.material.snap_length;
   CHECK(law.survival(6e-6) - law.survival(10e-6) < 0.05);
   CHECK(law.survival(10e-6) == Approx(2.0 / 7.0).margin(0.05));
@@ -169,7 +169,7 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
 
 TEST_CASE("Lengths and the damper beside them are found together", "[fit]") {
   SlidingSprings damped;
-  damped.damping = 700.0;  // at most 0.15 N, beside 0.7 N of the springs
+  damped.damping = 700.0;  // damper of at most 0.15 N, beside the springs' 0.7 N
   damped.stribeck = 3e-4;
   const std::string csv = damped.csv(12);
   for (const SnapLaw law : {SnapLaw::lognormal, SnapLaw::table}) {

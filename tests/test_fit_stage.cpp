@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Returns loops and strokes of growing speed, recorded at 200 Hz; brush and sensor at 1 kHz.
+/// Returns settings of loops and strokes of growing speed, recorded at 200 Hz, simulated at 1 kHz.
 SyntheticFriction fine() {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
@@ -45,7 +45,7 @@ TEST_CASE("A fit finds the delay of the force sensor and leaves the brush as it 
 
 TEST_CASE("A fit finds the compliance of the stage where loads differ", "[fit]") {
   SyntheticFriction s = fine();
-  s.compliance = 4e-6;  // 2.8 um under 0.7 N of friction, beside a presliding length of 15 um
+  s.compliance = 4e-6;  // stage that yields by 2.8 um under 0.7 N; presliding length 15 um
   s.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
   s.most_load = 3.0;
   s.bristles = 2700;
@@ -91,8 +91,8 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
   CHECK_THAT(fitted[cli::fit_compliance].why,
              Contains("one number in sticking") && Contains("loads that differ"));
   CHECK_THAT(fitted[cli::fit_delay].why, Contains("not seen"));
-  // The fit does not search for terms that linear theory does not support, so it needs hardly more
-  // evaluations than a fit in which all these terms are held.
+  // The fit leaves out terms that its linearised model finds no sign of, so it needs hardly more evaluations
+  // than a fit in which all these terms are held.
   cli::FitOptions held;
   held.delay = held.compliance = held.residual = held.renewal = 0.0;
   const Fitted known = fit(record(s, 11).csv(), held);
@@ -102,21 +102,21 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
 }
 
 TEST_CASE("A stiff spring in series under one load is left to the brush, and the report says so", "[fit]") {
-  // Loops that never slide show one slope of force over displacement, the combined stiffness of stage and
-  // bristles.
+  // Record of loops that never slide, which show one slope of force over displacement, the combined stiffness
+  // of stage and bristles.
   SyntheticFriction s = fine();
   s.compliance = 4e-6;
   s.motion = [](double t) { return 2e-6 * std::sin(2.0 * M_PI * t); };
   const Fitted fitted = fit(record(s, 1).csv());
   CHECK_FALSE(fitted[cli::fit_compliance].fitted);
   CHECK_THAT(fitted[cli::fit_compliance].why, Contains("one number in sticking"));
-  // Expects no length to be found: bristles of twenty times the length and equal stiffness would fit as well.
+  // Finds no length without sliding: bristles of twenty times the length and equal stiffness fit as well.
   CHECK_FALSE(fitted[cli::fit_kinetic].fitted);
   CHECK_THAT(fitted[cli::fit_kinetic].why, Contains("no sliding"));
   const double bristles = s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length) * 2.0;  // N/m
   const double both = 1.0 / (1.0 / bristles + s.compliance) / 2.0;
   check_recovered(fitted.result.stiffness, both, 0.04 * both);
-  // If the stage's compliance is known and held, the fit finds the stiffness of the bristles themselves.
+  // Checks that with the stage's compliance known and held the fit finds the bristles' own stiffness.
   cli::FitOptions held;
   held.compliance = s.compliance;
   const Fitted own = fit(record(s, 1).csv(), held);

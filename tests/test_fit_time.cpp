@@ -23,7 +23,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr double beta = 0.02, tau = 1e-3;  // strength of ageing per e-fold; s, rest from which bristles age
+constexpr double beta = 0.02, tau = 1e-3;  // strength of ageing per e-fold; age (s) from which bristles age
 
 double grown(double age) { return logarithmic_growth(age, beta, tau); }
 
@@ -94,8 +94,8 @@ TEST_CASE("The force along a path follows bristles that age, through slides, res
 }
 
 TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
-  // With strong growth at rest, bristles that have just snapped are weak and take up little of the presliding
-  // length.
+  // Expected lengths: with strong growth at rest, bristles that have just snapped are weak and so take up
+  // little of the presliding length.
   for (const double growth : {1.0, 3.0, 30.0}) {
     cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.3};
     shape.residual_share = cli::widest_residual;
@@ -106,7 +106,7 @@ TEST_CASE("Every shape that a search may come by is a material", "[fit]") {
 }
 
 TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit]") {
-  // A stroke of 27 mean lengths snaps every bristle and so erases all memory: not one in ten million is
+  // Moves by a stroke of 27 mean lengths, which erases all memory: not one bristle in ten million is
   // longer.
   const double length = 1e-5;
   std::vector<cli::PathPoint> path{{0.0, 1.0, false}};
@@ -122,7 +122,7 @@ TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit
 }
 
 TEST_CASE("A length holds where few samples show the spread", "[fit]") {
-  // Lengths of 16.4 um at a spread of 0.4; in sliding, samples are 2.5 and 5 um apart.
+  // True lengths are 16.4 um at a spread of 0.4; in sliding, samples are 2.5 and 5 um apart.
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
   for (const double rate : {40.0, 20.0}) {
@@ -145,7 +145,7 @@ TEST_CASE("An interval holds the lengths of every spread that does as well", "[f
   const Fitted found = fit(record(s, 11).csv());
   double least = 0.0, most = 0.0;
   REQUIRE(std::sscanf(found[cli::fit_spread].why.c_str(), "%lg to %lg do as well", &least, &most) == 2);
-  // The record shows the stiffness, which is kinetic force over length (1 + spread^2) / 2.
+  // The record shows only kinetic force over length (1 + spread^2) / 2, so length and spread trade off.
   const cli::FitEstimate& length = found[cli::fit_length];
   const auto wide = [](double spread) { return 1.0 + spread * spread; };
   const double same = length.value * wide(found[cli::fit_spread].value);
@@ -156,7 +156,7 @@ TEST_CASE("An interval holds the lengths of every spread that does as well", "[f
 TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;
-  // While the body slides, samples are 10 and 20 um apart.
+  // Records at rates so low that samples of sliding are 10 and 20 um apart.
   for (const auto& [rate, seed] : {std::pair(10.0, 11u), std::pair(5.0, 13u)}) {
     s.rate = rate;
     const Fitted found = fit(record(s, seed).csv());
@@ -176,12 +176,12 @@ TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   check_recovered(fitted[cli::fit_kinetic], kinetic_at(s, frame.speed), 0.01);
   check_recovered(fitted[cli::fit_length], s.length * grown(frame.age), 3e-6);
   check_recovered(fitted[cli::fit_ageing], beta / grown(frame.age), 0.012);
-  // Every age is far above the millisecond from which ageing begins, and a single speed shows no
-  // strengthening.
+  // The record cannot show these two: every age is far above the millisecond from which ageing begins, and a
+  // single speed shows no strengthening.
   CHECK_FALSE(fitted[cli::fit_ageing_time].fitted);
   CHECK_THAT(fitted[cli::fit_ageing_time].why, Contains("do as well"));
   CHECK_THAT(fitted[cli::fit_strengthening].why, Contains("one speed only"));
-  // The material contains the fitted values.
+  // Checks that the returned material contains the fitted values.
   const bristle::Material& m = fitted.result.material;
   CHECK(m.ageing_strength > 0.0);
   CHECK(m.kinetic_coefficient(frame.speed) == Approx(fitted[cli::fit_kinetic].value).epsilon(1e-6));
@@ -224,7 +224,7 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     }
   }
   SECTION("steady sliding at six speeds, one way: only the difference of the two shows") {
-    // Samples are five seconds apart. The body moves by a snap length or more between them, so each sample
+    // Takes a sample every five seconds. The body moves by a snap length or more between samples, so each
     // shows a steady force only.
     SyntheticFriction s =
         noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
@@ -273,8 +273,8 @@ TEST_CASE("Friction that differs with the direction is told from an offset of th
   const Fitted one = fit(record(s, 11).csv());
   CHECK_FALSE(one[cli::fit_asymmetry].fitted);
   CHECK_THAT(one[cli::fit_asymmetry].why, Contains("one load only"));
-  // The fitted offset includes the difference of the two directions: 0.03 N, and 5 % of 0.35 x 2 N in
-  // sliding, less in small loops.
+  // A fit without a difference of directions takes it as offset: 0.03 N, and 5 % of 0.35 x 2 N in sliding,
+  // less in small loops.
   CHECK(one[cli::fit_offset].value ==
         Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
   REQUIRE(one.result.notes.size() == 1);
@@ -301,14 +301,14 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
   CHECK_THAT(refusal(csv, keep), Contains("two axes (x, y, fx, fy) need --rule redraw"));
   CHECK_THROWS_WITH(cli::judge_rivals(cli::parse_fit_columns(csv, "data.csv"), {}, 3.0),
                     Contains("--rivals has one axis"));
-  // A record of two axes with one column of force is refused.
+  // Refuses a record of two position axes with one column of force.
   std::string half = "t,x,y,load,fx\n";
   for (int i = 0; i < 40; ++i) half += fmt::format("{},{},{},1,1\n", i, i % 7, i % 5);
   CHECK_THAT(refusal(half), Contains("column y varies, and there is no column fy"));
 }
 
 TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
-  // 80 um between samples: at rest, then forward; at rest, then back.
+  // Record with 80 um between samples of motion: rest, then forward; rest, then back.
   std::string csv = "t,x,load,force\n";
   double x = 0.0;
   for (int i = 0; i < 400; ++i) {
@@ -323,7 +323,7 @@ TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
 }
 
 TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
-  // Creep of one count every five samples, with a rest of 100 samples in the middle.
+  // Record of a creep of one encoder count every five samples, with a rest of 100 samples in the middle.
   std::string csv = "t,x,load,force\n";
   for (int i = 0; i < 300; ++i) {
     const int creep = i < 100 ? i : i < 200 ? 100 : i - 100;
@@ -334,12 +334,12 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
       cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
   CHECK(data.quantum == Approx(1e-6));
   CHECK(data.path[120].x == data.path[180].x);
-  CHECK(data.path[20].x < data.path[22].x);  // the fit smooths the part of the path that creeps
+  CHECK(data.path[20].x < data.path[22].x);  // the fit smooths the steps of the creeping part
 }
 
 TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
-  // An encoder count is 5.5 units of the file's last digit, so moves are 5, 6, 11, 16, 17, ... units. In a
-  // swing that slows down at its turns, two counts are one to twenty samples apart.
+  // Record of a swing in which an encoder count is 5.5 units of the file's last digit, so moves are 5, 6, 11,
+  // 16, 17, ... units. Near the turns, two counts are up to twenty samples apart.
   const double digit = 1e-6, count = 5.5 * digit;
   std::string csv = "t,x,load,force\n";
   std::vector<double> speed;
@@ -355,7 +355,7 @@ TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
   for (std::size_t i = 30; i + 30 < speed.size(); ++i) {
     CAPTURE(i);
     REQUIRE(std::abs(data.velocity[i] - speed[i]) < 0.25 * 300e-6);
-    // A sample at more than 0.3 of the highest speed must not be taken for a rest.
+    // Samples at more than 0.3 of the highest speed must not be taken for a rest.
     if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
   }
 }

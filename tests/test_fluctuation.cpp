@@ -34,7 +34,7 @@ PatchOptions options_of(std::uint32_t n, std::uint32_t seed = 1) {
   return infinite_options().with_outputs(Outputs::end).with_fluctuation(n).with_seed(seed);
 }
 
-/// Mean deflection along and across the motion.
+/// Mean deflection of the bristles along and across the motion.
 struct Deflection {
   double along, across;
 };
@@ -45,8 +45,8 @@ struct Path {
   int steps;
 };
 const Path straight{0.08, 0.0, 30000};
-// The circle is wider than the longest bristle: one that is longer than the diameter would never snap and
-// turn with the circle for ever.
+// Chooses a circle wider than the longest bristle: one longer than the diameter would never snap and turn
+// with the circle for ever.
 const Path circle{0.08, 0.3, 50000};
 
 /// Records the mean deflection of a brush along a path, once the brush has forgotten its start. `move(dx,
@@ -141,7 +141,7 @@ TEST_CASE("The paper's brush fluctuates as n bristles do, by the closed form", "
     expect_near(100.0 * wanted.variance, variance_of_one(law), 0.06 * variance_of_one(law), "brute force");
     wanted.variance = variance_of_one(law);
     wanted.mean = kinetic(law);
-    // Error of the variance at 8 pieces per mean length, allowed beside the sampling error; COHORTS.md.
+    // Error of the variance with 8 pieces per mean length (COHORTS.md), allowed beside the sampling error.
     const double of_pieces = law.law() == bristle::SnapLaw::uniform ? 2e-3 : 1e-4;
     for (std::uint32_t n : {100u, 10000u, 1000000u}) {
       const auto answers = follow_patch(straight, material_of(law, paper), options_of(n));
@@ -154,7 +154,7 @@ TEST_CASE("A brush that is rubbed fluctuates as n bristles do that renew each ot
   Noise wanted =
       noise_of(follow_bristles(straight, lognormal, rubbed, 200, 12), &Deflection::along, straight.step);
   wanted.variance *= 200.0;
-  // n bristles renew each other, which makes more noise than n independent ones; MODEL.md 26.
+  // Brute force gives more variance than n independent bristles, as bristles renew each other (MODEL.md 26).
   expect_near(wanted.variance, 0.151, 0.006, "brute force");
   wanted.mean = 0.1 + 0.457730;
   for (std::uint32_t n : {100u, 10000u, 1000000u}) {
@@ -176,7 +176,7 @@ TEST_CASE("On a path that turns the force fluctuates along and across it as that
         wanted.variance *= 100.0;
         const Noise noise = noise_of(answers, axis, circle.step);
         INFO((axis == &Deflection::along ? "along" : "across") << ", n = " << n);
-        // The measured and the expected variance both have sampling errors.
+        // Tolerance of n times variance: both its measured and its expected value have sampling errors.
         expect_near(noise.variance * n, wanted.variance, 1.5 * of_variance * wanted.variance,
                     "n times the variance");
         expect_near(noise.length, wanted.length, of_length * wanted.length, "correlation length");
@@ -199,9 +199,9 @@ TEST_CASE("The relative fluctuation goes as the root of the load", "[fluctuation
 }
 
 TEST_CASE("Those that are left when the load falls are n bristles less at once", "[fluctuation]") {
-  // Each of 1000 bristles stays with a probability of a quarter.
+  // Lets the load fall to a quarter: each of 1000 bristles stays with this probability.
   const double share = 0.25;
-  for (const int falls : {1, 8}) {  // at once, or in falls at rest that follow each other
+  for (const int falls : {1, 8}) {  // a fall at once, or several falls at rest
     OnePatch patch(material_of(lognormal, paper), options_of(1000));
     std::vector<double> answers;
     for (int k = 0; k < 3000; ++k) {
@@ -226,7 +226,7 @@ TEST_CASE("Bristles that came last leave a brush that fluctuates as they came", 
 
 TEST_CASE("After a long step of an aged brush that fluctuates each bristle is bent to its length",
           "[fluctuation][ageing]") {
-  // In steady sliding the longest deflection of a bristle so far is its present one.
+  // In steady sliding the longest deflection of a bristle so far (its reach) is its present one.
   OnePatch patch(material_of(lognormal, paper).with_ageing(bristle::Ageing::logarithmic(0.3, 1e-3)),
                  options_of(20));
   for (int k = 0; k < 20; ++k) {
@@ -257,7 +257,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
       noisy.step(0.05, 0.01);
       other.step(0.05, 0.01);
     }
-    // Moves back a little, so that the following tremor snaps no bristle.
+    // Moves back a little, so that no bristle snaps in the tremor below.
     noisy.step(-0.02);
     other.step(-0.02);
     const double force = noisy.response.elastic[0];
@@ -272,7 +272,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
     }
     CHECK(same);
     CHECK(noisy.patch.hash() == state);
-    // The forces differ by bent bristles only, so the difference is constant while both patches stick.
+    // Both forces change by the same stiffness while both patches stick, so their difference is constant.
     double worst = 0.0;
     for (int k = 0; k < 10000; ++k) {
       const double d = k % 2 == 0 ? -0.004 : 0.004;
@@ -286,7 +286,7 @@ TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that
 }
 
 TEST_CASE("Before the first bristle snaps a brush that fluctuates is the infinite brush", "[fluctuation]") {
-  // The shortest snap length is half the mean, and the path here is shorter.
+  // Slides by less than the shortest snap length, half the mean, so that nothing snaps and no noise appears.
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   Brush noisy(law, infinite_options().with_fluctuation(10));
   Brush smooth(law);

@@ -22,8 +22,8 @@ Material law_of(const SnapLength& law, double renewal, double residual) {
 }
 Material in_pieces(Material m) { return m.with_ageing(bristle::Ageing::logarithmic(1e-9, 1.0)); }
 
-/// A brush that glides and one that takes its pieces, on one path. Lengths are in mean snap lengths, forces
-/// over kinetic friction.
+/// Two brushes on one path: one glides, the other takes its path piece by piece. Lengths are in mean snap
+/// lengths, forces over kinetic friction.
 struct Pair {
   explicit Pair(const Material& m, double finer)
       : glides(m), pieces(in_pieces(m), infinite_options(finer, finer > 8.0 ? 512 : 0)) {}
@@ -49,7 +49,7 @@ struct Pair {
 struct Law {
   const char* name;
   Material material;
-  double forget;  ///< path after which the brush glides, in mean snap lengths
+  double forget;  ///< path after which the brush may glide, mean snap lengths
 };
 std::vector<Law> laws() {
   return {{"lognormal 0.3", law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0), 30.0},
@@ -60,7 +60,7 @@ std::vector<Law> laws() {
 }  // namespace
 
 TEST_CASE("On a circle an infinite brush glides, with the force of many pieces", "[cohorts][glide]") {
-  // With eight pieces per mean length the force differs from that with 32 by at most 1.3e-3 (law with
+  // Tolerance: at eight pieces per mean length the force differs from that at 32 by at most 1.3e-3 (law with
   // renewal), 6e-4 (exponential) and 1e-4 (others), whether the brush glides or not.
   for (const Law& law : laws())
     for (const double radius : {40.0, 200.0})
@@ -117,7 +117,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     double gone = 0.0, worst = 0.0, after = 0.0;
     int glides = 0;
     for (; gone < 2.0 * law.forget; gone += way) {
-      // Curvature of up to 0.02 rad per mean snap length.
+      // Turns gently: the path's curvature is up to 0.02 rad per mean snap length.
       pair.direction += way * 0.02 * std::sin(gone / 12.0);
       pair.step(way);
       if (gone < law.forget) continue;
@@ -126,7 +126,7 @@ TEST_CASE("A glide follows a curvature that changes, and ends where the path bre
     }
     CHECK(glides > 20);
     expect_near(worst, 0.0, 2.5e-3, "gliding");
-    // Turns sharply back, sharply aside, then slightly, each of which ends the brush's glide.
+    // Turns sharply back, sharply aside, then slightly; each turn ends the brush's glide (steady slide).
     for (const double turn : {3.0, 1.5, 0.1}) {
       pair.direction += turn;
       for (int i = 0; i < 12; ++i) {
@@ -170,7 +170,7 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
       expect(c.mean[0] == b.mean[0] && c.mean[1] == b.mean[1], "restored, the mean");
       expect(restored.batch.state_hash() == watched.batch.state_hash(), "state restored");
     }
-    // The mean deflection of the bristles from read_bristles() must give the force.
+    // The mean deflection of the bristles that read_bristles() shows must give the force.
     double mean[2] = {0.0, 0.0};
     watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
     for (std::size_t k = 0; k < zx.size(); ++k) {
@@ -220,7 +220,7 @@ void check_same(const Response& a, const Response& b) {
 
 TEST_CASE("A step that sticks or glides has the same bits by the short way",
           "[cohorts][glide][determinism]") {
-  // An eager batch never glides: it takes the pieces of every step.
+  // An eager batch visits every bristle: its brushes take the pieces of every step and never glide.
   const Material infinite = law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.1);
   const Material damped = law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0).with_viscous_friction(2.0);
   const Material keep = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
@@ -238,7 +238,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
     INFO(what.name);
     OnePatch quick(what.material, what.options);
     OnePatch eager(what.material, what.options, stepped_eagerly());
-    int unasked = 0;  // number of steps that visited no bristle
+    int unasked = 0;  // number of steps that visited no bristle, in glides
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);
       motion.id = quick.id;
@@ -256,8 +256,8 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
 }
 
 TEST_CASE("A glide counts the fractions of a bristle that its steps snap", "[cohorts][glide]") {
-  // A load of a third of a bristle. On a straight slide it snaps once in three mean snap lengths, in steps of
-  // any length.
+  // Load of a third of a bristle, which on a straight slide snaps once in three mean snap lengths, whatever
+  // the steps' length.
   const double bristles = 1.0 / 3.0;
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
                  infinite_options().with_max_normal_load(bristles));
@@ -291,8 +291,8 @@ TEST_CASE("A long straight step of a glide leaves nothing of a circle before it"
     INFO("after a step of " << way);
     CHECK(std::abs(aside) < 1e-4);
   }
-  // A long step has nearly all its path behind the turn at its beginning, so its mean force is taken as the
-  // force at its end.
+  // Takes a long step after a turn: nearly all its path is behind the turn, so its mean force counts as its
+  // end force.
   direction += 0.02;
   brush.step(30.0 * std::cos(direction), 30.0 * std::sin(direction));
   CHECK(brush.patch.report.bristles_visited == 0);

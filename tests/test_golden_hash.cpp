@@ -41,7 +41,7 @@ std::vector<Golden> run_script(const BatchOptions& options) {
           for (int k = 0; k < 60; ++k) {
             Motion motion = scripted_motion(seed, k, 2);
             motion.id = patch.id;
-            motion.normal_load *= 350.0;  // scales the script's loads, which are made for a maximum of 2 N
+            motion.normal_load *= 350.0;  // scales loads of up to 2 N to this patch
             patch.step(motion);
           }
           char hash[20];

@@ -37,7 +37,7 @@ std::vector<std::vector<std::string>> rows_after(const std::string& page, const 
   std::istringstream lines(page.substr(page.find(header)));
   std::string line;
   std::getline(lines, line);
-  std::getline(lines, line);  // skips the line |---|
+  std::getline(lines, line);  // skips the line below the header, |---|
   std::vector<std::vector<std::string>> rows;
   while (std::getline(lines, line) && line.rfind("| ", 0) == 0) {
     std::vector<std::string> cells;
@@ -129,8 +129,8 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
       const Response r = patch.step(0.0731 * wanted.presliding_length, 0.0, 2.0);
       if (k >= 200) mean -= r.elastic[0] / (200 * 2.0);
     }
-    // Bristles of nearly equal length snap nearly in phase for long, so the mean over 14 lengths still
-    // depends on where in the saw tooth the slide ends.
+    // Tolerance: bristles of nearly equal length snap nearly in phase for long, so the mean over 14 lengths
+    // depends on where in the saw-tooth of force the slide ends.
     CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
   }
 }
@@ -191,8 +191,8 @@ TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") 
     OnePatch patch(material, PatchOptions{}.with_max_normal_load(2.0));
     const double expected = 2.0 * 0.6 * 1.5 / (0.5e-3 * (1.0 + spread * spread));
     CHECK(patch.step(1e-7, 0.0, 1.5).stiffness == Approx(expected).epsilon(1e-6));
-    // With the default residual and renewal the stiffness is within 2 % of this value, for the ratios of peak
-    // to kinetic friction in MATERIALS.md.
+    // The closed form of the stiffness holds to 2 % for the default residual and renewal, at the ratios of
+    // peak to kinetic friction in MATERIALS.md.
     for (double ratio : {1.1, 1.15, 1.3, 1.6}) {
       const Material rubbed = Material::from_coefficients(bristle::Coefficients{}
                                                               .with_kinetic(0.6)

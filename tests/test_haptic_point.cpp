@@ -1,5 +1,5 @@
-// From device positions to forces: displacements, the damper's velocity, and a force limit that adds no
-// energy.
+// HapticPoint, from device positions to forces: displacements, the damper's velocity, a force limit that adds
+// no energy.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -30,7 +30,7 @@ const Material& skin() {
   return made;
 }
 
-/// A point on a floor (z = 0) of the given stiffness.
+/// A haptic point pressed on a floor (z = 0) of the given stiffness, N/m.
 struct Floor {
   explicit Floor(const HapticOptions& options, double highest_load = 12.0)
       : point(options),
@@ -75,7 +75,7 @@ double work_of_cycle(const Force& force) {
       last = now;
     }
   };
-  go(0.0, -0.005, 400);       // presses to 2.5 N
+  go(0.0, -0.005, 400);       // the hand presses to 2.5 N
   go(400e-6, -0.020, 2000);   // the hand presses on to 10 N while it slides
   go(389.5e-6, -0.020, 200);  // the hand moves back so far that friction vanishes
   go(389.5e-6, 0.001, 1000);  // the hand comes out of the wall
@@ -107,7 +107,7 @@ TEST_CASE("What the patch is moved by adds up to what the device moved, noise an
   const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
   CHECK(sum[0] == Approx((position - first).dot(along)).margin(1e-15));
   CHECK(sum[1] == Approx((position - first).dot(aside)).margin(1e-15));
-  // After restart() the next position is a new beginning: a jump of the device is no displacement.
+  // After restart() the next position is a new start, so a jump of the device is no displacement.
   floor.point.restart();
   floor.step(position + Vector3d(1.0, 0.0, 0.0));
   CHECK(floor.motion.displacement[0] == 0.0);
@@ -122,14 +122,14 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   int limited = 0;
   for (int i = 0; i < 20000; ++i) {
     position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
-    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // presses to 6 N at most
+    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // the hand presses up to 6 N
     if (i % 1000 < 3) position[0] += 1e-3;               // the hand jerks by 1 mm in each of three ticks
     const Vector3d force = floor.step(position);
     expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
     limited += floor.point.limited() ? 1 : 0;
   }
   CHECK(limited > 5000);
-  // Slides slowly under 1 N and under 6 N of wall force: the force leans equally far from the normal.
+  // Slides slowly under 1 N and 6 N of wall force: the total force leans equally far from the normal.
   double lean[2];
   for (int k : {0, 1}) {
     Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
@@ -185,12 +185,12 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
       last = x;
     }
     INFO("speed " << speed << ": off by " << worst << ", a difference by " << worst_difference);
-    // The velocity over a window has an error of half an encoder count at either end.
+    // Tolerance: the velocity over a window has an error of half an encoder count at either end.
     CHECK(window.window() == WindowedVelocity::longest);
     CHECK(worst <= count / (WindowedVelocity::longest * dt) * 1.000001);
     if (speed == 0.003) CHECK(worst_difference > 0.015);
   }
-  // After a reversal the window shrinks at once to the ticks since then.
+  // After a reversal the window of the velocity shrinks at once to the ticks since the reversal.
   WindowedVelocity window;
   for (int i = 0; i < 100; ++i) window.update(dt, {1e-4 * i, 0.0, 0.0}, count);
   for (int i = 1; i <= 3; ++i) {
@@ -250,8 +250,8 @@ TEST_CASE("A windowed velocity that opposes the displacement is taken as none", 
     x += 10e-6;
   }
   CHECK(std::abs(motion.velocity[0]) + std::abs(motion.velocity[1]) == Approx(0.01));
-  // The hand moves back by less than an encoder count. The slope over many ticks is still forward, so the
-  // velocity must be 0 and not oppose the displacement.
+  // The hand moves back by less than an encoder count. The velocity over many ticks is still forward, so the
+  // point must report 0, not a velocity against the displacement.
   point.prepare(tick, {x - 15e-6, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
   CHECK(std::abs(motion.displacement[0]) + std::abs(motion.displacement[1]) == Approx(5e-6));
   CHECK(motion.has_velocity);
@@ -271,7 +271,7 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   Vector3d force = point.finish(response);
   CHECK(point.limited());
   CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
-  // Checks that the elastic part of the force is not cut, only the damper's part.
+  // Checks that the force limit cuts only the damper's part, not the elastic part.
   CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);
   response.elastic[0] = -4.0;
   force = point.finish(response);
@@ -319,12 +319,12 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
   CHECK(damper > 0.1 * bent);
   CHECK(-sent[0][0] == Approx(bent + damper).epsilon(1e-6));
   CHECK(-sent[1][0] == Approx(bent * 19.5 / 20.0 + damper).epsilon(1e-6));
-  // The limit also holds for the mean force: the elastic part is kept, the damper's is cut.
+  // Checks that the limit also holds for the mean force: the elastic part is kept, the damper's is cut.
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.5).with_mean(true));
   Motion motion;
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
   Response response;
-  response.elastic[0] = 9.0;  // in `end` only; the device gets `mean`
+  response.elastic[0] = 9.0;  // end force, which must not count: the device gets the mean
   response.damper[1] = -3.0;
   response.mean[0] = -0.5;
   response.mean[1] = -3.0;
@@ -350,7 +350,7 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
   struct BadTick {
     Vector3d position;
     double wall;
-    double taken;  // J, work taken by the hand up to and including the bad tick
+    double taken;  // work taken by the hand, J, up to and including the bad tick
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -374,8 +374,8 @@ TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken o
       for (int i = 0; i <= 3; ++i) step({1e-6 * i, 0.0, 0.0}, up, 1000.0);
       CHECK(step(bad.position, up, bad.wall) == Vector3d::Zero());
       CHECK(has(patch.report.status, Status::bad_input));
-      // The normal now leans along x. New axes for it would begin with y, so the expected force shows that
-      // the frame keeps its old axes.
+      // Tilts the normal along x. New axes for it would begin with y, so the expected force shows that the
+      // frame keeps its old axes.
       const Vector3d leaning(0.01, 0.0, 1.0);
       step({5e-6, 0.0, 0.0}, leaning, 1000.0);
       CHECK(patch.report.status == Status::ok);

@@ -27,7 +27,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Limit of the program's address space in kB. A sanitizer needs too much memory for one.
+// Limit of the program's address space, kB; none with a sanitizer, which itself needs more.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 const std::string limits = "";
 #else
@@ -132,12 +132,12 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
 
 TEST_CASE("A scene of very many tables, or of one large trace many times, is soon read", "[cli][hostile]") {
   const TemporaryFolder folder;
-  // Looking up a hundred thousand names one after another would take minutes.
+  // Scene of a hundred thousand patches and motions, whose names would take minutes to look up one by one.
   const std::string many = scene_with("bristles = 10") +
                            patches_with(100'000, "type = \"hold\"\nload = 1.0") +
                            "[[motion]]\npatch = \"nobody\"\ntype = \"hold\"\nload = 1.0\n";
   check_one_line(run_limited(folder, "run '" + folder.write("scene.toml", many) + "'"), "names 'nobody'");
-  // 32 bytes for each row: 640 MB if each motion had a copy.
+  // Trace of 20,000 rows, 32 bytes each, named by many motions: 640 MB if each had a copy.
   std::string trace = "t,x,load\n";
   for (int i = 0; i < 20'000; ++i) trace += std::to_string(i) + ",0,1\n";
   folder.write("trace.csv", trace);
@@ -191,7 +191,7 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
     check_one_line(run_limited(folder, command + "/dev/zero"), "zero byte");
     check_one_line(run_limited(folder, command + "'" + folder.at("nothing") + "'"), "No such file");
   }
-  // A stream of ten gigabytes and more, without a disk to hold it.
+  // Streams ten gigabytes and more as a scene, without a disk to hold them.
   check_one_line(run_limited(folder, "run /dev/stdin", "tr '\\000' 9 </dev/zero"), "16 MiB");
   check_one_line(run_limited(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
   check_one_line(run_limited(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
@@ -205,7 +205,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     int code;
     std::string said;
   };
-  // Starts a command beside others, because each waits seconds. The shell commands `beside` run once the
+  // Starts a command in a thread, because commands wait for seconds. The shell commands `beside` run once the
   // program has said that it waits.
   const auto run = [&](const std::string& name, const std::string& arguments, const std::string& beside) {
     const std::string fifo = folder.at(name), said = folder.write(name + ".stderr", "");
@@ -225,7 +225,7 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
   auto reads = run("read", "'" + read + "'", "cat '" + scene + "' >'" + read + "'");
   auto writes = run("written", "'" + scene + "' --out '" + written + "'",
                     "cat '" + written + "' >'" + folder.at("forces") + "'");
-  auto waits = run("left", "'" + left + "'", "");  // no writer comes, so Ctrl-C ends the program
+  auto waits = run("left", "'" + left + "'", "");  // nothing writes to the file, so Ctrl-C ends the program
   const Told reader = reads.get(), writer = writes.get(), alone = waits.get();
   CHECK(reader.code == 0);
   CHECK(reader.said == "bristle: " + read + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");

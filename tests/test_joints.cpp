@@ -30,7 +30,7 @@ using bristle_test::saved_state;
 
 namespace {
 
-/// Returns the material of a strong servo's gear, all of whose numbers differ.
+/// Returns the material of a strong servo's gear, with a different value in every field.
 JointMaterial gear() {
   JointMaterial m;
   m.stiffness = 300.0;
@@ -51,7 +51,7 @@ JointMaterial gear() {
 
 double& number_of(JointMaterial& m, unsigned p) { return reinterpret_cast<double*>(&m)[p]; }
 
-/// A batch of one joint, and the outputs of its last step.
+/// A batch of one joint, with the outputs of its last step.
 struct OneJoint {
   JointFriction batch;
   double torque = 0, mean = 0, by_angle = 0, by_speed = 0, by_motor = 0, by_outside = 0;
@@ -70,13 +70,13 @@ struct OneJoint {
   }
 };
 
-/// A plain implementation, bristle by bristle, written from the header's description and not from the
-/// library's source. T is double or long double.
+/// A plain implementation of a joint, bristle by bristle, written from the header's description and not from
+/// the library's source. T is double or long double.
 template <class T>
 struct Judge {
   T number[joint_parameters];
   std::vector<T> share, length, z;
-  std::vector<int> side;  ///< direction in which each bristle slid in the last step, 0 if it stuck
+  std::vector<int> side;  ///< direction in which each bristle slid in the last step; 0 if it stuck
   T before = 0, torque = 0, mean = 0;
 
   Judge(const JointMaterial& m, int n, double spread) : z(n, T(0)), side(n, 0) {
@@ -86,8 +86,8 @@ struct Judge {
     share.assign(strata.share.begin(), strata.share.end());
     length.assign(strata.length.begin(), strata.length.end());
   }
-  /// Returns the losses at the torques `motor` and `outside`, for motion in the direction `way`. `base` is
-  /// the index of their first number, the loss without torque.
+  /// Returns a joint's loss torques at the torques `motor` and `outside`, for motion in the direction `way`.
+  /// `base` is the index of their first parameter, the loss without torque.
   T losses(unsigned base, T motor, T outside, int way) const {
     const unsigned direction = motor * T(way) > 0 ? joint_driving : joint_driven;
     return number[base] + number[base + 1 + direction] * std::abs(motor) +
@@ -150,8 +150,8 @@ struct Wander {
   }
 };
 
-/// A rotor under friction: implicit in the derivatives of the output, so that stiff joints need no short
-/// steps.
+/// Rotor under a joint's friction, stepped implicitly by the derivatives of the friction, so that stiff
+/// joints need no short steps.
 struct Rotor {
   OneJoint joint;
   double inertia, angle = 0, speed = 0;
@@ -192,7 +192,7 @@ TEST_CASE(
   const int hour = static_cast<int>(bristle_test::test_size(3600000));
   for (int i = 0; i < hour; ++i) rotor.go(dt, 0, 0.3);
   CHECK(std::abs(rotor.angle - at_rest) <= 1e-18);
-  // Ten seconds at up to 2.99 N m, just below the joint's static friction.
+  // Pushes the rotor for ten seconds with up to 2.99 N m, just below the joint's static friction.
   for (int i = 0; i < 30000; ++i) rotor.go(dt, 0, std::min(2.99, 0.3 + i * 1.5e-4));
   CHECK(std::abs(rotor.speed) < 1e-9);
   CHECK(rotor.angle < 0.1);
@@ -218,7 +218,7 @@ TEST_CASE("A sliding joint has the torque of its losses by direction, load and s
     expect_near(joint.torque, -std::copysign(friction, speed) - 0.03 * speed, 1e-12, "torque in sliding");
     expect(joint.by_angle == 0.0, "a sliding joint has no stiffness");
   }
-  // Without a motor torque the joint counts as driven by the outside torque.
+  // A joint without a motor torque counts as driven by the outside torque.
   OneJoint joint(m);
   joint.go(0, 0, 0, 2);
   joint.go(1, 1e3, 0, 2);
@@ -281,7 +281,7 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
   CHECK(joint.by_angle == Approx(-200).epsilon(1e-14));
   joint.go(1.5 * length, 0, 0, 0);
   CHECK(joint.torque == Approx(-1.5).epsilon(1e-14));
-  // Over half of the step the torque rises from 0.75 to 1.5, then it is 1.5.
+  // Mean over a step in which the torque rises from 0.75 to 1.5 in the first half, then stays at 1.5.
   CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));
 }
 
@@ -401,8 +401,8 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs for each number of the material, with that number lowered and raised by a relative 1e-6, or by
-    // 1e-6 if it is 0.
+    // Runs for each parameter of the material, with that parameter lowered and raised by a relative 1e-6, or
+    // by 1e-6 if it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);
@@ -415,7 +415,7 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
     for (auto* all : {&low, &high})
       for (auto& judge : *all) judge.before = wander.angle;
     for (OneJoint* one : {&joint, &plain}) one->go(wander.angle, 0, 0, 0);
-    // A bristle that slides in only one of the two runs leaves a difference until it slides in both.
+    // Whether a bristle slid in only one of the two runs, which leaves a difference until it slides in both.
     std::vector<std::vector<bool>> apart(joint_parameters, std::vector<bool>(8, false));
     int checked = 0;
     for (int i = 0; i < 500; ++i) {
@@ -488,8 +488,8 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // A joint that is alone in its material must have the results of the joint among many, both when it writes
-  // the torque only and when it writes gradients and all other outputs.
+  // Checks that a joint alone in its batch has the results of the same joint among many, both when the step
+  // writes the torque only and when it writes gradients and all other outputs.
   JointOptions with;
   with.gradients = true;
   for (const std::size_t which : {0, 1, 20, 2003}) {
@@ -556,7 +556,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
     CHECK(step().status == Status::ok);
     CHECK(torque[17] == before);
   }
-  // Refuses arrays whose length is not the number of joints.
+  // Refuses input arrays whose length is not the number of joints.
   const std::uint64_t hash = joints.state_hash();
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
@@ -571,7 +571,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::ok);
   wants_gradient.gradient = {gradient.data(), n};
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
-  // Checks that a first step with bad input does not count as the first step.
+  // Checks that a joint whose first step had bad input starts as a fresh one in the next step.
   OneJoint late(m), other(m);
   late.go(bad[0], 0, 0, 0);
   for (OneJoint* joint : {&late, &other}) {
@@ -621,8 +621,8 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   stuck.go(0.1, 0, 0, 0);
   CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
   CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
-  // At high speed the static part of friction falls, but only in the joint that slid before; the joint that
-  // was stuck for a step keeps it.
+  // At high speed the static part of friction falls, but only in a joint that slid in the step before; a
+  // joint that was stuck for a step keeps it.
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
@@ -665,8 +665,8 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       CHECK_THROWS_AS(b.restore_state(damaged), Error);
     }
     CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
-    // Forges a state with a right checksum whose last joint has an impossible number, and checks that nothing
-    // of it is restored.
+    // Forges a saved state with a right checksum whose last joint has an impossible value, and checks that
+    // nothing of it is restored.
     for (double& x : angle) x += 0.01;
     a.step({angle, {}, {}, {}}, {torque});
     REQUIRE(a.save_state(state) == state.size());
@@ -727,7 +727,7 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   std::uint32_t status[n] = {9, 9, 9};
   bristle_joint_step step;
   REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
-  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // no array `angle`
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // the array `angle` is missing
   step.angle = angle;
   step.speed = speed;
   step.motor = motor;
@@ -771,7 +771,7 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   REQUIRE(bristle_joints_reset(joints) == BRISTLE_OK);
   bristle_joints_destroy(joints);
   bristle_joints_destroy(nullptr);
-  // Refuses a gradient that the options do not allow, and a material out of range.
+  // Refuses a step that asks for gradients if the options do not allow them, and a material out of range.
   REQUIRE(bristle_joints_create(3, &its, 1, nullptr, nullptr, &joints) == BRISTLE_OK);
   CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_REFUSED);
   CHECK(std::string(bristle_last_error()).find("gradients") != std::string::npos);

@@ -30,7 +30,7 @@ namespace {
 
 const Material surface = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
 
-/// Takes scripted steps of one patch. Returns the bits of all responses.
+/// Steps one patch by a script. Returns the bits of all responses.
 std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t script, int axes,
                                       int steps) {
   std::vector<std::uint64_t> bits;
@@ -89,11 +89,11 @@ TEST_CASE("The table of keys agrees with std::unordered_map over random insertio
 
 TEST_CASE("A patch that was reset answers to the bit like one newly added with that seed", "[keys]") {
   std::size_t script = 0;
-  PatchBatch fresh_batch, used_batch;  // shared by all cases, so that materials are set up once
+  PatchBatch fresh_batch, used_batch;  // batches shared by all cases: materials are set up once
   for (const PatchCase& c : every_variant_and_few_infinite(70, 5)) {
     INFO(c.name);
     ++script;
-    // A third of the scripts reset to the seed that the patch has.
+    // In a third of the scripts reset() gets the seed that the patch already has.
     const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);
     const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
     const PatchId used = used_batch.add(c.material, c.options);
@@ -106,7 +106,7 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
     expect(run_script(used_batch, used, script, c.options.axes, 25) ==
                run_script(fresh_batch, fresh, script, c.options.axes, 25),
            "forces and state to the bit");
-    // The seed survives a change of material, and save and restore.
+    // Checks that the seed survives a change of material, and save and restore.
     fresh_batch.set_material(fresh, c.later);
     used_batch.set_material(used, c.later);
     expect(run_script(used_batch, used, script + 1, c.options.axes, 15) ==
@@ -165,8 +165,8 @@ TEST_CASE("A key keeps its patch while it is asked for and loses it after keep_s
     CHECK_FALSE(patches.find(7));
     CHECK(patches.find(100) == first);
     CHECK(patches.size() == 1);
-    // Checks that a key used in the last step before it would be forgotten is kept for another `keep` steps
-    // from there.
+    // Checks that a key that is used again in the last step before it would be forgotten stays for another
+    // `keep` steps.
     patches.find_or_add(8);
     for (std::uint32_t k = 0; k <= keep; ++k) patches.end_step();
     CHECK(patches.find_or_add(8));
@@ -213,17 +213,17 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   CHECK(batch.force(left_out).status == Status::no_capacity);
   CHECK(batch.set_detail(left_out, 5) == Status::no_capacity);
   CHECK(batch.stored_energy(left_out) == 0.0);
-  batch.move(left_out, dbar, 0.0, 5.0);  // moving a patch that was refused does nothing
+  batch.move(left_out, dbar, 0.0, 5.0);  // a motion for a key that was refused does nothing
   batch.step(tick);
   patches.clear();
   CHECK(patches.size() == 0);
   CHECK(patches.refused() == 0);
-  CHECK(patches.find_or_add(0));  // 0 is a valid key
+  CHECK(patches.find_or_add(0));  // 0 is a valid key too
 }
 
 TEST_CASE("Forces of a contact depend on its key and motion, not on who had its patch before", "[keys]") {
-  // Five contacts are alone in one pool, and among others that come and go in another; they are requested in
-  // different orders.
+  // Uses five contacts alone in one pool, and among others that come and go in a second pool, requested in
+  // different orders. Their forces must be equal.
   const std::uint64_t keys[5] = {11, 0, 0xFFFFFFFF00000000u, 5000, 77};
   for (bool seeded : {true, false}) {
     PatchBatch quiet, busy;
@@ -245,7 +245,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
         motions.back().id = many.find_or_add(key);
       }
       for (int j = 4; j >= 0; --j) {
-        if ((k / (7 + j)) % 3 == 0) continue;  // contact j is missing in some steps
+        if ((k / (7 + j)) % 3 == 0) continue;  // contact j is missing in some of the steps
         const std::size_t c = static_cast<std::size_t>(j);
         Motion motion = scripted_motion(c, k, 2);
         motion.id = few.find_or_add(keys[j]);
@@ -267,7 +267,7 @@ TEST_CASE("Forces of a contact depend on its key and motion, not on who had its 
       many.end_step();
     }
     CHECK(compared > 1000);
-    CHECK(slots.size() > 20);  // the contacts used many slots of the pool in turn
+    CHECK(slots.size() > 20);  // slots of the pool that the contacts used in turn
     CHECK(many.refused() == 0);
   }
 }
@@ -331,7 +331,7 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
 TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
   std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  // Another pair of bodies, with points at equal places.
+  // Contacts of another pair of bodies, with points at equal places, which must not be confused.
   const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);
   points.insert(points.end(), second.begin(), second.end());
   std::vector<std::uint64_t> keys(points.size());
@@ -343,14 +343,14 @@ TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", 
   for (int k = 0; k < 200; ++k) {
     for (ContactPoint& p : points)
       for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
-    // Points drift by 0.5 mm a step on average and 2.6 mm at most, which is less than half their spacing.
+    // Moves points by 0.5 mm a step on average and 2.6 mm at most, less than half their spacing.
     std::shuffle(order.begin(), order.end(), random);
     std::vector<ContactPoint> listed;
     for (const std::size_t i : order) listed.push_back(points[i]);
     std::vector<std::uint64_t> got(listed.size());
     const std::size_t matched = matcher.match(listed, got);
-    // Two points of a pair may come near each other in their random walks, so that no matcher could tell them
-    // apart. The test stops there.
+    // Stops the test when two points of a pair of bodies come so near each other in their random walks that
+    // no matcher could tell them apart.
     double nearest = 1.0;
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
@@ -371,7 +371,7 @@ TEST_CASE("Matches are made shortest first, as by trying all pairs in order of d
   for (int trial = 0; trial < 400; ++trial) {
     ContactMatcher matcher(MatcherOptions{}.with_capacity(40).with_reach(reach));
     std::vector<ContactPoint> before, now;
-    // Half of the trials put points on a coarse grid, so that distances tie.
+    // In half of the trials points are on a coarse grid, so that some distances are equal.
     const auto add = [&](std::vector<ContactPoint>& list, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) {
         ContactPoint p{1 + random() % 2, {flat(), flat(), 0.0}};
@@ -440,7 +440,7 @@ TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]"
       CHECK(matcher.match({&there, 1}, {&key, 1}) == (k == 0 ? 0 : 1));
       CHECK(key != first);
     }
-    // A point is known after missing for keep_steps steps, and forgotten after one more.
+    // Checks that a point that is missing for keep_steps steps is recognised, and forgotten after one more.
     ContactPoint both[2] = {there, here};
     std::uint64_t keys[2];
     CHECK(matcher.match(both, keys) == 1);
@@ -515,7 +515,7 @@ struct Engine {
   void step(int k, std::vector<std::uint64_t>& bits) {
     std::vector<ContactPoint> contacts;
     for (int c = 0; c < 7; ++c) {
-      if ((k + 3 * c) % 11 < 3) continue;  // contact c pauses in this step
+      if ((k + 3 * c) % 11 < 3) continue;  // contact c is missing in this step
       contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
     }
     std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());
@@ -552,7 +552,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
 
   Engine second;
   for (int k = 0; k < 7; ++k)
-    second.step(3 * k, again);  // makes other steps, whose state must be gone after the engine is restored
+    second.step(3 * k, again);  // steps that must have no effect after the engine is restored
   second.pads.restore_state(patches);
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);
@@ -591,11 +591,11 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   std::vector<std::byte> small(points.size() - 1);
   REQUIRE(engine.points.save_state(small) == 0);
 
-  // A second pool with equal options has other patches, so it refuses the first pool's saved keys.
+  // Checks that a pool refuses the saved keys of another pool with equal options, which had other patches.
   KeyedPatches twin(engine.batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
                     KeyedOptions{}.with_capacity(5).with_keep_steps(1));
   REQUIRE_THROWS_AS(twin.restore_state(points), bristle::Error);
-  // Restoring keys without the state of their patches is refused.
+  // Checks that keys cannot be restored without the state of their patches.
   Engine fresh;
   REQUIRE_THROWS_WITH(fresh.points.restore_state(points), Catch::Contains("restore theirs first"));
   REQUIRE(fresh.points.size() == 0);
@@ -619,8 +619,8 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
 }
 
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
-  // Fills pools of 16, 32 and 64 patches. A hash table with as many places would then have no free place, at
-  // which a search for an unknown key ends.
+  // Fills pools of 16, 32 and 64 patches. In a hash table with no more places than that, a search for an
+  // unknown key would find no free place to end at.
   for (const std::uint32_t capacity : {16u, 32u, 64u}) {
     PatchBatch batch;
     KeyedPatches pool(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(capacity));

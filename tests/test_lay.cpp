@@ -22,7 +22,7 @@ using bristle::Population;
 
 namespace {
 
-/// N: with plain_material three bristles of 1 N/m, so that the kinetic friction is 3 dbar newtons
+/// Load, N: with plain_material three bristles of 1 N/m, so that the kinetic friction is 3 dbar newtons
 constexpr double load = 3.0;
 const SnapLength law = SnapLength::lognormal(dbar, 0.3);
 
@@ -40,7 +40,7 @@ Kind sliding(Precision precision, double drop = 0.0) {
   return {"slide", plain_material(law, SnapRule::slide).with_drop(drop), counted(32, precision)};
 }
 
-/// Returns patches of every rule and population that accept different limits along and across the lay.
+/// Returns patches of every rule and population that accept different friction along and across the lay.
 std::vector<Kind> kinds() {
   const Material redraw = plain_material(law, SnapRule::redraw), keep = plain_material(law, SnapRule::keep);
   const Material rubbed = Material(redraw).with_residual_length(0.4 * dbar).with_shared_renewal(1.0);
@@ -62,7 +62,7 @@ std::vector<Kind> kinds() {
   return all;
 }
 
-/// Makes motions along a winding path under a varying load, in the axes of the patch.
+/// Returns motions along a winding path under a varying load, in the axes of the patch.
 struct Winding {
   std::mt19937 random{7};
   double angle = 0.4;
@@ -95,8 +95,8 @@ double work_on(const Motion& motion, const Response& out) {
   return -out.mean[0] * motion.displacement[0] - out.mean[1] * motion.displacement[1];
 }
 
-/// Returns the largest F . e over the forces F of a limit curve, an ellipse with half axes 1 along and
-/// `ratio` across and its centre at (lean, 0). e is the direction at `angle`.
+/// Returns the friction against sliding along e, at `angle`: the largest F . e over the forces F of a limit
+/// curve, an ellipse with half axes 1 along and `ratio` across and its centre at (lean, 0).
 double highest_loss(double ratio, double lean, double angle) {
   return lean * std::cos(angle) + std::hypot(std::cos(angle), ratio * std::sin(angle));
 }
@@ -196,7 +196,7 @@ TEST_CASE("the steady force of a lay dissipates most over its limit curve", "[la
         const auto f = pull(patch.step(far * c, far * s, load));
         const double lean = lean_of(to_over_fro);
         CHECK(f[0] * c + f[1] * s == Approx(highest_loss(ratio, lean, angle)).epsilon(1e-6));
-        // The force lies on the limit curve, an ellipse around (lean, 0).
+        // Checks that the force is on the limit curve, an ellipse around (lean, 0) in the axes of the lay.
         const double along = std::cos(of_lay) * f[0] + std::sin(of_lay) * f[1] - lean;
         const double across = std::cos(of_lay) * f[1] - std::sin(of_lay) * f[0];
         CHECK(std::hypot(along, across / ratio) == Approx(1.0).epsilon(1e-6));
@@ -208,7 +208,7 @@ TEST_CASE("another stiffness ratio leaves the limit curve and moves the steady f
   Kind kind = sliding(Precision::double_);
   kind.options.with_lay(Lay{}.with_limit_ratio(ratio).with_stiffness_ratio(stiffness));
   OnePatch push(kind.material, kind.options);
-  // Far within the limits the force is stiffness times displacement.
+  // Checks that far within the limits the force is stiffness times displacement.
   const Response held = push.step(0.03 * dbar, 0.05 * dbar, load);
   CHECK(held.elastic[0] == Approx(-load * 0.03 * dbar).epsilon(1e-9));
   CHECK(held.elastic[1] == Approx(-load * stiffness * 0.05 * dbar).epsilon(1e-9));
@@ -216,8 +216,8 @@ TEST_CASE("another stiffness ratio leaves the limit curve and moves the steady f
   for (const double angle : {0.0, 0.7, M_PI / 2, 2.0}) {
     OnePatch patch(kind.material, kind.options);
     const auto f = pull(patch.step(300.0 * dbar * std::cos(angle), 300.0 * dbar * std::sin(angle), load));
-    // In a long slide a bristle's deflection has the direction of the motion if each component is measured in
-    // its limit: dbar along, dbar ratio / stiffness across.
+    // In a long slide the deflection is parallel to the motion if each component is divided by its limit:
+    // dbar along the lay, dbar ratio / stiffness across.
     const double x = std::cos(angle), y = std::sin(angle) * stiffness / ratio;
     CHECK(f[0] == Approx(x / std::hypot(x, y)).margin(1e-6));
     CHECK(f[1] == Approx(ratio * y / std::hypot(x, y)).margin(1e-6));
@@ -246,8 +246,8 @@ TEST_CASE("first loading to and fro of a lay that leans is the closed form", "[l
 
 namespace {
 
-/// An independent model of bristles that slide, one by one in tiny steps and in metres. A bristle beyond its
-/// limit slips along the normal of the limit curve.
+/// Independent model of bristles that slide on a surface with a lay, one by one, in tiny steps and in metres.
+/// A bristle beyond its limit slips along the normal of the limit curve.
 struct Brute {
   bristle::detail::Strata strata = bristle::detail::make_strata(law, 32);
   std::vector<std::array<double, 2>> z = std::vector<std::array<double, 2>>(32);
@@ -261,7 +261,7 @@ struct Brute {
         z[i][0] += dx / steps;
         z[i][1] += dy / steps;
         const double limit = strata.length[i];
-        // Returns the distance of the force from the limit curve after a slip along the normal at f.
+        // Returns how far the force is beyond the limit curve after a slip along the normal at f.
         const auto beyond = [&](double slip) {
           const double f[2] = {z[i][0], stiff * z[i][1]};
           const double n[2] = {f[0] - lean * limit, f[1] / (ratio * ratio)};
@@ -356,7 +356,7 @@ TEST_CASE("a load that changes at rest leaves the force of a lay that leans", "[
   }
   CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
   CHECK(patch.energy() == 0.0);
-  // A patch that comes into contact again has no force, whatever the lean of its limit curve.
+  // Checks that a patch that comes into contact again has no force, whatever the lean of its limit curve.
   const Response born = patch.step(0.0, 0.0, load);
   CHECK(std::abs(born.end[0]) < 1e-14 * load * dbar);
   CHECK(std::abs(born.end[1]) < 1e-14 * load * dbar);
@@ -392,9 +392,9 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
       CHECK(tried.contact_loss == out.contact_loss);
     }
     CHECK(patch.hash() == other.hash());
-    CHECK(patch.batch.ages(patch.id));  // with ageing the limit at rest may be far above the force in sliding
+    CHECK(patch.batch.ages(patch.id));  // with ageing the limit at rest exceeds that of sliding
 
-    // Changes the number of bristles and the material at rest: the force stays, and losses account for the
+    // Changes the number of bristles, and the material, at rest: the force stays, and losses balance the
     // change of stored energy.
     const Motion rest = moved(patch.id, 0.0, 0.0);
     const Response before = patch.step(rest);
@@ -427,7 +427,7 @@ TEST_CASE("bristles with a lay are read in the axes of the patch", "[lay]") {
   for (const Lay& lay : {Lay{0.5, 1.8, 0.0, 1.0}, Lay{0.5, 1.8, 0.6, 1.0}, Lay{0.5, 1.8, 0.0, 3.0}}) {
     Kind kind = sliding(Precision::double_);
     OnePatch patch(kind.material, kind.options.with_lay(lay));
-    patch.step(0.05 * dbar, 0.03 * dbar, load);  // a step so short that no bristle slides
+    patch.step(0.05 * dbar, 0.03 * dbar, load);  // step so short that no bristle slides
     Bristles all = read(patch.batch, patch.id, 32);
     for (std::size_t i = 0; i < 32; ++i) {
       expect_near(all.zx[i], 0.05 * dbar, 1e-13 * dbar, "x");
@@ -496,8 +496,8 @@ TEST_CASE("an outline has the lay of the surface, however it is turned", "[lay]"
         expect_near(out.end[axis], expected.end[axis], 1e-11 * load * dbar, "force");
       expect_near(out.end[2], 0.0, 1e-11 * load * dbar * radius, "torque");
     }
-    // In pure spin each place of the ring resists by the largest F . e of its own direction of motion e, so
-    // the torque is the mean over all directions.
+    // In pure spin each point of the ring resists by the largest F . e for its direction of motion e (F:
+    // forces of the limit curve), so the torque is the mean over all directions.
     motion.displacement[0] = motion.displacement[1] = 0.0;
     motion.displacement[2] = 0.02;
     for (int k = 0; k < 100; ++k) step();

@@ -1,5 +1,5 @@
-// The paper's loop (z += v dt; if z > delta then z = 0) loses the overshoot: the tests show how much friction
-// is missing.
+// The paper's loop (z += v dt; if z > delta then z = 0) loses the path beyond the snap: tests of how much
+// friction this lacks.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -33,9 +33,9 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
       for (const Row& row : rows) {
         if (row.at("dist") != law.name) continue;
         const double h = number(row, "h_over_dbar");
-        if (h < 0.05) continue;  // smaller steps give an equal result but need longer runs
+        if (h < 0.05) continue;  // smaller steps give the same result, slowly
         const bool single = law.law.law() == bristle::SnapLaw::single;
-        // Skips steps of a whole fraction of a single length, where rounding decides.
+        // Skips steps of which a single snap length is a multiple, because rounding decides there.
         if (single && whole(1.0 / h)) continue;
         const SnapRule rule = row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw;
         INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", step of " << h
@@ -44,8 +44,8 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
         OnePatch patch(plain_material(law.law, rule), literal_options(n, 1, precision));
         patch.step(0.0, 0.0, n);
         for (int k = 0; k < 200; ++k) patch.step(h * dbar, 0.0, n);
-        // Every bristle is periodic and the average covers few periods, so weights that fade in and out
-        // reduce the error of a cut period.
+        // Averages with weights that fade in and out, because each bristle is periodic and the average covers
+        // few periods: a cut period adds less error.
         double sum = 0.0;
         double weights = 0.0;
         for (int k = 0; k < steps; ++k) {
@@ -55,15 +55,15 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
         }
         const double mean = sum / (weights * n * dbar);
         const double expected = number(row, "f_naive_closed");
-        double tolerance = 0.002;  // mean lengths: error left by the longest periods despite the weights
+        double tolerance = 0.002;  // error left by the longest periods, mean snap lengths
         if (rule == SnapRule::keep) {
-          // A stratified sample of lengths delta averages h/2 floor(delta/h), h the step, with an error of
-          // its variation, h/2 x longest/h, times the discrepancy.
+          // Tolerance with keep: stratified lengths delta average h/2 floor(delta/h), h the step, with an
+          // error of its variation, h/2 x longest/h, times the discrepancy.
           tolerance += discrepancy * 0.5 * law.law.quantile(0.9999) / dbar;
         } else {
-          // Renewal-reward theory: between two snaps a bristle of length delta adds delta^2/2 to the path
-          // integral of the deflection, f delta on average (f: mean deflection). The deviation of the
-          // difference gives the sampling error.
+          // Tolerance with redraw, by renewal-reward theory: between two snaps a bristle of length delta adds
+          // delta^2/2 to the path integral of the deflection, f delta on average (f: mean deflection). The
+          // deviation of the difference gives the sampling error.
           const double m2 = law.law.moment(2) / (dbar * dbar);
           const double m3 = law.law.moment(3) / (dbar * dbar * dbar);
           const double m4 = law.law.moment(4) / (dbar * dbar * dbar * dbar);
@@ -94,8 +94,8 @@ TEST_CASE(
       for (std::uint32_t i = 0; i < n; ++i) brute.bristles()[i].delta = start.delta[i];
       std::mt19937_64 random(11);
       std::uniform_real_distribution<double> flat(-0.6, 0.9);
-      // In float, rounding may decide whether a bristle near its length snaps in this step or the next. Until
-      // it has snapped in both patches it adds an error of a few lengths.
+      // Tolerance in float: rounding may decide whether a bristle near its length snaps in this step or the
+      // next. Until it has snapped in both patches it adds an error of a few lengths.
       const double ties = precision == Precision::single ? 2.0 : 0.0;
       const double rounding = (precision == Precision::single ? 1e-5 : 1e-11) * n * dbar + ties * 3.0 * dbar;
       for (int step = 0; step < 200; ++step) {
@@ -127,8 +127,8 @@ TEST_CASE("The literal rule has no friction left when a step exceeds every snap 
 }
 
 TEST_CASE("A step of the literal rule beyond every length is one along either axis", "[step]") {
-  // The long step snaps every bristle and leaves it straight, so the next step bends it along its own
-  // direction.
+  // By the paper's rule a long step snaps every bristle and leaves it straight, so the next step bends it
+  // along its own direction.
   const std::uint32_t n = 50;
   for (const double length : {1e4, 1e6, 3e6, 1e9, 1e290}) {
     for (const Precision precision : precisions()) {

@@ -60,11 +60,11 @@ TEST_CASE("A live change of the lubricant leaves deflections, lengths and draws 
         twins.check_columns();
       }
       twins.step(1.7 * dbar, 0.4 * dbar, n, out);
-      // set_material() rewrites the deflections, so from here on the two patches round differently.
+      // From the change on forces agree to rounding only, because set_material() rewrites deflections.
       for (int axis = 0; axis < 2; ++axis)
         CHECK(out[0].elastic[axis] == Approx(out[1].elastic[axis]).epsilon(1e-5));
     }
-    // The patches draw equal snap lengths to the bit, except where rounding moved a snap to another step.
+    // Checks that both patches draw equal snap lengths to the bit, but for snaps that rounding moved.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     int others = 0;
     for (std::uint32_t i = 0; i < n; ++i) others += a.length[i] != b.length[i];
@@ -81,11 +81,11 @@ TEST_CASE("A live change of the lubricant keeps the overload", "[load]") {
       twins.step(0.2 * dbar, 0.0, 3.0 * n, out);
       CHECK(has(out[0].status, Status::overload));
       CHECK(out[0].elastic[0] == Approx(out[1].elastic[0]).epsilon(1e-5));
-      if (k == 6)  // all representatives are in contact; overload triples the force of each
+      if (k == 6)  // all bristles in contact: an overload triples each force
         CHECK(twins.batch.info(twins.changed).active == n);
     }
-    // Both patches are bent by equal paths. If the change of material forgot the overload, only a third of
-    // the deflection would be left.
+    // Bends both patches by equal paths. If the change of material forgot the overload, only a third of the
+    // deflection would be left.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     double sum_a = 0.0, sum_b = 0.0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -146,7 +146,7 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
                             batch.add(material, PatchOptions(options).with_seed(6)),
                             batch.add(material, PatchOptions(options).with_seed(5))};
-    // So far that a double does not resolve the place to within a snap length.
+    // Moves so far that a double cannot tell the place within a snap length, so the library draws each phase.
     const double way = dbar * 0x1p43;
     std::vector<Motion> motions;
     for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
@@ -163,9 +163,9 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
       CHECK(phase >= 0.0);
       CHECK(phase <= 1.0);
     }
-    // Mean of a uniform law, with 4 standard errors.
+    // Expects phases with the mean of a uniform law on 0 to 1, to 4 standard errors.
     CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));
-    CHECK(alike < 25);  // chance makes 3 of 1500 alike
+    CHECK(alike < 25);  // phases alike in both patches, 3 of 1500 by chance
   }
 }
 
@@ -181,11 +181,11 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   patch.batch.set_material(patch.id, shorter);
   const double after = patch.energy();
   const std::vector<std::byte> state = saved_state(patch.batch);
-  // The loss is reported by the next step, whether that comes at once, or from the saved state after steps
-  // without a snap.
+  // Checks that the loss by a change of material is reported by the next step, at once or after the state was
+  // saved and restored, following steps without a snap.
   for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
-    // Of the new snap lengths, two fifths are shorter than 0.45, where the bristles were bent to.
+    // Two fifths of the new snap lengths are shorter than 0.45 mean lengths, by which the bristles were bent.
     CHECK(r.snaps > n / 5);
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));
@@ -211,8 +211,8 @@ Material rubbed_uniform(double low, double high, double residual) {
 }  // namespace
 
 TEST_CASE("A live change to other lengths keeps the books of an infinite brush", "[load][energy][cohorts]") {
-  // Changes to shorter and to longer snap lengths, with another fixed-point unit of length, at rest under a
-  // load and under an overload. Some cases change again before the step that reports the first change.
+  // Changes to materials with other snap lengths, another fixed-point unit of length, at rest under a load
+  // and under an overload. Some cases change again before the step that reports the first change.
   for (const double load : {0.8, 1.7})
     for (const double scale : {0.35, 0.7, 2.9})
       for (const bool twice : {false, true}) {
@@ -239,8 +239,8 @@ TEST_CASE("A live change to other lengths keeps the books of an infinite brush",
 }
 
 TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load][cohorts]") {
-  // 10.3 bristles bent to 1. The first law has no length below 2, the second none above 0.6, so all of them
-  // snap in every round.
+  // Bends 10.3 bristles by 1. The first law has no length below 2, the second none above 0.6, so all of them
+  // snap at each change.
   const double bristles = 10.3;
   OnePatch patch(rubbed_uniform(2.0, 4.0, 0.0), infinite_options().with_max_normal_load(bristles));
   std::uint64_t snaps = 0;

@@ -13,11 +13,11 @@ namespace bristle_test::test_load {
 
 namespace {
 
-// In these tests bristles have weight 1 and stiffness 1 N/m, so the load in newtons is the number of bristles
-// in contact, and the elastic force is minus the weighted sum of their deflections.
+// In these tests representatives have weight 1 and stiffness 1 N/m, so the load in newtons is the number of
+// bristles in contact, and the elastic force is minus the weighted sum of their deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// Returns the rounding error when one bristle's fraction changes, because its deflection is rewritten once.
+/// Returns the force's rounding error when a bristle counts by another fraction, which rewrites it once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
 /// Returns the sum of the deflections z of `active` bristles, where the last one counts by a fraction.
@@ -55,7 +55,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
           const double kinetic = number(find_row(summary, key), "f_kinetic");
           const double steady_variance = number(find_row(summary, key), "var_z_steady_per_bristle");
-          // Largest variance on the first loading, a bound for the bristles that enter.
+          // Largest variance of deflections on the first loading, a bound for bristles that just entered.
           double virgin_variance = 0.0;
           for (const Row& row : virgin) {
             if (row.at("dist") == law.name && row.at("variant") == table_name(rule))
@@ -69,7 +69,7 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
           patch.step(0.0, 0.0, load1);
           if (rule == SnapRule::keep) patch.step(1000.37 * dbar, 0.0, load1);
           for (int k = 0; k < 60; ++k) patch.step(0.83 * dbar, 0.0, load1);
-          const double unit = load1 * kinetic * dbar;  // kinetic force at the first load
+          const double unit = load1 * kinetic * dbar;  // kinetic friction at load1, unit of the tables' force
           const double before = -patch.step(0.0, 0.0, load1).elastic[0];
           double x = 0.0;
           for (const Row& row : rows) {
@@ -85,8 +85,8 @@ TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]")
             expect_near(-r.elastic[0] / unit, number(row, "F_over_Fk1_ref"), tolerance + 1e-5,
                         "force over kinetic force");
             if (x == 0.0 && doubled) {
-              // The force must be continuous to rounding: only one fractional bristle may have been
-              // rewritten.
+              // Just after the change the force must be continuous to rounding: only the fractional bristle
+              // may have been rewritten.
               expect_near(-r.elastic[0], before, 4.0 * rounding(precision),
                           "force just after the load doubled");
             }
@@ -144,7 +144,7 @@ TEST_CASE("A falling load sheds the bristles that came into contact last", "[loa
                   (precision == Precision::single ? 1e-6 : 1e-12) * energy, "energy that left");
       const Bristles after = read(patch, n);
       for (std::uint32_t i = 0; i < n; ++i) {
-        // A bristle that counts by a fraction keeps its deflection; one out of contact reads as 0.
+        // Bristles in contact keep their deflections, also the fractional one; out of contact they read 0.
         const bool in_contact = i < to;
         expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
         expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");
@@ -191,7 +191,7 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
     expect_near(b.zx[1], 0.4 / 3.0 * dbar, ulp,
                 "deflection of the fractional bristle after its fraction tripled");
 
-    // A fractional bristle snaps as a whole one does, and its fraction of the energy is lost.
+    // Checks that a fractional bristle snaps as a whole one does, and loses its fraction of the energy.
     OnePatch other(plain_material(law, SnapRule::keep), plain_options(4, 1, precision));
     other.step(0.0, 0.0, 1.5);
     r = other.step(1.25 * dbar, 0.0, 1.5);
@@ -216,7 +216,7 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
     CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
     CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
-    // A path of 100 lengths snaps every bristle, so dissipation follows the kinetic force.
+    // Slides 100 mean lengths, in which every bristle snaps, so that the loss is kinetic force times path.
     const Response far = patch.step(100.0 * dbar, 0.0, max_load);
     CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
   }
@@ -255,7 +255,7 @@ TEST_CASE("The force is continuous in the load", "[load]") {
       load = lower;
       force = now;
     }
-    // In sliding, small changes of the load change the force by little.
+    // Checks that in sliding small changes of the load change the force by little.
     for (int k = 0; k < 100; ++k) {
       const double wobble = 300.0 + 1e-4 * (k % 3);
       const double a = patch.step(0.0, 0.0, wobble).elastic[0];
@@ -269,7 +269,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
   constexpr std::uint32_t n = 700;
   for (Precision precision : precisions()) {
     INFO(name_of(precision));
-    // SnapRule::keep: after contact is regained everything is as in a patch that never moved.
+    // With SnapRule::keep a patch that lost contact and regained it behaves as one that never moved.
     const Material material = plain_material(uniform, SnapRule::keep);
     OnePatch patch(material, plain_options(n, 2, precision));
     OnePatch fresh(material, plain_options(n, 2, precision));
@@ -297,7 +297,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
       expect_near(a.elastic[1], b.elastic[1], tolerance, "force y");
     }
 
-    // SnapRule::redraw: the first snap lengths are the stratified ones again; later draws are new.
+    // With SnapRule::redraw a patch back in contact has its first snap lengths again; later draws are new.
     const Material fading = plain_material(uniform, SnapRule::redraw);
     OnePatch redrawn(fading, plain_options(n, 1, precision));
     const Bristles start = (redrawn.step(0.0, 0.0, n), read(redrawn, n));
@@ -328,7 +328,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double force = 0.4 * dbar * n;
     expect_near(-r.elastic[0], force, ulp, "force at the maximum");
 
-    // Load doubled at rest: the force stays, each bristle holds it at half the deflection.
+    // Doubles the load at rest: the force stays, each bristle holds it at half the deflection.
     r = patch.step(0.0, 0.0, 2.0 * n);
     CHECK(has(r.status, Status::overload));
     CHECK(has(patch.report.status, Status::overload));
@@ -336,7 +336,7 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     expect_near(r.stiffness, 2.0 * n, 1e-9 * n, "stiffness at twice the maximum");
     expect_near(read(patch, 1).zx[0], 0.2 * dbar, 2.0 * rounding(precision), "deflection");
 
-    // In motion the doubled load has twice the stiffness.
+    // Checks that in motion the doubled load has twice the stiffness.
     r = patch.step(0.1 * dbar, 0.0, 2.0 * n);
     expect_near(-r.elastic[0], force + 2.0 * n * 0.1 * dbar, 2.0 * ulp,
                 "force after a motion at twice the maximum");
@@ -344,14 +344,14 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
     const double energy = patch.energy();
     expect_near(energy, 2.0 * n * 0.5 * (0.09 + 0.0025) * dbar * dbar, 1e-6 * energy, "stored energy");
 
-    // Load halved: the deflections stay, the force falls with the load.
+    // Halves the load: the deflections stay, the force falls with the load.
     r = patch.step(0.0, 0.0, n);
     CHECK(r.status == Status::ok);
     expect_near(-r.elastic[0], n * 0.3 * dbar, ulp, "force back at the maximum");
     expect_near(r.contact_loss, 0.5 * energy, 1e-6 * energy, "energy that left");
 
-    // From part load directly into overload and back: continuous, and the last to enter are the first to
-    // leave.
+    // Goes from a part of the load directly into overload and back: forces are continuous, and the last
+    // bristles to enter are the first to leave.
     OnePatch other(plain_material(uniform, SnapRule::keep), plain_options(n, 2, precision));
     other.step(0.0, 0.0, 100.5);
     other.step(0.3 * dbar, 0.0, 100.5);
@@ -388,7 +388,7 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
       CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
     }
   }
-  // Each swing of the load rewrites a bristle that counts by a fraction: a swing multiplies its force by
+  // Swings the load, which rewrites a bristle that counts by a fraction: each swing multiplies its force by
   // 0.5/0.6.
   OnePatch one(plain_material(uniform, SnapRule::keep), plain_options(1));
   one.step(0.3 * dbar, 0.0, 0.6);
@@ -400,7 +400,7 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
 }
 
 TEST_CASE("A displacement of a part of a unit of the fixed point counts where it is repeated", "[load]") {
-  // The unit of position is 2^-44 of 2^-17 m, a power of two near the mean length of 10 um.
+  // Unit of stored positions: 2^-44 of 2^-17 m, a power of two near the mean length of 10 um.
   const double unit = 0x1p-61;
   for (const double step : {0.49, 0.51, 7.3}) {
     OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(1, 1, Precision::single));

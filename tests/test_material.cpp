@@ -86,7 +86,7 @@ struct Normal {
   }
 };
 
-struct Lognormal {  // lognormal law with the mean 1
+struct Lognormal {  // lognormal law of mean 1, apart from the library
   double s;
   explicit Lognormal(double cv) : s(std::sqrt(std::log1p(cv * cv))) {}
   double standard(double x) const { return (std::log(x) + 0.5 * s * s) / s; }
@@ -259,19 +259,19 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
         Case{"table", SnapLength::table(values), table_quantile(values)}}) {
     for (double x : {0.123, 0.7654, 1.3, 4.321, 37.1}) {
       INFO(c.name << ", x = " << x);
-      // The expected sum has n points. As a function of delta, x mod delta is a saw tooth, and each of its
-      // some x / delta teeth has an error of 1/n. For laws down to 0 the narrow teeth are only sampled, with
-      // an error of n^-1/2.
+      // The expected mean is a sum over 400,000 snap lengths. As a function of delta, x mod delta is a saw
+      // tooth, and each of its some x / delta teeth has an error of 1/n. For laws down to 0 the narrow teeth
+      // are only sampled, with an error of n^-1/2.
       const double expected = remainder_by_population(c.quantile, x * c.law.mean(), 400000) / c.law.mean();
       CHECK(virgin_deflection(c.law, SnapRule::keep, x) == Approx(expected).margin(5e-4));
       CHECK(virgin_deflection(c.law, SnapRule::keep, -x) == -virgin_deflection(c.law, SnapRule::keep, x));
     }
   }
-  // Lengths uniform from 0 to b, path x below b: x - x^2/(2b) pi^2/6 in closed form.
+  // Expected with keep for lengths uniform from 0 to b and a path x below b: x - x^2/(2b) pi^2/6.
   const double x = 0.75, b = 2.0;
   CHECK(virgin_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::keep, x) ==
         Approx(x - x * x / (2.0 * b) * M_PI * M_PI / 6.0).epsilon(1e-14));
-  // Far from the start a bristle's deflection is uniform on its length, so the mean is half the mean length.
+  // Expected far from the start: half the mean length, as a deflection is uniform on its length.
   for (const SnapLength& law : {SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.3),
                                 SnapLength::lognormal(1.0, 0.3), SnapLength::exponential(1.0)}) {
     CHECK(virgin_deflection(law, SnapRule::keep, 99999.7) == Approx(0.5).margin(1e-5));
@@ -279,7 +279,7 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
 }
 
 TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virgin]") {
-  // Lengths uniform from 0 to b = 2 mean lengths, path xi b: the mean deflection is b (1 + 2 xi - exp(xi)).
+  // Expected for lengths uniform from 0 to b = 2 means, redraw, path xi b: b (1 + 2 xi - exp(xi)).
   for (double x : {0.01, 0.3, 1.0, 1.7, 2.0}) {
     INFO(x);
     CHECK(virgin_deflection(SnapLength::uniform(0.0, 3e-5), SnapRule::redraw, x) ==
@@ -304,7 +304,7 @@ TEST_CASE("Redraw: the virgin curve solves the renewal equation to 1e-6", "[virg
     const SnapLength law = SnapLength::lognormal(1.0, cv);
     const Lognormal lognormal(cv);
     for (double x : {0.6, 0.97, 2.03, 6.5}) {
-      if (cv == 3.0 && x > 3.0) continue;  // the density near 0 is too steep for this test's solver
+      if (cv == 3.0 && x > 3.0) continue;  // for this solver the density near 0 is too steep
       INFO("lognormal " << cv << ", x = " << x);
       const double expected = renewal_by_density([&](double t) { return lognormal.density(t); },
                                                  [&](double t) { return lognormal.survival(t); }, x, 8000);
@@ -318,7 +318,7 @@ TEST_CASE("Redraw: far out the virgin curve is the kinetic deflection", "[virgin
                                 SnapLength::normal(1.0, 0.25), SnapLength::lognormal(1.0, 0.4)}) {
     const double kinetic = 0.5 * law.moment(2) / (law.mean() * law.mean());
     INFO(to_string(law.law()) << " of cv " << law.cv());
-    // The library's solver ends near 40 mean lengths: checks its last value, and the limit used beyond.
+    // The library's solver ends near 40 mean lengths: checks its last value, and kinetic friction beyond.
     CHECK(virgin_deflection(law, SnapRule::redraw, 39.0) == Approx(kinetic).margin(1e-6));
     CHECK(virgin_deflection(law, SnapRule::redraw, 1e6) == Approx(kinetic).margin(1e-6));
   }
@@ -334,7 +334,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
       INFO("first value " << values[0] << ", x = " << x);
       const double expected =
           deflection_by_draws(bristle_test::table_quantile(values), x * law.mean(), n) / law.mean();
-      // Margin of 5 standard errors, at a deviation of half a longest length for each bristle.
+      // Tolerance: 5 standard errors, if each bristle deviates by half a longest length.
       CHECK(virgin_deflection(law, SnapRule::redraw, x) == Approx(expected).margin(5.0 * 0.5 / std::sqrt(n)));
     }
   }
@@ -362,7 +362,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
 }
 
 TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the others", "[virgin]") {
-  // A bristle that draws a tiny length snaps and draws again at once.
+  // A bristle that draws a tiny length snaps and draws again at once, so tiny lengths make no difference.
   const std::array<double, 3> others{0.0, 10e-6, 20e-6};
   for (const double tiny : {1e-12, 1e-9}) {
     const std::array<double, 4> with{tiny, tiny, 10e-6, 20e-6};
@@ -374,7 +374,7 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
       const double peak = material(with).peak_coefficient();
       if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
       CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
-      // Tiny lengths cause more renewals, but no bristle is bent more than without them.
+      // Bristles of tiny length cause more renewals, but none is bent more than without them.
       CHECK(peak < material(others).peak_coefficient() * 1.0001);
     }
   }
@@ -410,10 +410,10 @@ TEST_CASE("The peak coefficient is the highest point of the virgin curve, or its
       CHECK(peak <= highest + 0.02);
     }
   }
-  // Lengths uniform from 0.9 to 1.1: nothing snaps before 0.9, which is the peak.
+  // Lengths uniform from 0.9 to 1.1: nothing snaps before a path of 0.9, where the peak is.
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::redraw) == Approx(0.9).epsilon(1e-12));
   CHECK(peak_deflection(SnapLength::uniform(0.9, 1.1), SnapRule::keep) == Approx(0.9).epsilon(1e-12));
-  // Lengths uniform from 0 to b, redraw: the peak is (2 ln 2 - 1) b.
+  // Expected with redraw for lengths uniform from 0 to b: the peak is (2 ln 2 - 1) b.
   CHECK(peak_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::redraw) ==
         Approx(2.0 * (2.0 * std::log(2.0) - 1.0)).margin(1e-6));
 }
@@ -422,7 +422,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
   struct Case {
     SnapLaw law;
     SnapRule rule;
-    double lowest;  // lowest ratio of peak to kinetic friction
+    double lowest;  // lowest ratio of peak to kinetic friction by this law
   };
   for (const Case& c :
        {Case{SnapLaw::uniform, SnapRule::redraw, 1.16}, Case{SnapLaw::uniform, SnapRule::keep, 1.22},
@@ -456,7 +456,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
       CHECK(back.law == (ratio == 2.0 ? SnapLaw::single : c.law));
       CHECK(material.asperity_height_deviation == 1e-6);
       CHECK(material.bristles_in_contact(2.0) == Approx(1554.0).epsilon(1e-12));
-      // Damper of the patch at rest: zeta sigma1 = 90 N s/m per newton of load.
+      // Expected damper of the patch at rest: zeta sigma1 = 90 N s/m per newton of load.
       CHECK(material.bristles_in_contact(2.0) * material.damping_at(0.0) == Approx(180.0).epsilon(1e-12));
     }
   }
@@ -560,7 +560,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
   for (const SnapLength& law : laws) {
     for (SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
       for (bool rubs : {false, true}) {
-        // The library refuses such a material.
+        // Skips materials that the library refuses: shared renewal with keep and a wide law.
         if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;
         INFO(to_string(law.law()) << ", cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
                                   << (rubs ? ", with residual and renewal" : ""));
@@ -584,7 +584,7 @@ TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
       }
     }
   }
-  // The conversion and back also holds with ageing, at a given sliding speed and without one.
+  // Checks that the conversion and back also holds with ageing, with and without a sliding speed.
   Material ageing = Material::from_coefficients(Coefficients{}.with_spread(0.7));
   ageing.with_ageing(bristle::Ageing::logarithmic(0.01, 0.5));
   for (double speed : {0.0, 1e-5}) {

@@ -19,8 +19,8 @@ TEST_CASE("a patch of one axis, keep, end and float follows the virgin curve in 
   constexpr std::uint32_t n = 10000;
   OnePatch patch(plain_material(law, SnapRule::keep), small_options(n));
   for (int i = 1; i <= 10; ++i) {
-    // Expected force over mean snap length after a path x, in mean snap lengths: x while nothing snaps, then
-    // x - x^2/2 + 1/8 up to x = 1.
+    // Expected force over dbar after a path x (in dbar): x while nothing snaps, then x - x^2/2 + 1/8 up to x
+    // = 1.
     const double x = 0.1 * i;
     const double f = i <= 5 ? x : x - x * x / 2.0 + 0.125;
     const Response response = patch.step(0.1 * dbar, 0.0, n);

@@ -15,7 +15,7 @@ using cli::parse_motion_file;
 
 namespace {
 
-/// Returns the message with which `text` is refused; empty if it is accepted.
+/// Returns the message with which the parser refuses `text`; empty if it accepts it.
 std::string refusal(const std::string& text) {
   return bristle_test::message_of<cli::UserError>([&] { parse_motion_file(text, "hand.csv"); });
 }
@@ -57,7 +57,7 @@ TEST_CASE("Loads may come in micronewtons and in gram-force", "[motion file]") {
   CHECK(file.rows[0].load == 0.00025);
   CHECK(file.rows[1].load == 1.5);
   file = parse_motion_file("t,x,load[gf]\n0,0,1\n1,0,50\n", "hand.csv");
-  // gf: a load as weight in grams, with standard gravity.
+  // Loads given in gf (gram-force): the weight of that many grams under standard gravity.
   CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));
   CHECK(file.rows[1].load == Approx(0.4903325).epsilon(1e-15));
   CHECK(refusal("t,x,load[kg]\n0,0,1\n1,0,1\n") ==

@@ -47,7 +47,7 @@ class World {
       friction->step(*model, *data);
     }
   }
-  /// Returns the sum of the forces on the second geoms of all contact pairs, N.
+  /// Returns the sum of contact forces on the second geom of each contact, N.
   Eigen::Vector3d force() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const auto& c : friction->contacts())
@@ -68,7 +68,7 @@ std::string on_floor(const std::string& geom, double height, double mu, double t
          std::to_string(height) + R"("><freejoint/>)" + geom + "</body></worldbody></mujoco>";
 }
 
-/// A flat box that hardly tips: half lengths 0.1, 0.1 and 0.001 m, 0.5 kg.
+/// Body of a flat box that hardly tips: half lengths 0.1, 0.1 and 0.001 m, 0.5 kg.
 const std::string plate = R"(<geom type="box" size="0.1 0.1 0.001" mass="0.5"/>)";
 
 }  // namespace
@@ -81,7 +81,7 @@ TEST_CASE("In MuJoCo a pinched capsule creeps with stock friction and holds with
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
     CHECK(std::fabs(runs[1].creep) < 0.01e-6);
-    CHECK(runs[1].samples.back().travel < 150e-6);  // the box falls by 0.12 mm before the pads close
+    CHECK(runs[1].samples.back().travel < 150e-6);  // the box falls 0.12 mm until the pads close
   }
 }
 
@@ -149,7 +149,7 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
     CHECK(run_ball(speed, 0.0) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(speed, 0.0, 4) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
     CHECK(run_ball(0.0, speed) == Approx(std::min(lost, until_rolling)).margin(0.02 * lost));
-    // Rolls from the start; it sinks in by 2e-4 of its radius.
+    // Starts in rolling. The ball sinks in by 2e-4 of its radius, which changes speed over spin.
     CHECK(run_ball(speed, speed) == Approx(speed).epsilon(3e-4));
   }
 }
@@ -184,15 +184,15 @@ TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mu
                 World::law(), 16, reach);
     world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.5; };
     world.run(4.0);
-    // The wheel's torque over its radius accelerates the mass plus the wheel's moment of inertia over the
-    // squared radius.
+    // Expects that the wheel's torque over its radius accelerates its mass plus its moment of inertia over
+    // the squared radius.
     CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
   }
 }
 
 TEST_CASE("In MuJoCo a wheel on a bed creeps by force over slip stiffness, and stands with its brake on",
           "[mujoco][beds]") {
-  constexpr double slip_stiffness = 40.0, mass = 1.3, radius = 0.1;  // N per unit slip; kg; m
+  constexpr double slip_stiffness = 40.0, mass = 1.3, radius = 0.1;  // N per unit slip, kg, m
   const auto wheel = [](const char* ground, const char* hub, const std::string& gravity_vector) {
     return std::string(R"(<mujoco><option timestep="0.002" gravity=")") + gravity_vector +
            R"("/><default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default><worldbody>)" +
@@ -208,7 +208,7 @@ axis="0 1 0" )" +
   bed.shape = bristle::BedShape::disc(0.0005, bristle::BedPressure::parabolic).rolling(32, 8);
   bed.options.max_normal_load = mass * gravity;
 
-  // The plane is always geom1. A box makes the sphere geom1, so that every sign turns.
+  // Tests a plane, always MuJoCo's geom1, and a box, for which the sphere is geom1 and every sign turns.
   for (const char* ground :
        {R"(<geom type="plane" size="50 50 1"/>)", R"(<geom type="box" size="50 50 1" pos="0 0 -1"/>)"}) {
     INFO(ground);
@@ -216,15 +216,15 @@ axis="0 1 0" )" +
     world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.02; };
     world.run(2.0);
     const double speed = world.data->qvel[0];
-    // The motor's torque over the radius accelerates the mass plus the ball's 2/5 m.
+    // Expects that the motor's torque over the radius accelerates the ball's mass plus 2/5 of it (spin).
     const double acceleration = 0.02 / radius / (mass + 0.4 * 0.3), force = mass * acceleration;
     CHECK(speed == Approx(2.0 * acceleration).epsilon(0.01));
-    // Its lever is shorter than the radius, as the contact sinks in.
+    // The force's lever arm is shorter than the wheel's radius, as the wheel sinks in.
     const double lever = radius + world.data->qpos[1] - world.friction->contacts().at(0).point[2];
     const double rolling = lever * world.data->qvel[2];
     CHECK((rolling - speed) / rolling == Approx(force / slip_stiffness).epsilon(0.02));
 
-    // Stands on a slope of 20 % with a brake that hardly turns.
+    // Parks the wheel on a slope of 20 % with a brake that hardly turns.
     World parked(wheel(ground, R"(damping="1e9")", "1.924 0 -9.619"), World::law(), 16, 0.01, bed);
     parked.run(3.0);
     const double before = parked.data->qpos[0];
@@ -235,7 +235,7 @@ axis="0 1 0" )" +
 }
 
 TEST_CASE("In MuJoCo the force on a wheel that rolls askew acts behind its middle", "[mujoco][beds]") {
-  constexpr double radius = 0.005, stiffness = 40.0, angle = 0.02;  // m, of the contact; N per unit slip; rad
+  constexpr double radius = 0.005, stiffness = 40.0, angle = 0.02;  // radius of contact, N per unit slip, rad
   bristle_example::RollingBed bed;
   bed.material = bristle::BedMaterial(0.5).with_slip_stiffness(stiffness, stiffness);
   bed.shape = bristle::BedShape::disc(radius, bristle::BedPressure::uniform).rolling(64, 16);
@@ -255,8 +255,8 @@ TEST_CASE("In MuJoCo the force on a wheel that rolls askew acts behind its middl
   const auto& contact = world.friction->contacts().at(0);
   const double aside = world.force()[1];
   CHECK(aside == Approx(-stiffness * angle).epsilon(0.03));
-  // The deflection grows from the leading edge of each row. Rows of half length a (1 - y^2)^1/2 together act
-  // 3 pi / 32 of the diameter behind the middle.
+  // The bed's deflection grows from the leading edge of each row of bristles. Rows of half length a (1 -
+  // y^2)^1/2 together act 3 pi / 32 of the diameter behind the middle.
   CHECK(contact.force[2] == Approx(-3.0 * M_PI / 32.0 * radius * aside).epsilon(0.03));
 }
 
@@ -271,7 +271,7 @@ TEST_CASE("In MuJoCo a ball on a bed rolls down a slope with 5/7 of g sin a", "[
   world.run(2.0);
   CHECK(world.data->qvel[0] == Approx(2.0 * 5.0 / 7.0 * 0.9).epsilon(0.005));
   CHECK(world.data->qvel[1] == Approx(2.0 * 5.0 / 7.0 * 0.3).epsilon(0.005));
-  // Thrown without spin it slides with the coefficient of the contact, not of the bed's material.
+  // Throws a ball without spin: it slides with the coefficient of the contact, not of the bed's material.
   const double limit = 0.5 * 0.3 * 9.7;
   const auto throw_ball = [&] {
     world.data->qvel[0] = 3.0;
@@ -280,7 +280,7 @@ TEST_CASE("In MuJoCo a ball on a bed rolls down a slope with 5/7 of g sin a", "[
     CHECK(world.force().norm() == Approx(limit).epsilon(0.02));
     mju_zero(world.data->qvel, static_cast<int>(world.model->nv));
   };
-  // Lifted or forgotten, and put down again, it has a bed that is not bent.
+  // Checks that a bed that was lifted or forgotten is not bent when the ball is put down again.
   for (const bool lift : {true, false, true, false}) {
     throw_ball();
     world.data->qpos[2] = lift ? 1.0 : 0.1;
@@ -292,7 +292,7 @@ TEST_CASE("In MuJoCo a ball on a bed rolls down a slope with 5/7 of g sin a", "[
     CHECK(world.force().norm() < 0.5 * limit);
     world.run(0.1);
   }
-  // Spun about the normal it resists with 3 pi / 16 of the limit times the radius of the contact, and the
+  // Spins the ball about the normal: the bed resists with 3 pi / 16 of friction times contact radius, and the
   // axes stay on the plane.
   const Eigen::Vector3d along = world.friction->contacts().at(0).frame.along();
   mju_zero4(world.data->qpos + 3);
@@ -331,13 +331,13 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
   for (const double speed : {1.0, 0.1, 0.02}) {
     INFO(speed << " m/s");
     constexpr double step = 0.004;
-    // Stiffness times (time step)^2 over mass is 32, and six times that against turning.
+    // Stiffness times (time step)^2 over the plate's mass is 32 here, and six times that against turning.
     World world(on_floor(plate, 0.001, 0.5, step));
     world.run(0.2);
     const double start = world.data->qpos[0];
     world.data->qvel[0] = speed;
     world.run(0.6);
-    // MuJoCo moves bodies by the velocity at the end of a step, so the plate stops half a step's distance
+    // MuJoCo moves bodies by the velocity at a step's end, so the braking plate stops half a step's distance
     // earlier.
     const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
     CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
@@ -348,8 +348,8 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
 TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole number of lengths away",
           "[mujoco]") {
   // Bristles that keep one length delta are bent by the path less n delta, whatever happened before. At rest
-  // without an outside force they are straight, so the plate stops n lengths away. A patch that drifted from
-  // its body would stop it elsewhere.
+  // without force they are straight, so the plate stops at a multiple of delta, if its patch moved exactly
+  // with it.
   constexpr double delta = 50e-6;
   World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients::paper()
                                                .with_kinetic(0.5)
@@ -382,7 +382,7 @@ TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, howe
   World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
   world.run(0.2);
   const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
-  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // turns by 2e-7 rad in each step
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // turn by 2e-7 rad in each step
   world.run(2.0);
   const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
   const double angle = before.cross(frame.along()).dot(frame.normal());
@@ -409,7 +409,7 @@ TEST_CASE(
   scene.seconds = 4.0;
   const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
   const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
-  const auto slip = [](const Run& r) {  // Returns how far the box slips after the fingers have closed on it.
+  const auto slip = [](const Run& r) {  // Returns how far (m) a box slips once the fingers hold it.
     return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
   };
   CHECK(turn(runs[0]) > 5.0);
@@ -417,7 +417,7 @@ TEST_CASE(
   CHECK(slip(runs[0]) > 100e-6);
   CHECK(slip(runs[1]) < 0.01e-6);
 
-  // Discs at the contacts hold the box. Point contacts would let it turn until it hangs below the fingers.
+  // Checks that point contacts in place of discs let the box turn until it hangs below the fingers.
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
@@ -429,8 +429,8 @@ TEST_CASE(
   const std::vector<Run> runs = run(pushed_book(), {Friction::stock, Friction::bristle});
   CHECK(runs[0].creep > 10e-6);
   CHECK(std::fabs(runs[1].creep) < 1e-12);
-  // In each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 - stop) mu g until
-  // it rests.
+  // Expected travel: in each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 -
+  // stop) mu g until it rests.
   const double ahead = (book_go - 1.0) * book_coefficient * gravity,
                back = (1.0 - book_stop) * book_coefficient * gravity;
   const double way = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
@@ -445,9 +445,9 @@ TEST_CASE("In MuJoCo a box held by three fingertips stays in a hand that rests a
     INFO(scene.title);
     const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
     CHECK(runs[0].creep > 30e-6);
-    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // the creep is averaged over whole periods of the shaking
+    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // creep over whole periods of the shaking
     CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
-    // A box that sticks to the hand moves with it, 28 mm up and down.
+    // Checks that the box sticks to the hand and moves with it, 28 mm up and down.
     double highest = -1.0, lowest = 1.0;
     for (std::size_t i = runs[1].samples.size() / 2; i < runs[1].samples.size(); ++i) {
       highest = std::max(highest, runs[1].samples[i].travel);
@@ -481,8 +481,8 @@ TEST_CASE(
 
 TEST_CASE("In MuJoCo a tower of ten plates keeps within a presliding length of where a push found it",
           "[mujoco]") {
-  // A push of 3 N on the fifth plate, at once or rising for a second. Six plates press on its lower face,
-  // whose friction holds 5.9 N.
+  // Pushes the fifth plate of a stack with 3 N, at once or rising for a second. Six plates press on its lower
+  // face, whose friction holds 5.9 N.
   for (const double ramp_s : {0.0, 1.0}) {
     INFO(ramp_s << " s");
     const Scene scene = tower(3.0, ramp_s);
@@ -510,14 +510,14 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
   world.run(0.5);
-  // The speed is not 0: the ball swings on its bristles, because they have no dampers here.
+  // A slow spin is left: the ball swings on its bristles, because they have no dampers here.
   CHECK(std::fabs(world.data->qvel[5]) < 1e-4);
-  // A torque of half the torsional friction is held.
+  // Checks that bristles hold a torque of half the torsional friction.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(0.5);
-  // The bristles are bent by 4e-4 in all, so the test excludes only a steady drift.
+  // Allows the turn by which the bristles are bent, 4e-4 in all, so the test excludes only a steady drift.
   CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }
@@ -592,7 +592,7 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
     while (data->time < 0.5) {
       scene.drive(*model, *data);
       mj_step(model.get(), data.get());
-      // An extra call, as viewers make it, which must not count as a step.
+      // Calls mj_forward() again, as viewers do, which must not count as a step.
       mj_forward(model.get(), data.get());
     }
   };

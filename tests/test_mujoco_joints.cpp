@@ -14,7 +14,7 @@ namespace test_mujoco_joints {
 
 namespace {
 
-/// Two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 N m at the elbow.
+/// Arm of two links of 0.3 m with 1 kg at their ends, horizontal: 8.8 N m at the shoulder, 2.9 at the elbow.
 const std::string arm = R"(<mujoco><option timestep="0.002"/><worldbody><body>
   <joint name="shoulder" type="hinge" axis="0 1 0" frictionloss="LOSS1" damping="0.05"/>
   <geom type="sphere" size="0.02" pos="0.3 0 0" mass="1" contype="0" conaffinity="0"/>
@@ -70,11 +70,11 @@ TEST_CASE("An arm in MuJoCo hangs on the friction of its joints without creep, w
   CHECK(std::abs(ours.data->qpos[0] - before) < 1e-9);
   CHECK(std::abs(ours.data->qpos[1] - before_elbow) < 1e-9);
   CHECK(std::abs(theirs.data->qpos[0] - its_before) > 1e-3);
-  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both weights
+  CHECK(std::abs(joints.torque()[0] + (0.3 + 0.6) * 9.81) < 0.02);  // the shoulder carries both links' weight
 }
 
-// Torques are below friction: 0.4 to 8.4 N m of 12 in the shoulder, 2.9 of 5 in the elbow, at 2 Hz for a
-// minute.
+// Shakes the arm for a minute at 2 Hz, with torques below friction: 0.4 to 8.4 N m of 12 in the shoulder, 2.9
+// of 5 in the elbow.
 TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on frictionloss and on LuGre it does",
           "[mujoco][joints]") {
   const auto creep = [](World& world, mujoco_example::BristleJoints* joints) {
@@ -99,7 +99,7 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
            limit + ' ' + limit + " 0.1'/>";
   };
   World lugre("0", "0", motor("shoulder", "12") + motor("elbow", "5"));
-  // Explicit integration is unstable with the stiffness of LuGre's bristles.
+  // LuGre's bristles are so stiff that explicit integration would be unstable.
   lugre.model->opt.integrator = mjINT_IMPLICITFAST;
   CHECK(creep(lugre, nullptr) > 0.01);
   CHECK(lugre.data->warning[mjWARN_BADQACC].number == 0);
@@ -108,8 +108,8 @@ TEST_CASE("An arm in MuJoCo that is shaken does not creep on bristles; on fricti
 
 TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at that of being driven",
           "[mujoco][joints]") {
-  // Only the elbow moves; high friction holds the shoulder. Gravity acts on the elbow with 2.943 N m in the
-  // positive direction.
+  // Lets only the elbow move; high friction holds the shoulder. Gravity acts on the elbow with 2.943 N m in
+  // the positive direction.
   const double weight = 0.3 * 9.81, base = 0.5;
   const double lifts = (weight + base + 0.05 * weight) / (1 - 0.1);
   const double lets_down = (weight - base - 0.05 * weight) / (1 + 0.3);

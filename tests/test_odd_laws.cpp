@@ -21,11 +21,11 @@ namespace bristle_test::test_odd_laws {
 namespace {
 
 struct Group {
-  double share, low, high;  ///< share of the bristles, with lengths uniform between low and high (mean snap
-                            ///< lengths)
+  double share, low, high;  ///< group: share of the bristles, whose lengths are uniform between low and high
+                            ///< (mean snap lengths)
 };
 
-/// Returns the mixture of the groups as a table of 257 quantiles.
+/// Returns a law, a mixture of groups of uniform lengths, as a table of 257 quantiles.
 SnapLength law_of(const std::vector<Group>& groups) {
   std::vector<double> lengths;
   for (int k = 0; k <= 256; ++k) {
@@ -101,7 +101,7 @@ TEST_CASE("A first loading of any length is known at once where it has settled",
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     Material material = plain_material(law, rule);
     material.shared_renewal = 1.0;
-    const std::clock_t begun = std::clock();  // takes CPU time, because the machine may be busy
+    const std::clock_t begun = std::clock();  // CPU time, because the machine may be busy
     const double expected = rule == SnapRule::redraw ? steady_deflection(law, 1.0) * dbar / law.mean()
                                                      : material.kinetic_coefficient() / law.mean();
     for (const double x : {1e4, 1e5, 1e6})
@@ -111,8 +111,8 @@ TEST_CASE("A first loading of any length is known at once where it has settled",
 }
 
 TEST_CASE("The slowest wave of uniform lengths is that of its closed form", "[material]") {
-  // For lengths between 0 and b the transform of the density, (1 - exp(-s b)) / (s b), is 1 at s b = -y, with
-  // exp(y) = 1 + y.
+  // Slowest wave for lengths between 0 and b: the transform of the density, (1 - exp(-s b)) / (s b), is 1 at
+  // s b = -y, with exp(y) = 1 + y.
   const std::complex<double> y{2.088843015613044, 7.461489285654254};
   REQUIRE(std::abs(std::exp(y) - 1.0 - y) < 1e-12);
   const bristle::detail::SurvivalTable table =

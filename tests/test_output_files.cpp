@@ -36,7 +36,7 @@ const std::string scene =
     "[[motion]]\npatch = \"tip\"\ntype = \"trace\"\nfile = \"motion.csv\"\n";
 const std::string motion = "t,x,load\n0,0,1\n0.05,1e-3,1\n";
 
-/// Returns a record of a slide to and fro that a fit accepts.
+/// Returns the CSV text of a slide to and fro that `bristle fit` accepts.
 std::string record() {
   std::string text = "t,x,load,force\n";
   for (int i = 0; i < 400; ++i) {
@@ -98,13 +98,13 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
     CHECK(outcome.code == 2);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK_THAT(outcome.err, Contains("another"));
-    // Refused before any computation.
+    // The refusal must come before any computation.
     CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));
     CHECK(read_file(s) == scene);
     CHECK(read_file(m) == motion);
     CHECK(read_file(d) == record());
     CHECK(read_file(plain) == "[scene]\n");
-    CHECK(files_in(folder.path) == files + 1);  // the one new file is the program's stderr
+    CHECK(files_in(folder.path) == files + 1);  // one new file: the program's stderr
   }
 }
 
@@ -135,8 +135,8 @@ TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
     CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
     CHECK(read_file(journal) == text);
   }
-  // A link in the journal's place is refused. An empty journal, which a sweep killed in its first line
-  // leaves, is continued.
+  // Checks that a sweep refuses a link in place of its journal, and continues an empty one, as a sweep that
+  // was killed in its first line leaves.
   fs::remove(folder.at("t.csv.journal"));
   fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
   CHECK(run_cli(folder, study).code == 2);
@@ -162,7 +162,7 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   cli::OutputFile(path).write("new");
   CHECK(read_file(path) == "new");
   CHECK(fs::status(path).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
-  // An OutputFile that was moved removes its temporary file once.
+  // Checks that an OutputFile that was moved from does not remove the temporary file a second time.
   {
     cli::OutputFile first(path), second;
     second = std::move(first);
@@ -170,14 +170,14 @@ TEST_CASE("The writer leaves the old file until the new one is whole", "[files]"
   }
   CHECK(files_in(folder.path) == 1);
 
-  // A link stays a link; the file that it leads to is replaced.
+  // Checks that writing through a link keeps the link and replaces the file that it leads to.
   const std::string link = folder.at("link");
   fs::create_symlink(path, link);
   cli::OutputFile(link).write("through");
   CHECK(fs::is_symlink(link));
   CHECK(read_file(path) == "through");
 
-  // A write-protected file stays, though its folder could take another in its place. Root may write it.
+  // Keeps a write-protected file, though its folder could take another in its place. Root may write it.
   fs::permissions(path, fs::perms::owner_read);
   fs::permissions(folder.path, fs::perms::all);
   const pid_t child = ::fork();
@@ -223,7 +223,7 @@ TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing
   fs::create_symlink("/dev/full", full);
   CHECK(code_of(bristle + "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + full +
                 " > /dev/null 2> " + error) == 2);
-  CHECK_FALSE(fs::exists(full + ".journal"));  // the sweep must not write a journal beside a device
+  CHECK_FALSE(fs::exists(full + ".journal"));  // a sweep must write no journal beside a device as output
   CHECK(code_of(bristle + "nonsense 2>&-") == 2);
   CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
   // An output must not get the descriptor of the closed stderr, because messages would be written into the
@@ -253,7 +253,7 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
         ::execl("/bin/sh", "sh", "-c", ("exec '" BRISTLE_CLI "' " + command).c_str(), nullptr);
         ::_exit(127);
       }
-      // The temporary file beside the output shows that the command has begun.
+      // Waits for the temporary file beside the output, which shows that the command has begun.
       const auto begun = [&] {
         return std::any_of(
             fs::directory_iterator(folder.path), fs::directory_iterator(),

@@ -34,7 +34,7 @@ double farthest_beyond(const OnePatch& patch, std::size_t count) {
 }  // namespace
 
 TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in sliding", "[overload]") {
-  constexpr std::uint32_t n = 1100;  // four blocks of 256 and a tail
+  constexpr std::uint32_t n = 1100;  // number of bristles: four blocks of 256 and a tail
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -45,8 +45,8 @@ TEST_CASE("A change of detail changes no force and snaps nothing, at rest and in
           std::uniform_real_distribution<double> flat(0.0, 1.0);
           const double digits = precision == Precision::double_ ? 1e-12 : 2e-6;
           for (int k = 0; k < 60; ++k) {
-            // Slides, turns and reverses, under loads that give whole and fractional numbers of bristles, up
-            // to overload.
+            // Steps of slides, turns and reversals, under loads that give whole and fractional numbers of
+            // bristles, up to overload.
             const double angle = axes == 1 ? (k / 7 % 2 ? M_PI : 0.0) : 0.3 * k;
             const double load = k % 5 == 0 ? n : k % 7 == 0 ? 1.6 * n : n * (0.3 + 0.69 * flat(random));
             const double way = dbar * (k % 3 == 0 ? 3.7 : 0.2) * flat(random);
@@ -122,7 +122,7 @@ TEST_CASE(
   const auto patches = static_cast<int>(test_size(400));
   constexpr std::uint32_t n = 400, few = 100;
   for (const NamedLaw& law : reference_laws()) {
-    if (law.law.cv() == 0.0) continue;  // equal lengths stay in phase for ever: no steady force
+    if (law.law.cv() == 0.0) continue;  // skips equal lengths, which stay in phase for ever
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       const Material material = plain_material(law.law, rule);
       const double m1 = law.law.moment(1), m2 = law.law.moment(2);
@@ -157,16 +157,16 @@ TEST_CASE(
             sum += off;
             if (k > 24) squares += off * off;
           }
-          // The margin is five standard deviations of the mean over all patches.
+          // Tolerance: five standard deviations of the mean force over all patches.
           expect_near(sum / patches, 0.0, 5.0 * noise / std::sqrt(patches),
                       "the mean force over the kinetic");
         }
         const double seen = std::sqrt(squares / (6.0 * patches));
-        // SnapRule::keep fluctuates less than independent bristles, because its snap lengths are stratified.
+        // With keep the force fluctuates less than of independent bristles, as lengths are stratified.
         CHECK(seen < 1.25 * noise);
         if (rule == SnapRule::redraw && !back) CHECK(seen > 0.8 * noise);
         if (rule == SnapRule::redraw && back && law.law.cv() < 0.5)
-          CHECK(seen < 0.65 * noise);  // expects 0.5 of the noise, because all n bristles are in use again
+          CHECK(seen < 0.65 * noise);  // half the noise, as all n bristles are in use again
       }
     }
   }
@@ -179,8 +179,8 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     for (int k = 0; k < 30; ++k) patch.step(0.9 * dbar, 0.0, n);
     patch.batch.set_detail(patch.id, n / 2);
     patch.batch.set_detail(patch.id, n);
-    // After the restoration each bristle has a copy half of the population away, or one less. Returns the
-    // correlation of bristles with these copies.
+    // When all bristles are in use again, half of them are copies of others. Returns the correlation of
+    // bristles with those half of the population away, or one less.
     const auto correlation_at = [&](std::size_t apart) {
       const Bristles b = read(patch, n);
       double xy = 0.0, xx = 0.0, mean = 0.0;
@@ -191,16 +191,16 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
     };
     const auto correlation = [&] { return std::max(correlation_at(n / 2), correlation_at(n / 2 - 1)); };
     INFO(table_name(rule));
-    CHECK(correlation() > 0.5);  // bristles and copies must be alike at first
+    CHECK(correlation() > 0.5);  // just after the restoration bristles equal their copies
 
-    // With SnapRule::keep a bristle and its copy separate because their snap lengths differ.
+    // Slides on: with SnapRule::keep a bristle and its copy separate because their snap lengths differ.
     for (int k = 0; k < (rule == SnapRule::keep ? 200 : 40); ++k) patch.step(0.5 * dbar, 0.0, n);
     CHECK(std::abs(correlation()) < 0.1);
   }
 }
 
 TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determinism]") {
-  // An infinite brush with few pieces and cohorts counts as a variant too, although it has no bristles to
+  // The cases include infinite brushes with few pieces and cohorts, which have no bristles to
   // shed.
   const std::vector<PatchCase> cases = every_variant_and_few_infinite(test_size(400), 7);
   struct Outcome {
@@ -281,7 +281,7 @@ TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {
   const Response trial = a.batch.find_force(tick, motion);
   const Response real = a.step(motion);
   CHECK(trial.elastic[0] == real.elastic[0]);
-  // With all n bristles back the weight of a bristle is the original one to the bit.
+  // With all n bristles restored the weight of each is the original one to the bit.
   a.batch.set_detail(a.id, 900);
   CHECK(a.batch.info(a.id).weight == 1.0);
   CHECK(fresh != a.hash());
@@ -294,13 +294,13 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
   CHECK(patch.batch.set_detail(patch.id, 0) == Status::bad_input);
   CHECK(patch.batch.set_detail(patch.id, 301) == Status::bad_input);
   CHECK(patch.batch.set_detail(PatchId{}, 10) == Status::unknown_id);
-  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // the present number of bristles is accepted
+  CHECK(patch.batch.set_detail(patch.id, 300) == Status::ok);  // setting the present number changes nothing
   CHECK(patch.hash() == hash);
 }
 
 TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
-  // A load that is below one bristle, so that fewer and heavier bristles leave none in contact.
+  // Puts the patch under a load below one bristle, so that fewer and heavier bristles leave none in contact.
   patch.step(0.1 * dbar, 0.0, 1e-28);
   for (std::uint32_t detail : {1u, 600u, 2u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
@@ -311,8 +311,8 @@ TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
 }
 
 TEST_CASE("Too few bristles to hold the force hold what they can", "[overload]") {
-  // First loading by a mean snap length. The few bristles that take over the force may be too short to hold
-  // it.
+  // Loads the patch for the first time, by a mean length. The few bristles that take over the force may be
+  // too short to hold it.
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::keep);
   OnePatch patch(material, plain_options(500));
   for (int k = 0; k < 10; ++k) patch.step(0.1 * dbar, 0.0, 500.0);
@@ -376,15 +376,15 @@ const auto one_nanosecond_each = [](double bristles) { return 1e-7 + 1e-9 * bris
 
 TEST_CASE("Work of four times the budget is shed within three steps, and never missed again",
           "[overload][shedder]") {
-  // 4000 bristles take 4.1 us at 1 ns each, and the budget is 1 us.
+  // 4000 bristles take 4.1 us at 1 ns each, but the shedder's budget is 1 us, so it has to shed bristles.
   Loop loop({1000, 1000, 1000, 1000}, {0, 1, 1, 2}, LoadShedderOptions{}.with_budget(1e-6));
   int misses = 0, last_miss = -1;
   for (int k = 0; k < 5000; ++k)
     if (loop.tick_once(one_nanosecond_each) > 1e-6) ++misses, last_miss = k;
-  CHECK(misses >= 1);  // the first step is late because the time per bristle is not known yet
+  CHECK(misses >= 1);  // late first step: the time per bristle is unknown
   CHECK(last_miss <= 2);
-  // The patch of lowest priority is reduced first, down to its least number. Patches of equal priority are
-  // reduced equally, the one of highest priority as little as possible.
+  // The shedder reduces the patch of lowest priority first, down to its least number. Patches of equal
+  // priority are reduced equally, the one of highest priority as little as possible.
   CHECK(loop.detail(0) == 50);
   CHECK(loop.detail(1) == loop.detail(2));
   CHECK(loop.detail(1) == 50);
@@ -401,14 +401,14 @@ TEST_CASE("Work of four times the budget is shed within three steps, and never m
 TEST_CASE("What was shed comes back when there is room, highest priority first, and then all is quiet",
           "[overload][shedder]") {
   Loop loop({1000, 1000}, {5, 1}, LoadShedderOptions{}.with_budget(3.2e-6).with_wait_steps(20));
-  double scale = 2.0;  // doubles the simulated time of a step
+  double scale = 2.0;  // factor of the simulated time of a step
   const auto time = [&](double bristles) { return scale * one_nanosecond_each(bristles); };
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
   CHECK(loop.detail(0) == 1000);
   CHECK(loop.detail(1) < 400);
   const int before = loop.changes;
   for (int k = 0; k < 3000; ++k) loop.tick_once(time);
-  CHECK(loop.changes == before);  // no further change while the load is constant
+  CHECK(loop.changes == before);  // no more changes of detail under a constant load
   scale = 1.0;
   int misses = 0;
   std::uint32_t last = loop.detail(1);
@@ -426,12 +426,12 @@ TEST_CASE("What was shed comes back when there is room, highest priority first, 
 }
 
 TEST_CASE("No swinging where bristles cost more than they seemed to", "[overload][shedder]") {
-  // Beyond 1500 bristles each takes three times as long, as if the cache were full.
+  // Simulates a cache of 1500 bristles: beyond that number each takes three times as long.
   Loop loop({4000}, {0}, LoadShedderOptions{}.with_budget(2e-6).with_wait_steps(10));
   const auto cliff = [](double bristles) { return 1e-9 * (bristles < 1500.0 ? 0.5 : 1.5) * bristles; };
   std::vector<int> misses(5, 0);
   for (int k = 0; k < 20000; ++k) misses[static_cast<std::size_t>(k / 4000)] += loop.tick_once(cliff) > 2e-6;
-  // A mistaken restoration doubles the wait before the next one.
+  // Checks that a restoration that makes steps late doubles the wait before the next one.
   CHECK(misses[1] <= 10);
   CHECK(misses[4] <= 6);
   CHECK(loop.detail(0) >= 700);
@@ -467,10 +467,10 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
     REQUIRE(decisions.size() >= 2);
     return decisions[decisions.size() - 1].step - decisions[decisions.size() - 2].step;
   };
-  for (int k = 0; k < 50; ++k) loop.tick_once(time);  // sheds down to the bristles that fit
+  for (int k = 0; k < 50; ++k) loop.tick_once(time);  // the shedder leaves as many bristles as fit
   scale = 0.25;
   CHECK(wait_for_gift() <= 50);
-  // Three late steps, each followed by a fast one so that the estimated time per bristle does not rise.
+  // Makes three steps late, each followed by a fast one so that the shedder's time per bristle does not rise.
   for (int k = 0; k < 3; ++k) {
     scale = 4.0;
     loop.tick_once(time);
@@ -485,7 +485,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
 TEST_CASE("A new material is foreseen by the load on its own bristles", "[overload][shedder]") {
   Loop loop({3000, 1000}, {0, 1}, LoadShedderOptions{}.with_budget(2e-6));
   loop.foresees = true;
-  // With this material a tenth of the load brings all bristles into contact.
+  // With this material, a tenth as stiff normally, a tenth of the load brings all bristles into contact.
   const Material usual = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep);
   const double load = loop.motions[0].normal_load;
   CHECK(loop.batch.info(loop.ids[0]).max_normal_load == Approx(load));
@@ -555,7 +555,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
                                        static_cast<std::uint64_t>(k));
       replay.batch.step(tick, replay.motions, replay.responses);
     }
-    // Applies the recorded decisions that follow the last step.
+    // Applies the recorded decisions of a load shedder that follow the last step.
     next += bristle::apply_decisions(replay.batch, {decisions.data() + next, decisions.size() - next}, 1000);
     CHECK(next == decisions.size());
     CHECK(replay.batch.state_hash() == loop.batch.state_hash());
@@ -579,7 +579,7 @@ struct InfiniteLoop {
   int tick_once() {
     Response response;
     if (++steps % 3 == 0)
-      // Reverses, because a steady slide would visit no pieces.
+      // Reverses in each step, because an infinite brush that slides steadily would visit no pieces.
       motion.displacement[0] = -motion.displacement[0];
     const StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
     return shedder.after_step(batch, {&motion, 1}, time_s, report);
@@ -602,8 +602,8 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     double resolution;
     std::uint32_t least, pieces, kept;
   };
-  // A patch keeps `least` pieces, but never fewer than 4. The default `least` of 64 exceeds the number of
-  // pieces, and then half of them is kept.
+  // The shedder leaves an infinite brush `least` pieces, but never fewer than 4. The default `least` of 64
+  // exceeds the number of pieces, and then half of them is kept.
   for (const Case& c : {Case{0.0, 64, 8, 4}, Case{0.0, 6, 8, 4}, Case{0.0, 1, 8, 4}, Case{64.0, 64, 64, 32},
                         Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4},
                         Case{9.0, 64, 9, 5}, Case{4.0, 1, 4, 4}, Case{2.0, 64, 2, 2}}) {
@@ -620,7 +620,7 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
     CHECK(report.least_share == Approx(1.0 / growth));
     CHECK(report.noise_growth == 1.0);
     CHECK(report.error_growth == Approx(growth * growth));
-    // With enough time the shedder restores all pieces.
+    // Checks that the shedder restores all pieces when there is enough time.
     loop.time_s = 1e-7;
     for (int k = 0; k < 20000; ++k) loop.tick_once();
     CHECK(loop.pieces() == c.pieces);
@@ -645,16 +645,16 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
   for (const bool foresees : {false, true})
     for (int k = 0; k < 20; ++k) CHECK(tick_with(4e-3, 0.3 * dbar, foresees) == 0);
   CHECK(loop.pieces() == 8);
-  // A patch that moves to and fro visits its pieces, which can be shed.
+  // Moves the infinite brush to and fro, so that it visits its pieces, some of which are then shed.
   for (int k = 0; k < 20; ++k) tick_with(4e-3, (k % 2 == 0 ? -0.9 : 0.9) * dbar, false);
   CHECK(loop.pieces() == 4);
 }
 
 namespace {
 
-/// Brushes of 128 pieces and a shedder that knows the time of a visit: a nanosecond. `visits` and the fixed
-/// cost of each brush, which the shedder counts as 280 visits, take 90 % of its budget: it neither sheds more
-/// nor restores.
+/// Infinite brushes of 128 pieces, and a shedder that has learnt the time of a visit to a piece, 1 ns.
+/// `visits` and the fixed cost of each brush, which the shedder counts as 280 visits, take 90 % of its
+/// budget: it neither sheds more nor restores.
 struct FineBrushes {
   FineBrushes(int count, double visits)
       : shedder(LoadShedderOptions{}.with_budget(1e-9 * (280.0 * count + visits) / 0.9).with_rate(1e-9)) {
@@ -666,11 +666,11 @@ struct FineBrushes {
     }
     motions = same_motion(ids, 3.0 * dbar, 0.0, 1.0);
     responses.resize(ids.size());
-    // Slides until all brushes glide.
+    // Slides until all brushes glide (slide steadily without visiting their pieces).
     for (int k = 0; k < 20; ++k) report = batch.step(tick, motions, responses);
     REQUIRE(report.bristles_visited == 0);
   }
-  /// Takes a step under the shedder's eye, within the budget. Returns the changes of detail before it.
+  /// Takes a step after asking the shedder, within the budget. Returns the number of changes of detail.
   int step() {
     const int changes = shedder.before_step(batch, motions);
     report = batch.step(tick, motions, responses);
@@ -695,7 +695,7 @@ TEST_CASE("A glide that was restored visits nothing, so its pieces are not shed"
   brushes.batch.restore_state(state);
   CHECK(brushes.step() == 0);
   CHECK(brushes.report.bristles_visited == 0);
-  // A turn back ends the glide: the brush visits more than the budget allows.
+  // Turns back, which ends the glide (steady slide): the brush visits more pieces than the budget allows.
   brushes.motions[0].displacement[0] *= -0.01;
   brushes.step();
   CHECK(brushes.report.bristles_visited > 100);
@@ -703,8 +703,8 @@ TEST_CASE("A glide that was restored visits nothing, so its pieces are not shed"
 }
 
 TEST_CASE("Visits of a glide that ends are not held against brushes that stick", "[overload][shedder]") {
-  // The first brush ends its glide and visits its cohorts, at most 256; the second one trembles in place and
-  // visits none. Two that visited as many would exceed the budget.
+  // The first brush ends its glide (steady slide without visits) and visits its cohorts, at most 256; the
+  // second one trembles in place and visits none. Two that visited as many would exceed the budget.
   FineBrushes brushes(2, 270.0);
   brushes.motions[1].displacement[0] = 0.0;
   for (int k = 0; k < 7; ++k) {
@@ -714,7 +714,7 @@ TEST_CASE("Visits of a glide that ends are not held against brushes that stick",
     CHECK(brushes.step() == 0);
     brushes.motions[1].displacement[0] = (k % 2 == 0 ? -1e-6 : 1e-6) * dbar;
     if (k != 1)
-      CHECK((brushes.report.bristles_visited > 135) == slides_back);  // the glide of the second ends
+      CHECK((brushes.report.bristles_visited > 135) == slides_back);  // the second brush's glide ends
   }
 }
 
@@ -743,7 +743,7 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       std::vector<Motion> motions = same_motion(ids, 5.0 * dbar, 0.0, 1.0);
       motions[0].normal_load = bristles;
       std::vector<Response> responses(ids.size());
-      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // until all brushes glide
+      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // steps until all brushes glide
       int late = 0, late_at_last = 0;
       for (int k = 0; k < steps; ++k) {
         if (foresees) shedder.before_step(batch, motions);
@@ -754,12 +754,12 @@ TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it l
       }
       CHECK(late <= 3);
       CHECK(late_at_last == 0);
-      // The bristles get between half and all of the time that the glides leave.
+      // Checks that the bristles' patch gets between half and all of the time that the glides leave.
       const double left = budget - brushes * glide;
       const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
       CHECK(taken > 0.5);
       CHECK(taken < 1.0);
-      // The shedder takes no pieces of gliding brushes, because that would save no time.
+      // Checks that the shedder takes no pieces of gliding brushes, because that would save no time.
       for (std::size_t i = 1; i < ids.size(); ++i) REQUIRE(batch.info(ids[i]).detail == 8);
     }
 }
@@ -781,14 +781,14 @@ TEST_CASE("A LoadShedder names what it cannot take", "[overload][shedder]") {
   LoadShedder shedder;
   CHECK(names(message_of([&] { shedder.add(PatchId{}); }), {"patch"}));
   CHECK(names(message_of([&] { shedder.add(PatchId{1}, 0, 0); }), {"least_bristles", "0"}));
-  // Checks that a removed patch, and times that are not positive numbers, do no harm.
+  // Checks that the shedder bears a removed patch, and times that are not positive numbers.
   Loop loop({1000, 1000}, {0, 1}, LoadShedderOptions{}.with_budget(1e-6));
   loop.batch.remove(loop.ids[0]);
   for (double time : {0.0, -1.0, std::nan(""), double(INFINITY)})
     CHECK(loop.shedder.after_step(loop.batch, loop.motions, time, StepReport{}) == 0);
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);
   CHECK(loop.detail(1) < 1000);
-  // A new patch in the slot of a removed one is a different patch.
+  // Checks that the shedder treats a new patch in the slot of a removed one as a different patch.
   const PatchId heir =
       loop.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(90));
   REQUIRE(static_cast<std::uint32_t>(heir.value) == static_cast<std::uint32_t>(loop.ids[0].value));
@@ -856,7 +856,7 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
   LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
   PatchBatch batch;
   StepReport report;
-  report.bristles_visited = 1000;  // counts no patch, because each would add its fixed time
+  report.bristles_visited = 1000;  // names no patch: each would add its fixed time
   const auto step = [&](double per_bristle) {
     shedder.after_step(batch, {}, per_bristle * 1000.0, report);
     return shedder.report(batch).rate_s;
@@ -867,9 +867,9 @@ TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, 
     rate += (0.5e-6 - rate) / 256.0;
     CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
   }
-  // A single slow step does not raise the time per bristle.
+  // Checks that a single slow step does not raise the shedder's estimate of the time per bristle.
   CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));
-  CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise it to the smaller of the two
+  CHECK(step(0.8e-6) == Approx(0.8e-6));  // two slow steps raise the time per bristle to the smaller
 }
 
 }  // namespace bristle_test::test_overload

@@ -57,7 +57,7 @@ double steady_force(Loop& loop, double step, bool mean) {
 }  // namespace
 
 TEST_CASE("The plain keep loop ends one step where the table of exact vectors says", "[bench]") {
-  const std::size_t count = 41;  // whole vectors and a remainder, at every vector width
+  const std::size_t count = 41;  // number of bristles: whole vectors and a remainder, whatever the width
   for (const Row& row : read_table("exact_step_vectors.csv")) {
     const bool straight = number(row, "zy0") == 0.0 && number(row, "dy") == 0.0;
     const double path = std::hypot(number(row, "dx"), number(row, "dy"));
@@ -89,7 +89,7 @@ TEST_CASE("The plain keep loop ends one step where the table of exact vectors sa
 TEST_CASE("Both styles of the plain loop take every bristle the same way", "[bench]") {
   for (Rule rule : {Rule::keep, Rule::redraw}) {
     for (int axes : {1, 2}) {
-      const std::size_t count = 2500;  // two whole chunks and a part of one
+      const std::size_t count = 2500;  // number of bristles: two chunks and a part
       PlainLoop one(plain(count, axes, rule, true, Style::one_loop));
       PlainLoop chunked(plain(count, axes, rule, true, Style::chunked));
       std::mt19937 generator(7);
@@ -99,7 +99,7 @@ TEST_CASE("Both styles of the plain loop take every bristle the same way", "[ben
         const double dy = axes == 2 ? direction(generator) * drawn_length(generator) : 0.0;
         const Force a = one.step(dx, dy);
         const Force b = chunked.step(dx, dy);
-        // Rounding may decide whether one bristle snaps, which changes the force by up to a few snap lengths.
+        // Tolerance: rounding may decide whether one bristle snaps, which changes force by a few lengths.
         for (int axis = 0; axis < 2; ++axis) {
           expect_near(a.end[axis], b.end[axis], 3.0 * dbar, "end force");
           expect_near(a.mean[axis], b.mean[axis], 3.0 * dbar, "mean force");
@@ -159,7 +159,7 @@ TEST_CASE("The paper's loop adds the damper of every bristle", "[bench]") {
 TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") {
   StreamLoop stream(1000, 3, 2);
   CHECK(stream.bytes() == 1000 * 4 * (3 + 2));
-  // The first step turns two columns of zeros into ones, the second turns them back.
+  // The stream's first step turns two columns of 1000 zeros into ones, the second turns them back.
   CHECK(stream.step() == 2.0 * 1000.0);
   CHECK(stream.step() == 0.0);
 }
@@ -170,7 +170,7 @@ TEST_CASE("the plain loop of bristles that slide turns as the closed form") {
   const Force straight = loop.step(24.0 * dbar, 32.0 * dbar);
   expect_near(straight.end[0] / (n * dbar), -0.6, 1e-3, "along x");
   expect_near(straight.end[1] / (n * dbar), -0.8, 1e-3, "along y");
-  // After a turn by a right angle and a path s, tan(half the angle to the new direction) is exp(-s / limit).
+  // Expected a path s after a right-angle turn: tan(half the angle to the new direction) = exp(-s / limit).
   double along = 0.0, across = 0.0;
   for (int i = 0; i < n; ++i) {
     const double limit = 0.5 + (i + 0.5) / n;

@@ -41,7 +41,7 @@ HAS_TOOLS = hasattr(bristle, "fit")
 
 
 def command_line(*arguments):
-    """Returns what `bristle` prints. It gets no LD_PRELOAD, because it has a sanitizer's runtime of its own."""
+    """Returns what `bristle` prints. Unsets LD_PRELOAD, because the program has a sanitizer's runtime of its own."""
     environment = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
     return subprocess.run([COMMAND_LINE, *arguments], check=True, capture_output=True, text=True, env=environment).stdout
 
@@ -75,7 +75,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(self.responses.__array_interface__["data"], address)
         stiffness = 900 * LOAD * 82.05128205128205  # number of bristles in contact times the stiffness of one, N/m
         np.testing.assert_allclose(self.responses["stiffness"], stiffness, rtol=1e-12)
-        # No bristle snaps below 5 um, so each patch is a linear spring whose force opposes the motion.
+        # As no bristle snaps below 5 um, each patch is a linear spring whose force opposes the motion.
         np.testing.assert_allclose(end[:, 0], [-stiffness * d for d in (1e-6, 2e-6, -3e-6)], rtol=1e-5)
         np.testing.assert_array_equal(end[:, 1], 0.0)
         np.testing.assert_array_equal(self.responses.id, self.ids)
@@ -172,7 +172,7 @@ class Model(unittest.TestCase):
         surface = material(bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), "slide")
         limit = surface.kinetic_coefficient() * LOAD
         batch = bristle.PatchBatch()
-        # Forces over the limit, on an ellipse about (0.5, 0).
+        # Expected forces over the limit, on a limit curve that is an ellipse about (0.5, 0).
         for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):
             lay = bristle.Lay(limit_ratio=0.4, to_over_fro=3.0)
             id_ = batch.add(surface, bristle.PatchOptions(max_normal_load=LOAD, precision="double", lay=lay))
@@ -185,7 +185,7 @@ class Model(unittest.TestCase):
     def test_first_loading_follows_the_law(self):
         law = bristle.SnapLength.exponential(DBAR)
         x = np.linspace(0.0, 4.0, 41)
-        # Exponential lengths that are redrawn forget: the mean deflection is 1 - exp(-x).
+        # Bristles that redraw exponential lengths have no memory: the mean deflection is 1 - exp(-x).
         np.testing.assert_allclose(bristle.virgin_deflection(law, "redraw", x), 1.0 - np.exp(-x), atol=2e-6)
         np.testing.assert_allclose(law.survival(x * DBAR), np.exp(-x), rtol=1e-12)
         np.testing.assert_allclose(law.survival([[DBAR], [2 * DBAR]]), np.exp([[-1.0], [-2.0]]), rtol=1e-12)
@@ -236,12 +236,12 @@ class Model(unittest.TestCase):
 
 
 def slide_elsewhere(batch, ids):
-    """Runs in another process: returns the forces of a slide, and the hash of the batch after it."""
+    """Returns, in another process, the forces of a slide and the hash of the batch after it."""
     return slide(batch, ids, 3e-6, 20), batch.state_hash()
 
 
 class Copies(unittest.TestCase):
-    """Pickles and copies of objects, which are made from the same saved state."""
+    """Tests of pickles and copies of objects, which are made from the same saved state."""
 
     LAWS = [bristle.SnapLength.single(DBAR), bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR),
             bristle.SnapLength.normal(DBAR, 0.3 * DBAR), bristle.SnapLength.lognormal(DBAR, 0.3),
@@ -326,7 +326,7 @@ class Copies(unittest.TestCase):
             self.assertEqual(other.state_hash(), batch.state_hash())
             for i in ids:
                 self.assertEqual(other.info(i), batch.info(i))
-        # Batch and copies also give equal ids to the patches added next, in freed slots and in new ones.
+        # Checks that batch and copies give equal ids to the patches added next, in freed slots and in new ones.
         for _ in range(40):
             wanted = batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
             self.assertEqual([other.add(bristle.Material(), bristle.PatchOptions(bristles=10)) for other in others],
@@ -348,7 +348,7 @@ class Copies(unittest.TestCase):
     def test_batches_go_to_other_processes(self):
         batch, ids = self.batch_of_many()
         with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-            # The pool pickles its arguments a little later, so the batch is stepped here only after the results are
+            # The pool pickles its arguments with a delay, so the batch here is stepped only after the results are
             # there.
             there = [future.result() for future in [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]]
             forces, state = slide_elsewhere(batch, ids)
@@ -367,7 +367,7 @@ class Copies(unittest.TestCase):
                 bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(wrong))
 
     def test_states_of_wrong_contents_are_refused(self):
-        """The refusal is a bristle.Error with a text of the library, not one of pybind11."""
+        """Checks that the refusal is a bristle.Error with the library's text, and no error of pybind11."""
         batch = bristle.PatchBatch()
         batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
         raw = bristle.Material.__new__(bristle.Material)  # a Python object whose C++ part was never made
@@ -377,7 +377,7 @@ class Copies(unittest.TestCase):
         for thing in things:
             kind, state = type(thing), thing.__getstate__()
             fresh = lambda: kind.__new__(kind)
-            # An empty dict is valid: it means every default.
+            # Leaves out the empty dict, which is a valid state of an options object: every field gets its default.
             forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]
             if isinstance(state, tuple):
                 forged += [state[:n] for n in range(len(state))]
@@ -399,7 +399,7 @@ class Copies(unittest.TestCase):
             refused = 0
             for other in forged:
                 try:
-                    # Some forged states are valid, such as True for 1 or a changed unused parameter.
+                    # Accepts forged states that are valid, such as True for 1 or a changed unused parameter.
                     fresh().__setstate__(other)
                 except ValueError as error:
                     refused += 1
@@ -408,7 +408,7 @@ class Copies(unittest.TestCase):
             self.assertGreater(refused, 0.7 * len(forged), kind)
 
     def test_an_object_without_init_is_refused(self):
-        """Every class of the module, every method, property and operator, and as every argument."""
+        """Checks that members of every class refuse objects whose __init__ was not called, as self and as arguments."""
         classes = [kind for _, kind in inspect.getmembers(bristle._bristle, inspect.isclass)
                    if type(kind).__name__ == "pybind11_type"]
         self.assertGreater(len(classes), 10)
@@ -496,7 +496,7 @@ class Words(unittest.TestCase):
 
 
 class Outputs(unittest.TestCase):
-    """Outputs that a patch computes only on request, and errors for the others."""
+    """Tests of outputs that a patch computes only on request, and of the errors for the others."""
 
     def step(self, *outputs):
         batch = bristle.PatchBatch()
@@ -509,7 +509,7 @@ class Outputs(unittest.TestCase):
     def test_mean_is_the_force_and_no_function(self):
         _, _, responses = self.step("mean", "all")
         stiffness = 900 * LOAD * 82.05128205128205
-        # No bristle snaps below 5 um, so the mean force is that of a spring stretched from 0 to 1 um.
+        # As no bristle snaps below 5 um, the mean force is that of a spring stretched from 0 to 1 um.
         np.testing.assert_allclose(responses.mean, [[-0.5e-6 * stiffness, 0.0]] * 2, rtol=1e-5)
         self.assertEqual(responses[1].mean[0], responses["mean"][1, 0])
         responses.mean[0] = 7.0  # responses.mean is a view, so this writes into the array
@@ -593,7 +593,7 @@ class Environments(unittest.TestCase):
             blocks.step(push)
         self.assertLess(np.abs(blocks.pose[ratio < 0.35, :2]).max(), 25e-6)
         self.assertLess(np.abs(blocks.pose[::2, 1]).max() + np.abs(blocks.pose[1::2, 0]).max(), 1e-9)
-        # Blocks that slide have passed all presliding, so their friction is 0.4 of the weight.
+        # Friction of blocks that slide beyond presliding is 0.4 of their weight.
         gained = (blocks.velocity - before)[:, :2].sum(1) / 5e-3 / 9.81
         slides = ratio > 0.75
         np.testing.assert_allclose(gained[slides], ratio[slides] - 0.4, atol=0.01)
@@ -601,14 +601,14 @@ class Environments(unittest.TestCase):
 
     def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
         blocks = self.make(2, contacts=8)
-        # Highest torque that friction holds, N m: the limits of all contacts times their distances from the middle.
+        # Highest torque that the blocks' friction holds, N m: limits of all contacts times distances from the middle.
         arms = np.linalg.norm(blocks.places, axis=1).mean()
         holds = 0.4 * blocks.mass * 9.81 * arms
         push = np.array([[0.0, 0.0, 0.7 * holds], [0.0, 0.0, 2.0 * holds]])
         for _ in range(200):
             blocks.step(push)
         self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
-        # rad/s: the half of the torque that friction does not hold acts for 0.2 s.
+        # Expected angular velocity, rad/s: the half of the torque that friction does not hold acts for 0.2 s.
         turned = holds / blocks.inertia[2, 2] * 0.2
         self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
         np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)
@@ -629,7 +629,7 @@ class Environments(unittest.TestCase):
 
 
 class Extent(unittest.TestCase):
-    """Patches with an extent, which also transmit a torque."""
+    """Tests of patches with an extent, which also transmit a torque."""
 
     def setUp(self):
         self.material = bristle.Material(
@@ -643,7 +643,7 @@ class Extent(unittest.TestCase):
             patches = bristle.ExtendedPatches()
             pad = patches.add(self.material, bristle.Outline.disc(self.radius, pressure=pressure), self.options)
             out = patches.step(1e-3, [pad], [[0.0, 0.0, 1e-6, 1000.0]])
-            # The load of 1000 N gives 1000 N/m, by one bristle of 1 N/m per newton.
+            # Expects the stiffness 1000 N/m at a load of 1000 N: one bristle of 1 N/m per newton.
             self.assertAlmostEqual(-out["elastic"][0, 2] / (share * 1000.0 * self.radius**2 * 1e-6), 1.0, places=6)
             self.assertEqual(out["stiffness"].shape, (1, 3, 3))
             self.assertAlmostEqual(out["stiffness"][0, 2, 2] / (share * 1000.0 * self.radius**2), 1.0, places=6)
@@ -661,14 +661,14 @@ class Extent(unittest.TestCase):
         self.assertAlmostEqual(along[1], np.sin(0.8), places=12)
 
     def test_each_part_of_a_response_and_of_info_is_its_own(self):
-        # Two cells at distances a and -a from the middle. Each has half of 1000 bristles, and a bristle has 1 N/m and c
-        # N s/m.
+        # Outline of two cells at distances a and -a from the middle. Each has half of 1000 bristles of 1 N/m and c N
+        # s/m.
         a, c, spin = 1e-3, 0.25, 2e-6
         damped = copy.copy(self.material)
         damped.bristle_damping = c
         patches = bristle.ExtendedPatches()
         pad = patches.add(damped, bristle.Outline([[a, 0.0], [-a, 0.0]], [0.5, 0.5]), self.options)
-        # A step of 1e6 s, so slow that the damper force is 0.
+        # Takes a step of 1e6 s, so slow that the damper force is 0.
         out = patches.step(1e6, [pad], [[0.0, 0.0, spin, 1000.0]])
         torque = 1000.0 * a * a * spin
         np.testing.assert_allclose(out["elastic"][0], [0.0, 0.0, -torque], rtol=1e-6, atol=1e-6 * torque)
@@ -733,7 +733,7 @@ class Extent(unittest.TestCase):
 
 class Threads(unittest.TestCase):
     def long_step(self):
-        """A batch, arrays and a step of a tenth of a second or more."""
+        """Returns a batch, arrays for its step, and a duration, such that a call takes a tenth of a second or more."""
         batch = bristle.PatchBatch()
         law = bristle.SnapLength.lognormal(DBAR, 1.0)
         id_ = batch.add(material(law, "redraw"), bristle.PatchOptions(max_normal_load=LOAD, bristles=4_000_000))
@@ -787,7 +787,7 @@ class Threads(unittest.TestCase):
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
 class Fit(unittest.TestCase):
-    """Friction of a known material along a decaying oscillation, with the noise of a sensor."""
+    """Data and fit of one record: friction of a known material along a decaying oscillation, with a sensor's noise."""
 
     @classmethod
     def setUpClass(cls):
@@ -813,7 +813,7 @@ class Fit(unittest.TestCase):
             self.assertLess(estimate.high - estimate.low, width * max(truth, 1.0), name)
         self.assertAlmostEqual(self.found.material.kinetic_coefficient(), self.found.parameters["kinetic"].value)
         self.assertGreater(self.found.explained, 0.999)
-        # The sign was "by the body", so the fit reverses the measured force.
+        # As the file's forces were declared as those by the body, the fit reverses their sign.
         np.testing.assert_array_equal(self.found.force, -self.force)
         residuals = self.found.force - self.found.curve
         self.assertAlmostEqual(np.sqrt(np.mean(residuals**2)), self.found.residual_rms, places=12)
@@ -851,7 +851,7 @@ class Fit(unittest.TestCase):
             self.assertEqual(held.parameters[name].value, value)
             self.assertEqual(held.not_determined[name].why, "held")
         self.assertEqual((held.material.residual_length, held.material.shared_renewal), (0.0, 0.25))
-        # The true values are 0.1 (residual) and 1 (renewal).
+        # Holding the residual or the renewal at 0 must fit worse, as the true values are 0.1 and 1.
         self.assertGreater(held.residual_rms, self.found.residual_rms)
 
     def test_a_file_and_arrays_of_the_same_numbers_give_the_same_fit(self):
@@ -992,7 +992,7 @@ class Scenes(unittest.TestCase):
             np.testing.assert_array_equal(data["load"].sel(patch="steel_pad"), run.motions["steel_pad"].normal_load)
 
     def test_words_and_other_libraries_get_each_axis(self):
-        """The libraries are stand-ins, since a machine may lack them."""
+        """Tests conversions for libraries by stand-ins, since a machine may lack the libraries."""
         run = types.SimpleNamespace(
             forces={"p": np.array([[3.0, -4.0]])}, t=np.array([0.1]), steps=1, state_hash=0,
             motions={"p": {"displacement": np.array([[1.0, 2.0]]), "normal_load": np.array([5.0])}})
@@ -1064,7 +1064,7 @@ class Joints(unittest.TestCase):
         np.testing.assert_array_equal(status, 0)
         row = joints.parameter_names.index("base")
         np.testing.assert_allclose(gradient[row], -1.0, rtol=1e-13)
-        # Derivatives of -(0.4 + share |motor|) - 0.01 speed, while all bristles slide.
+        # Expected derivatives of the friction -(0.4 + share |motor|) - 0.01 speed, while all bristles slide.
         by_speed, by_motor = np.empty(n), np.empty(n)
         joints.step(angle + 1.0, np.full(n, 1e3), motor, by_speed=by_speed, by_motor=by_motor)
         np.testing.assert_allclose(by_speed, -0.01, rtol=1e-9)
@@ -1153,7 +1153,8 @@ class Beds(unittest.TestCase):
 
     def test_spin_and_options_of_a_bed_arrive(self):
         turned = self.beds.step([self.pad], [[0, 0, 1.0, 0, 0, 5.0]])
-        # A disc under Hertz's pressure that slides everywhere: 3 pi / 16 of friction, load and radius.
+        # Expected torque of a disc under Hertz's pressure that slides everywhere: 3 pi / 16 of friction, load and
+        # radius.
         self.assertAlmostEqual(turned["torque"][0] / (-3 * math.pi / 16 * 0.8 * 5.0 * 6e-3), 1.0, 1)
         np.testing.assert_allclose(turned["force"][0], 0.0, atol=1e-6)
         pad = bristle.BedMaterial(0.8).with_presliding(1e-3)
@@ -1262,7 +1263,7 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(found.kinetic, 0.5, places=9)
         self.assertAlmostEqual(found.peak, 0.6, places=6)
         self.assertEqual((found.rule, found.law), ("keep", "lognormal"))
-        # A spread so wide that no peak determines it, so coefficients() returns the spread.
+        # Material with a spread so wide that no peak determines it, so coefficients() returns the spread.
         wide = bristle.Material(snap_length=bristle.SnapLength.lognormal(10e-6, 0.8))
         back = bristle.Material.from_coefficients(wide.coefficients())
         self.assertAlmostEqual(back.snap_length.cv, 0.8, places=12)
@@ -1291,7 +1292,7 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(monitor.jitter_p50, 0.2e-3, delta=0.016 * 0.2e-3 + 1e-9)
         self.assertEqual(monitor.jitter_p99, monitor.jitter_p50)  # there is only one interval between ticks
         before = monitor.snapshot()
-        # Ends 1.5 ms after it was due, of which 0.5 ms before its start.
+        # Records a tick that ends 1.5 ms after it was due and started 0.5 ms late.
         monitor.record_tick(due=10.002, start=10.0025, end=10.0035, cpu=1e-3)
         monitor.record_skipped(2)
         self.assertEqual((monitor.misses, monitor.misses_machine, monitor.skipped, monitor.longest_run), (1, 1, 2, 3))
@@ -1306,7 +1307,7 @@ class Interface(unittest.TestCase):
         monitor.refresh_events()
         monitor.pause()
         monitor.record_tick(due=20.0, start=20.0, end=20.0001)
-        # A pause does not count as an interval between ticks.
+        # Checks that a pause does not count as an interval between ticks.
         self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
@@ -1340,7 +1341,7 @@ class Interface(unittest.TestCase):
                 stubbed[node.name] = set()
             elif isinstance(node, ast.AnnAssign):
                 stubbed[node.target.id] = set()
-        # Leaves out names that only a type checker sees, such as the keys of a dict.
+        # Skips names that only a type checker sees, such as the keys of a dict.
         stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
         self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)
@@ -1355,7 +1356,7 @@ class Interface(unittest.TestCase):
 
 
 def stubbed_calls():
-    """Yields the class, the name and the parameters of every public function: name, type, whether it is needed."""
+    """Yields for every public function its class, its name and its parameters: name, type, whether it is needed."""
     for owner in ast.parse(pathlib.Path(bristle.__file__).with_name("__init__.pyi").read_text()).body:
         is_class = isinstance(owner, ast.ClassDef)
         if owner.__dict__.get("name", "_")[0] == "_" or not hasattr(bristle, owner.name):
@@ -1374,7 +1375,7 @@ def stubbed_calls():
 
 
 class EveryCall(unittest.TestCase):
-    # A value of each type that a parameter without a default has.
+    # Example values for the types of parameters that have no default.
     VALUES = {"float": 1.0, "int": 1, "str": "keep", "bytes": b"", "ArrayLike": [1.0], "Material": bristle.Material(),
               "Coefficients": bristle.Coefficients(), "SnapLength": bristle.SnapLength.single(1e-6),
               "_Structs": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
@@ -1546,7 +1547,7 @@ class Sweeps(unittest.TestCase):
             outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
             table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
                                   report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
-            # A journal is kept only if the caller names one.
+            # Checks that without the argument `journal` no journal is left behind.
             self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])
             self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
             with open(outs[1], newline="") as file:

@@ -21,7 +21,7 @@ namespace bristle_test::test_random_laws {
 namespace {
 
 using Random = std::mt19937_64;
-// Largest error of the infinite brush with its default pieces after a turn, mean snap lengths.
+// Largest error of the infinite brush with its default pieces, allowed after a turn, in mean snap lengths.
 constexpr double transient_error = 0.025;
 double flat(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
@@ -57,9 +57,9 @@ Quantile straight_between(const std::vector<double>& nodes) {
   };
 }
 
-/// Whether the force changes by more than a fiftieth of a mean snap length within a path of 1/64 before or
-/// after the state `truth`. The infinite brush spreads an atom (many bristles of one length) over that path,
-/// so it cannot be judged there.
+/// Whether the force changes by more than a fiftieth of a mean snap length within a path of 1/64 around the
+/// state `truth`. The infinite brush spreads an atom (many bristles of one length) over that path, so its
+/// error cannot be judged there.
 bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, double ey, double piece) {
   constexpr double way = 1.0 / 64.0, most = 0.02;
   SmallPieces after = truth;
@@ -122,7 +122,7 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
                 << drawn.renewal << ", turn " << drawn.turn);
     const Material material = drawn.material();
     Brush infinite(material);
-    std::optional<Brush> finite;  // a brush of representatives, which takes no law wider than cv 1.25
+    std::optional<Brush> finite;  // brush of representatives, for laws of cv 1.25 at most, their limit
     if (law.cv() <= 1.25) {
       finite.emplace(material, plain_options(representatives));
       finite->load = representatives;
@@ -157,13 +157,13 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
     CHECK(of_finite < 0.004 + noise);
     CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
-  // Of the six places of each law, at least four on average were away from a fall of the force.
+  // Checks that of six tested places per law at least four, on average, were away from a fall of the force.
   CHECK(judged > 4 * laws);
 }
 
 TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
-  // Laws with pairs of atoms (groups of bristles of one length), whose waves die slowly: 259, 261, 292. The
-  // others have atoms among other lengths and strong renewal.
+  // Laws with pairs of atoms (groups of bristles of one length), whose waves of force die slowly: 259, 261,
+  // 292. The others have atoms among other lengths, and strong renewal.
   for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
     const RandomLaw drawn(number);
     Brush brush(drawn.material());
@@ -206,7 +206,7 @@ class RankedBristles {
         b.length = draw();
       }
   }
-  /// Returns the mean deflection over all bristles, in contact or not.
+  /// Returns the mean deflection over all bristles, where those out of contact count as 0.
   double force() const {
     double sum = 0.0;
     for (const Bristle& b : list_) sum += at_ - b.root;
@@ -279,16 +279,16 @@ double error_with_renewal() {
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
-    // Small steps, in which hardly any bristle snaps.
+    // Moves by small steps of 0.3 mean lengths, in which hardly any bristle snaps.
     CHECK(error_under_loads(0.3, resolution, true) < 3e-4);
-    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // the 30,000 bristles have a noise of 0.01
+    CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // noise of the 30,000 bristles beside: 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }
-  CHECK(error_with_renewal() < 0.06);  // measured 0.044, COHORTS.md, "Load"
+  CHECK(error_with_renewal() < 0.06);  // measured: 0.044 (COHORTS.md, "Load")
 }
 
 TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physics]") {
-  // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: 1.136 after 400.
+  // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: F / kinetic 1.136 after 400.
   Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 0, 1));
   for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
   CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));

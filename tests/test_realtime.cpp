@@ -64,7 +64,7 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
     cli::PacedClock clock(period, busy_wait);
     clock.start();
     const double start = clock.due_s();
-    // Rounding of times, s: the clock's nanosecond, or the resolution of a double for the time since the
+    // Rounding of times, s: the clock's nanosecond, and the resolution of a double for the time since the
     // machine started.
     const double rounding = 2e-9 + 4.0 * std::numeric_limits<double>::epsilon() * start;
     std::uint64_t points = 0;
@@ -78,10 +78,10 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       const std::uint64_t left_out = clock.wait();
       points += 1 + left_out;
       if (overran) CHECK(left_out >= 3);
-      // Whatever number of ticks was left out, the next due time is on the grid.
+      // Checks that the next due time is on the time grid, whatever number of ticks was left out.
       CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
       CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
-      CHECK(clock.due_s() > called - rounding);  // the due time was still ahead when wait() was called
+      CHECK(clock.due_s() > called - rounding);  // wait() was called before the due time
     }
   }
 }
@@ -102,12 +102,12 @@ TEST_CASE("A paced run gives the bits of the same steps back to back, whatever w
     REQUIRE(paced.realtime);
     CHECK(paced.monitor.count() == 300);
     CHECK(paced.realtime->bare.monitor.count() == 300);
-    // Four segments of 75 ticks have 74 periods each. A pause in which the program's own accounting took too
-    // long is left out.
+    // Each of four segments of 75 ticks has 74 periods, of which one is left out if the program's own
+    // accounting took too long in it.
     CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
     CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
-    CHECK(paced.seconds == paced.realtime->ours.seconds);  // does not include the time of the bare loop
-    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts at its due time or later
+    CHECK(paced.seconds == paced.realtime->ours.seconds);  // the bare loop's time is not included
+    CHECK(paced.seconds >= 299.0 / rate - 4.0 / rate);     // each tick starts when due or later
   }
 }
 
@@ -115,13 +115,13 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
           "[realtime]") {
   cli::Scene scene = cli::read_scene(stroke);
   cli::set_bristles(scene, 300000);
-  cli::set_rate(scene, 100000.0);  // 10 us: less than any machine needs for 300,000 bristles that slide
+  cli::set_rate(scene, 100000.0);  // 10 us, too short for 300,000 bristles that slide
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  // Expects that ticks stepped and left out together span the time of the loop, because late ticks are not
-  // made up for. That time includes the start and end of each segment, in which the machine may stop the
-  // loop, hence five tries.
+  // Expects that ticks stepped and ticks left out together span the loop's time, because late ticks are not
+  // made up for. The machine may stop the loop at a segment's start or end, which this time includes, hence
+  // five tries.
   bool spanned = false;
   for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
     const cli::RunResult result = cli::run_scene(scene, options);
@@ -157,8 +157,8 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   INFO(ours);
   CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
   CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
-  // If the system counts an event in the meantime, such as a page fault, the report names that event. So this
-  // tries up to 100 times for a tick without one.
+  // If the system counts an event while the test sleeps, such as a page fault, the report names that event.
+  // So the test tries up to 100 times for a tick without one.
   std::string woken;
   for (int k = 0; k < 100 && !has(woken, "an interrupt"); ++k)
     woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
@@ -203,13 +203,13 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["scene_dt"] == 1e-3);
   CHECK(realtime["busy_wait_s"] == Approx(1e-4));
   CHECK(realtime["stopped"] == false);
-  // The request for core 1023 is refused on every machine. Whether the other requests succeed depends on the
-  // user's rights.
+  // The system refuses a request for core 1023 on every machine; other requests may succeed by the user's
+  // rights.
   CHECK(realtime["core"].is_null());
   std::string refused;
   for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
   CHECK(refused.find("core 1023: ") != std::string::npos);
-  // Without a core of its own the loop could keep a worker from running, so it gets no priority.
+  // Without a core of its own the loop gets no priority, by which it could keep a worker from running.
   CHECK(realtime["fifo_priority"].is_null());
   CHECK(refused.find("SCHED_FIFO 5: not asked for without core 1023") != std::string::npos);
   CHECK(realtime["locked_memory"] == (refused.find("locked memory: ") == std::string::npos));
@@ -248,7 +248,7 @@ TEST_CASE("run --realtime gives the bare sleep loop the share of ticks it is ask
   const json realtime =
       paced_report(folder, "--rate 2000 --bristles 100 --steps 200 --bare-share 0.1")["realtime"];
   CHECK(realtime["bristle"]["ticks"] == 200);
-  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // a tenth of each of four turns of 50 ticks
+  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // of each of four segments of 50 ticks, a tenth
 }
 
 #if BRISTLE_WITH_TBB
@@ -280,7 +280,7 @@ TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
   const TemporaryFolder folder;
   const std::string file = folder.at("report.json");
   for (const char* signal : {"INT", "TERM"}) {
-    // A signal that comes before the program is ready ends it; then the test tries again with more time.
+    // Sends a signal after a time. If the program was not ready, it ends; the test tries a longer time.
     int status = -1;
     for (const char* seconds : {"0.5", "2", "8"}) {
       status = run_shell(std::string("timeout --foreground --preserve-status -s ") + signal + ' ' + seconds +
@@ -324,14 +324,14 @@ wait $pid
 TEST_CASE("A second interrupt ends the program when the first is half a second old", "[realtime]") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
-  if (child == 0) {  // the child ends by _exit() and uses no assertion, which belong to the parent's test
+  if (child == 0) {  // the child ends by _exit(), without assertions, which belong to the parent's test
     cli::stop_on_signals();
     if (cli::stop_requested()) _exit(1);
     for (int i = 0; i < 5; ++i) raise(i % 2 ? SIGTERM : SIGINT);
     if (!cli::stop_requested()) _exit(2);
     usleep(600'000);
     raise(SIGTERM);
-    usleep(2'000'000);  // waits, because the thread sanitizer delivers signals late
+    usleep(2'000'000);  // waits: the thread sanitizer delivers signals late
     _exit(3);
   }
   int status = 0;
@@ -369,7 +369,7 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
     CHECK(std::count(message.begin(), message.end(), '\n') == 1);
     CHECK(read_file(folder.at("out")).empty());
   }
-  // Without --rate the loop takes the rate of the scene.
+  // Without --rate the servo loop takes the rate of the scene.
   std::string fast = read_file(stroke);
   fast.replace(fast.find("dt = 1e-3"), 9, "dt = 1e-10");
   const std::string command = "'" BRISTLE_CLI "' run '" + folder.write("fast.toml", fast) + "' --realtime";

@@ -26,11 +26,11 @@ constexpr double allowed_bias = 1e-3;
 
 struct JumpLaw {
   const char* name;
-  SnapLength law;                ///< law of the snap length in metres, with the mean dbar
+  SnapLength law;                ///< law of the snap length (m), whose mean is dbar
   Quantile quantile;             ///< quantile function in mean snap lengths, independent of the library
-  std::array<double, 5> moment;  ///< E[delta^k] in mean snap lengths, closed form
+  std::array<double, 5> moment;  ///< moments E[delta^k] of the law in mean snap lengths, closed form
 
-  /// Whether the law's tail makes the sampling error of a variance too uncertain to estimate
+  /// Whether the law's tail is so heavy that the sampling error of a variance cannot be estimated well.
   bool heavy = false;
 };
 
@@ -51,7 +51,7 @@ std::array<double, 5> normal_moments(double cv) {
 }
 
 std::vector<JumpLaw> jump_laws() {
-  // Table with the mean 1, four intervals of equal probability.
+  // Law by a table with the mean 1: four intervals of equal probability.
   const std::vector<double> table{0.3, 0.7, 1.0, 1.3, 1.7};
   std::array<double, 5> table_moment{};
   std::vector<double> metres;
@@ -77,7 +77,7 @@ std::vector<JumpLaw> jump_laws() {
       {"exponential", SnapLength::exponential(dbar), exponential_quantile(1.0), {1.0, 1.0, 2.0, 6.0, 24.0}}};
 }
 
-/// The stationary law: delta is length-biased, z uniform on (0, delta). Computed by prefix sums of quantiles.
+/// Stationary law of sliding: delta is length-biased, z uniform on (0, delta); by prefix sums of quantiles.
 class Stationary {
  public:
   explicit Stationary(const Quantile& quantile) {
@@ -95,7 +95,7 @@ class Stationary {
     const std::size_t below = count_below(z);
     return ((below ? sums_[below - 1] : 0.0) + static_cast<double>(points - below) * z) / sums_.back();
   }
-  /// Draws a bristle of the stationary law.
+  /// Draws a bristle's deflection and length from the stationary law.
   BruteBristle draw(std::mt19937_64& random) const {
     std::uniform_real_distribution<double> flat(0.0, 1.0);
     const double at = flat(random) * sums_.back();
@@ -114,7 +114,7 @@ class Stationary {
   std::vector<double> lengths_, sums_;
 };
 
-/// Deflections along the motion, snap lengths, and paths to the next snap, in mean snap lengths. They are
+/// Deflections along the motion, snap lengths, and paths to the next snap, in mean snap lengths. Lengths are
 /// rounded to 1e-4, because all bristles that never snapped share one deflection, which two implementations
 /// may round differently.
 struct Columns {
@@ -163,7 +163,7 @@ TEST_CASE("After a long step with redraw, deflections and snap lengths have the 
             precision, OnePatch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision)));
         patches.back().second.step(0.0, 0.0, n);
       }
-      // The first step jumps from rest. The second starts from that state and turns by 1.2 rad.
+      // The first far step jumps from rest. The second starts from that state and turns by 1.2 rad.
       int part = 0;
       for (double angle : {0.3, 1.5}) {
         const double ex = std::cos(angle);
@@ -236,7 +236,7 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
   const int steps = static_cast<int>(test_size(40));
   for (const JumpLaw& law : jump_laws()) {
     const Stationary stationary(law.quantile);
-    const double c = 0.5 * law.moment[2];  // m2 / (2 m1): kinetic force in mean deflections
+    const double c = 0.5 * law.moment[2];  // m2 / (2 m1): kinetic friction as mean deflection
 
     // Renewal-reward theory: between two snaps, a bristle of length delta loses delta^2/2, which differs from
     // its expected share c delta. `growth` is the variance of the difference, and the variance of the energy
@@ -245,9 +245,9 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
     for (double length : {3.0, 10.0, 30.0, 300.0, 3000.0}) {
       // Variance, per bristle, of the energy that one step in steady sliding dissipates.
       double variance = growth * length;
-      double variance_error = 0.01;  // relative; the ends of the step count as about one length in 3000
+      double variance_error = 0.01;  // relative; either end of the step adds that of one length in 3000
       double kurtosis = 0.0;
-      double end_variance = law.moment[3] / 3.0 - c * c;  // variance of a deflection
+      double end_variance = law.moment[3] / 3.0 - c * c;  // variance of one bristle's deflection
       if (law.heavy) variance_error = 0.05;
       if (length <= 300.0 && !law.heavy) {
         const auto n = static_cast<std::size_t>(std::min(1e5, test_size(2000000) / length));
@@ -290,26 +290,26 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
         }
         const Sample s = describe(lost);
         const double samples = static_cast<double>(s.size);
-        // Tolerance of the mean: sampling, and a bias of 1e-3 of the energy of one snap.
+        // Tolerance of the mean loss: sampling, and a bias of 1e-3 of the energy of one snap.
         expect_near(s.mean, c * length,
                     sigmas * std::sqrt(variance / (bristles * samples)) + allowed_bias * law.moment[2],
                     "dissipated per bristle and step");
-        // Variance over steps and patches. With a heavy law the sums over patches have an excess kurtosis of
-        // about 1.
+        // Variance of the loss over steps and patches. With a heavy law the sums over patches have an excess
+        // kurtosis of about 1.
         if (!law.heavy || length >= 300.0) {
           const double patch_kurtosis = law.heavy ? 1.2 * 300.0 / length : kurtosis / bristles;
           const double error = std::hypot(error_of_variance(samples, patch_kurtosis), variance_error);
           expect_near(s.variance * bristles, variance, sigmas * error * variance,
                       "variance of the dissipation, per bristle");
         }
-        // Forces at the end of the step and in the mean over it.
+        // Compares force at the end of the step, and mean force, with kinetic friction.
         const double end_error = sigmas * std::sqrt(end_variance / (bristles * samples));
         expect_near(describe(end_force).mean, c, end_error + allowed_bias, "end force");
         const double mean_error =
             sigmas * std::sqrt(variance / (bristles * samples)) / length + end_error / length;
         expect_near(describe(mean_force).mean, c, mean_error + allowed_bias * law.moment[2] / length + 1e-6,
                     "step mean of the force");
-        // A bristle snaps once per mean length of path.
+        // Expects one snap per bristle and mean length of path.
         const double cv2 = law.moment[2] - 1.0;
         expect_near(snaps / (bristles * samples), length,
                     sigmas * std::sqrt((cv2 * length + 1.0) / (bristles * samples)) + 0.02,
@@ -325,7 +325,7 @@ TEST_CASE("The end force fluctuates after jumps as it does in steady sliding", "
   for (const JumpLaw& law : jump_laws()) {
     const double c = 0.5 * law.moment[2];
     const double variance = law.moment[3] / 3.0 - c * c;
-    // At cv 0.05 successive steps of 37.3 are still correlated; over 377 none are.
+    // At cv 0.05 successive steps of 37.3 mean lengths are correlated, which the samples must not be.
     INFO(law.name);
     OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(bristles, 2));
     patch.step(0.0, 0.0, bristles);
@@ -337,7 +337,7 @@ TEST_CASE("The end force fluctuates after jumps as it does in steady sliding", "
     expect_near(s.mean, c,
                 sigmas * std::sqrt(variance / (bristles * static_cast<double>(steps))) + allowed_bias,
                 "mean");
-    // Excess kurtosis of a deflection over 300 bristles: below 0.5 even for the heavy law.
+    // Tolerance: excess kurtosis of a deflection, over 300 bristles, is below 0.5 even for the heavy law.
     expect_near(s.variance * bristles, variance,
                 (sigmas * error_of_variance(steps, law.heavy ? 0.5 : 0.05) + 4.0 * allowed_bias) * variance,
                 "variance per bristle");
@@ -363,8 +363,8 @@ TEST_CASE("With a single snap length redraw is keep, and stays in phase over any
       CHECK(first_difference(a, b) == "");
       snaps += static_cast<double>(a.snaps) / 300.0;
       const double expected = travelled - std::floor(travelled);
-      // In float the deflection is rounded in each step, by 2^-24 of its length. The rounding of the snap
-      // length is constant, and its effect grows with the path.
+      // Tolerance in float: the deflection is rounded in each step, by 2^-24 of its length. The rounding of
+      // the snap length is constant, and its effect grows with the path.
       const double tolerance = precision == Precision::double_ ? 1e-9 : 1e-6 + 0x1p-24 * travelled;
       expect_near(-a.elastic[0] / (300.0 * dbar), expected, tolerance,
                   "deflection, travelled modulo the snap length");
@@ -398,7 +398,7 @@ TEST_CASE("A jump of a single or a fractional bristle dissipates what the law sa
           const Sample s = describe(lost);
           expect_near(s.mean, c * length, sigmas * 1.2 * s.error() + allowed_bias * law.moment[2],
                       "dissipated per step");
-          // A load of a fraction of a bristle still bends one bristle, so the energy lost, over that
+          // Under a load of a fraction of a bristle one bristle bends, so the energy lost, over that
           // fraction, varies as much as for a whole one.
           if (active == 1.0) variance_of_one = s.variance;
           if (!law.heavy)

@@ -45,7 +45,7 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.9 * dbar, 200.0);
   const double before = patch.batch.stored_energy(patch.motion.id);
-  // All lengths become a tenth, so bristles bent beyond their new length snap.
+  // Gives the patch lengths of a tenth, so that bristles bent beyond their new length snap.
   patch.batch.set_material(patch.motion.id,
                            Material(surface).with_snap_length(SnapLength::uniform(0.05 * dbar, 0.15 * dbar)));
   const double after = patch.batch.stored_energy(patch.motion.id);
@@ -53,7 +53,7 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   const Response first = patch.step(0.0, 200.0);
   CHECK(first.dissipated == Approx(before - after).epsilon(1e-5));
   CHECK(first.snaps > 0);
-  // Moves a little, because a step at rest would repeat the stored response.
+  // Moves a little, because a step at rest would repeat the stored response, with its loss.
   const Response second = patch.step(1e-4 * dbar, 200.0);
   CHECK(second.dissipated == 0.0);
   CHECK(second.snaps == 0);
@@ -64,7 +64,7 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   Lone other(shorter, plain_options(200).with_outputs(Outputs::all));
   patch.step(0.4 * dbar, 200.0);
-  // All bristles are bent beyond their new lengths and snap once.
+  // Gives the patch such short lengths that all bristles are bent beyond them and snap once.
   patch.batch.set_material(patch.motion.id, shorter);
   const std::vector<std::byte> state = saved_state(patch.batch);
   other.batch.restore_state(state);
@@ -75,14 +75,14 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
 TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(3.0 * dbar, 200.0);
-  // Moves to and fro without a snap until the patch has a bound on the path to its next snap. Steps within
-  // the bound visit no bristle.
+  // Moves to and fro without a snap until the patch knows a bound on the path to its next snap. Steps within
+  // this bound visit no bristle.
   for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
   const double before = patch.batch.stored_energy(patch.motion.id);
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
   REQUIRE(std::abs(lost) > 1e-6 * before);
-  // The loss is reported although the step stays within the bound.
+  // Checks that the step reports the loss by the change of detail although it visits no bristle.
   CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));
   for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }
@@ -140,7 +140,7 @@ TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   patch.step(0.3 * dbar, 20.0);
   std::vector<std::byte> state = saved_state(patch.batch);
   state.resize(state.size() + 8);
-  bristle::detail::seal_batch({state.size(), 1}, state);  // corrects the checksum of the changed state
+  bristle::detail::seal_batch({state.size(), 1}, state);  // corrects the checksum of the forged state
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
 }
 
@@ -200,11 +200,11 @@ TEST_CASE("Contacts are matched by their distance in space, up to the reach itse
       return point;
     };
     const std::vector<std::uint64_t> first = keys_of({at(0.0), at(1.0)});
-    // The points are listed in the other order, and moved by the reach at most.
+    // Lists the contact points in the other order, moved by the matcher's reach at most: keys stay.
     const std::vector<std::uint64_t> then = keys_of({at(1.0 + reach), at(0.125)});
     CHECK(then[0] == first[1]);
     CHECK(then[1] == first[0]);
-    // A point that moved farther than `reach` gets a new key.
+    // Checks that a point that moved farther than the matcher's reach gets a new key.
     CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
   }
 }

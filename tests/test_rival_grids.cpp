@@ -38,15 +38,15 @@ struct Slip {
 };
 Slip slip_at(double eps) { return {{eps / (1.0 + eps), 0.0}, 1.0 / (1.0 + eps) / radius}; }
 
-// Returns friction over mu N and torque over mu N R of a grid in steady sliding. The static and kinetic
-// coefficients are equal.
+// Returns friction over mu N and torque over mu N R of a grid in steady sliding. Static and kinetic
+// coefficient are equal here.
 template <class Grid>
 DiscFriction steady(Grid grid, double eps, double load, double coefficient) {
   const Slip slip = slip_at(eps);
   const double dt = 1e-5;
   SpinForce f;
-  // The fastest point slides 200 um, and one at a tenth of a cell from the centre of rotation still 1 um, far
-  // more than a bristle of 0.02 um.
+  // Slides so far that all cells slide steadily: the fastest point 200 um, and one at a tenth of a cell from
+  // the centre of rotation still 1 um, far more than a bristle of 0.02 um.
   for (int k = 0; k < 20; ++k) f = grid.step(dt * slip.v, dt * slip.omega, dt, load);
   const double full = coefficient * load;
   return {std::hypot(f.mean.force.x, f.mean.force.y) / full, -f.mean.torque / (full * radius)};
@@ -64,7 +64,7 @@ RivalGrid coulomb_grid(PressedCells cells, double creep_velocity) {
   return {rivals::Coulomb{.surface = dry(), .creep_velocity = creep_velocity}, std::move(cells)};
 }
 
-// Returns the largest error of friction and torque over the rows of spin_limit.csv of one pressure.
+// Returns a grid's largest error of friction and torque over the rows of spin_limit.csv of one pressure.
 template <class Make>
 double limit_error(const Make& make, const std::string& pressure) {
   double worst = 0.0;
@@ -113,7 +113,7 @@ TEST_CASE("Coulomb's disc slides and spins as the table and a quadrature say", "
     expect_near(f.force, q.force, 2e-5, "force by quadrature");
     expect_near(f.torque, q.torque, 2e-5, "torque by quadrature");
   }
-  // coulomb_disc() is continuous at the values of eps where it changes between closed form and series.
+  // Checks that coulomb_disc() is continuous where it changes between closed form and series of eps.
   for (const double eps : {1e-3, 1.0, 100.0}) {
     const DiscFriction below = coulomb_disc(eps * (1.0 - 1e-9)), above = coulomb_disc(eps * (1.0 + 1e-9));
     CHECK(below.force == Approx(above.force).epsilon(1e-7));
@@ -136,7 +136,7 @@ TEST_CASE("Grids of Coulomb and LuGre cells come to the limit surface as their c
       const double lugre = limit_error([&] { return LuGreGrid(dry(), cells(across)); }, pressure);
       const double coulomb = limit_error([&] { return coulomb_grid(cells(across), 1e-7); }, pressure);
       INFO(across << " across: " << lugre << ", Coulomb " << coulomb);
-      // The bristles are much shorter than a cell, so the error of the LuGre grid is that of the grid of
+      // LuGre's bristles are much shorter than a cell here, so a LuGre grid has the error of a grid of
       // Coulomb cells.
       CHECK(lugre == Approx(coulomb).margin(2e-4));
       if (across == 5) coarse = lugre;
@@ -151,12 +151,12 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
           "[rivals][spin]") {
   const double side = 0.05;
   RivalGrid pad = coulomb_grid(rivals::rectangle_cells(101, 101, side, side), 1e-9);
-  // Mean distance of a square's points from its centre, for spin about the centre; below, from a corner.
+  // Expected torque by the mean distance of a square's points from its centre; below, from a corner.
   const double from_centre = (std::sqrt(2.0) + std::asinh(1.0)) / 6.0 * side;
   const SpinForce spin = pad.step({}, 1e-9, 1e-5, 2.5);
   CHECK(-spin.mean.torque == Approx(from_centre * 0.4 * 2.5).epsilon(2e-4));
-  // Spin about the corner at (side, side) / 2 also moves the centre. The torque about the corner is that
-  // about the centre plus arm x force.
+  // Spins the square about its corner. Spin about the corner at (side, side) / 2 also moves the centre. The
+  // torque about the corner is that about the centre plus arm x force.
   const double turn = 1e-9;
   const Pair arm{-0.5 * side, -0.5 * side};
   const SpinForce f = pad.step({-turn * arm.y, turn * arm.x}, turn, 1e-5, 2.5);
@@ -165,7 +165,7 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
 }
 
 TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "[rivals][spin]") {
-  Surface s;  // friction with a static part, a damper and a lubricant
+  Surface s;  // parameters with a static part, a damper and viscous friction
   PressedCells cells;
   cells.x = {0.004};
   cells.y = {-0.007};
@@ -188,12 +188,12 @@ TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "
     expect_near(f.end.force.y, expected.end.y, 1e-9, "force y");
     expect_near(f.mean.force.x, expected.mean.x, 1e-9, "mean force x");
     expect_near(f.end.torque, rivals::cross(place(turned), expected.end), 1e-11, "torque");
-    // Force and torque of the grid do the work of the cell's force along the straight line between its
-    // places.
+    // Checks the work: force and torque of the grid do that of the cell's force along the straight line
+    // between its places.
     expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, way),
                 1e-12, "work");
   }
-  // Without load there is no force, and the bristles of the cell are straight again.
+  // Checks that without load there is no force, and that bristles are straight when the load returns.
   CHECK(grid.step({1e-5, 0.0}, 0.1, dt, 0.0).end.force.x == 0.0);
   CHECK(grid.step({}, 0.0, dt, load).end.force.y == 0.0);
 }
@@ -265,7 +265,7 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
   for (const auto rule : {LuGreGrid::StepRule::euler, LuGreGrid::StepRule::exact}) {
     std::string shape;
     LuGreGrid grid(s, published_cells("Square"), rule);
-    // Euler's method with two and a half times the published time step. The exact rule may take longer steps.
+    // Time step of Euler's method, 2.5 times the published one; the exact rule may take longer steps.
     const double dt = rule == LuGreGrid::StepRule::euler ? 2.5e-6 : 2e-5, tiny = 1e-6;
     for (const Row& row : read_table("lugre_grid_published.csv")) {
       if (row.at("shape") != shape) {
@@ -278,8 +278,8 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
       SpinForce f;
       for (long k = 0; k < steps; ++k) f = grid.step(dt * v, dt * omega, dt, 1.0);
       INFO(shape << " after " << row.at("duration") << " s at " << omega << " rad/s");
-      // In the published grid the axes do not turn with the body, which changes 0.1 % at most over the 0.01
-      // rad of a run. Euler's method has a relative error of |v| dt / zss, zss being the steady deflection.
+      // Tolerance: the published grid's axes do not turn with the body, which changes 0.1 % at most over the
+      // 0.01 rad of a run. Euler's error is a relative |v| dt / zss, zss being the steady deflection.
       CHECK(f.end.force.x == Approx(number(row, "fx")).margin(8e-4));
       CHECK(f.end.force.y == Approx(number(row, "fy")).margin(8e-4));
       CHECK(f.end.torque == Approx(number(row, "torque")).margin(4e-6));

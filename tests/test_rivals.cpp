@@ -43,7 +43,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
   expect_near(a.mean.y, b.mean.y, tolerance, what);
 }
 
-// A part of a path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
+// A part of the test path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
 struct Stretch {
   Pair way;  // m
   double dt;
@@ -69,8 +69,8 @@ double reference_deflection(double z, double v, double dt, const std::function<d
 }  // namespace
 
 TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
-  // Two of the elements have stiffness, and each of their springs is stretched to its own slip length at
-  // most.
+  // Model of parallel elements, of which two have stiffness. Each of their springs is stretched to its own
+  // slip length at most.
   rivals::MaxwellSlip model;
   model.surface.kinetic_coefficient = 0.5;
   model.surface.stiffness = 1e5;
@@ -91,13 +91,13 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
 }
 
 TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]") {
-  // Tolerances, N. Exact steps agree to rounding, 1e-12 of the force for each. Elasto-plastic holds its
-  // plasticity constant over pieces of up to a 16th of the steady deflection (1 N): an error of at most
-  // (1/16)^3 for each piece. Errors decay, so some ten pieces count.
+  // Tolerances of the models' forces, N. Exact steps agree to rounding, 1e-12 of the force for each.
+  // Elasto-plastic holds its plasticity constant over pieces of up to a 16th of the steady deflection (1 N):
+  // an error of at most (1/16)^3 for each piece. Errors decay, so some ten pieces count.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
-    // Rate and state: each of some hundred pieces of a stretch is integrated to 1e-7 of its direct effect,
-    // 0.05 N.
+    // Tolerance of rate-and-state friction: each of some hundred pieces of a stretch is integrated to 1e-7 of
+    // its direct effect, 0.05 N.
     const double tolerance = name == "elasto_plastic" ? 2.5e-3 : name == "rate_state" ? 1e-7 : 1e-9;
     Rival coarse = make(name), fine = make(name);
     for (const Stretch& s : crooked) {
@@ -131,7 +131,7 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
     for (const double v : {2e-3, 5e-4, -1e-3, -4e-3, 3e-4, 0.02, -1e-4}) {
       const double dt = 4e-6 / std::fabs(v) + 1e-3;
       const double u = v / 1e-3;
-      // Kinetic friction of 1 N, static friction of 1.5 N.
+      // Steady deflection for kinetic friction of 1 N and static friction of 1.5 N.
       const double zss = (1.0 + 0.5 * std::exp(-u * u)) / 1e5;
       const double zba = std::min(0.9 * 1.5e-5, 0.99 * zss);
       const auto alpha = [&](double q) {
@@ -144,12 +144,12 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
       z = reference_deflection(z, v, dt, alpha, zss);
       const Force f = go(rival, {v * dt, 0.0}, dt, load, 1);
       const double rate = v - alpha(z) * std::fabs(v) * z / zss;
-      // The reference has an error where alpha has a kink, in steps of 1/20000 of the path. Elasto-plastic
-      // has the error of its pieces too.
+      // Tolerance: the reference has an error where the elasto-plastic alpha has a kink, in steps of 1/20000
+      // of the path. Elasto-plastic has the error of its pieces too.
       const double tolerance = plastic ? 3e-3 : 1e-8;
       expect_near(-f.end.x, 1e5 * z + s.damping * rate + 0.4 * v, tolerance, "end force");
-      // The mean of dz/dt over a step of dt is (z1 - z0)/dt, where the deflection z goes from z0 to z1. Where
-      // the equation is linear, its integral gives the mean of z: zss/|v| (v - (z1 - z0)/dt).
+      // Expected mean force: the mean of dz/dt in a step is (z1 - z0)/dt, for z from z0 to z1. Where the
+      // equation is linear, its integral gives the mean of z: zss/|v| (v - (z1 - z0)/dt).
       if (!plastic) {
         const double mean = zss / std::fabs(v) * (v - (z - before) / dt);
         expect_near(-f.mean.x, 1e5 * mean + s.damping * (z - before) / dt + 0.4 * v, 1e-7, "mean force");
@@ -175,7 +175,7 @@ TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[ri
   for (const double v : {1e-3, 0.3, -2.0, 20.0, 0.0, -0.05}) {
     const double g = 0.5 + 0.2 * std::exp(-(v / 10.0) * (v / 10.0)), a = -100.0 * std::abs(v) / g;
     const double begins = -(100.0 * z + 1.0 * (a * z + v));
-    // A step of almost no length ends with the torque at the beginning of MuJoCo's step.
+    // Takes a step of almost no length, which ends with the torque at the beginning of MuJoCo's step.
     rivals::LuGre at_once = ours;
     expect_near(at_once.step({v * 1e-12, 0.0}, 1e-12, 1.0).end.x, begins, 1e-6, "torque");
     z = v == 0.0 ? z : std::exp(a * h) * z + (std::exp(a * h) - 1.0) / a * v;
@@ -190,7 +190,7 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
       INFO(name << " at " << v << " m/s");
       Rival rival = make(name);
       const double u = v / 1e-3;
-      double expected = 1.0;  // N: kinetic coefficient 0.4 under 2.5 N
+      double expected = 1.0;  // expected friction, N: 0.4 times 2.5 N
       if (name == "lugre" || name == "elasto_plastic" || name == "gms") expected += 0.5 * std::exp(-u * u);
       if (name == "rate_state") {
         // Steady friction is mu0 + (a - b) ln(v/v0) with a = 0.02, b = 0.04, v0 = 1 mm/s. The library's asinh
@@ -199,7 +199,7 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
       } else if (name != "dahl" && name != "maxwell_slip") {
         expected += 0.4 * v;
       }
-      // Slides 100 steady deflections, or 100 times the attraction time, to reach the steady state.
+      // Slides 100 steady deflections, or for 100 times GMS's attraction time, to the steady state.
       const double dt = std::max(1e-3 / v, 0.5);
       const Force f = go(rival, {v * dt, 0.0}, dt, 2.5, 20);
       expect_near(-f.end.x, expected, 1e-9, "steady friction");
@@ -208,15 +208,15 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
 }
 
 TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "[rivals]") {
-  // At 10 m/s a step is a thousand steady deflections of LuGre, of which explicit Euler allows less than two.
+  // At 10 m/s a step is a thousand steady deflections of LuGre; explicit Euler would allow less than two.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
     Rival rival = make(name);
     for (int k = 0; k < 2000; ++k) {
       const double v = 10.0 * std::sin(0.7 * k) * std::pow(10.0, -6.0 * (k % 7) / 6.0);
       const Force f = rivals::step(rival, {v * 1e-3, 0.3 * v * 1e-3}, 1e-3, 2.5);
-      // Bound on the force, N: static friction, lubricant, and the damper of a bristle that is stretched by
-      // at most its own length in a step.
+      // Bound on the force, N: static friction, viscous friction, and the damper of a bristle that is
+      // stretched by at most its own length in a step.
       const double most = 1.5 + 0.4 * 10.5 + 316.3 * 2.0 * 1.5e-5 / 1e-3;
       expect(rivals::length(f.mean) <= most, "the mean force is bounded");
       expect(std::isfinite(f.end.x) && std::isfinite(f.end.y), "the force is finite");
@@ -255,8 +255,8 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
     for (int k = 0; k < 15; ++k) {
       INFO("after " << 11 + k << " s");
       const Force f = model.step(10.0 * direction, 1.0, 1.0);
-      // The margin is one unit of the tables' last digit, 1e-8. The model integrates friction over load to
-      // 1e-7 of a, and psi to 1e-7 (b/a times that in the speed).
+      // Tolerance: one unit of the tables' last digit, 1e-8. The model integrates friction over load to 1e-7
+      // of a, and psi to 1e-7 (b/a times that in the speed).
       CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
       CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
       CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);
@@ -266,7 +266,7 @@ TEST_CASE("Rate and state follows the published tables of an open solver", "[riv
 
 TEST_CASE("Rate and state: the direct effect, the state's exponential over its length, and the slope between",
           "[rivals]") {
-  // The spring is so stiff that the slider moves as the body does.
+  // Here the slider's spring is so stiff that the slider moves as the body does.
   const double n = 2.5, a = 0.012, b = 0.03, dc = 1e-5, v0 = 1e-4, mu0 = 0.4;
   const auto steady = [&](double v) {
     rivals::RateState model;
@@ -285,27 +285,27 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
     rivals::RateState model = steady(v);
     const double before = model.surface.stiffness * model.z.x / n;
     CHECK(before == Approx(mu0 + (a - b) * std::log(v / v0)).margin(1e-9));
-    // A jump in speed by a factor of 10. The step is 1e-4 Dc long: enough for the spring to follow, which
+    // Jumps in speed by a factor of 10. The step is 1e-4 Dc long: enough for the spring to follow, which
     // takes some a N / sigma0 = 3e-12 m, while the state decays by no more than 1e-4.
     const double ratio = 10.0;
     rivals::RateState fast = model;
     const double at_once = -fast.step({1e-4 * dc, 0.0}, 1e-4 * dc / (ratio * v), n).end.x / n - before;
     CHECK(at_once == Approx(a * std::log(ratio)).margin(2.0 * b * ratio * 1e-4));
-    // A small change of speed from v to v'. Over the path x the state theta moves from Dc/v to Dc/v' as
+    // Changes the speed a little, from v to v'. Over the path x the state theta moves from Dc/v to Dc/v' as
     // exp(-x / Dc), and friction follows its logarithm.
     rivals::RateState little = model;
     const double e = 0.01, x = 0.7 * dc;
     const double after = -little.step({x, 0.0}, x / ((1.0 + e) * v), n).end.x / n - before;
-    const double theta = 1.0 + e * std::exp(-x / dc);  // state theta over its final value
+    const double theta = 1.0 + e * std::exp(-x / dc);  // state over its final value
     CHECK(after == Approx((a - b) * std::log(1.0 + e) + b * std::log(theta)).margin(1e-8));
     CHECK(little.psi == Approx(std::log(v0 / v / (1.0 + e) * theta)).margin(1e-7));
   }
-  // At rest the slider hardly creeps, so the state theta grows by the time t: psi = ln(v0 (theta + t) / Dc).
+  // Holds at rest: the slider hardly creeps, so theta grows by the time t, and psi = ln(v0 (theta + t) / Dc).
   rivals::RateState held = steady(1e-4);
   held.z = {0.5 * held.z.x, 0.0};
   held.step({}, 100.0, n);
   CHECK(held.psi == Approx(std::log(v0 / dc * (dc / 1e-4 + 100.0))).margin(1e-6));
-  // Without force there is no speed; backward motion mirrors forward motion (Rice and Ben-Zion's asinh).
+  // Without force the slider has no speed; backward motion mirrors forward motion, as by the asinh form.
   rivals::RateState none = held, there = held, back = held;
   none.z = {};
   CHECK(none.slider_speed(n) == 0.0);
@@ -317,22 +317,22 @@ TEST_CASE("Rate and state: the direct effect, the state's exponential over its l
 
 TEST_CASE("A rate-and-state slider sticks and slips below the critical stiffness (b - a) N / Dc",
           "[rivals]") {
-  // The slider's spring is pulled at constant speed (Ruina 1983), and the test measures whether a small
-  // disturbance grows or decays.
+  // Pulls the slider's spring at constant speed (Ruina 1983), and measures whether a small disturbance grows
+  // or decays.
   for (const double over : {0.9, 1.1}) {
     INFO("stiffness over the critical one: " << over);
-    rivals::RateState model;  // a 0.02, b 0.04, Dc 20 um, load 2.5 N: 2500 N/m
+    rivals::RateState model;  // critical stiffness 2500 N/m: a 0.02, b 0.04, Dc 20 um, load 2.5 N
     model.surface.stiffness = over * (0.04 - 0.02) * 2.5 / 2e-5;
     model.z = {(1.0 + 0.0005) / model.surface.stiffness, 0.0};
-    // N, largest deviation of the force from 1 N among early and among late steps.
+    // Largest deviation of the force from 1 N, among early and among late steps, N.
     double early = 0.0, late = 0.0;
     for (int k = 0; k < 4000; ++k) {
       const double f = -model.step({1e-6, 0.0}, 1e-3, 2.5).end.x;
       if (k < 1000) early = std::max(early, std::fabs(f - 1.0));
       if (k >= 1500 && k < 2500) late = std::max(late, std::fabs(f - 1.0));
     }
-    // The swing changes by half the relative excess of stiffness per radian, and by more than 1.5 in all
-    // here.
+    // Linear theory: the swing changes by half the relative excess of stiffness per radian, and by more than
+    // 1.5 in all here.
     CHECK((over < 1.0 ? late > 1.5 * early : late < early / 1.5));
   }
 }
@@ -344,7 +344,7 @@ TEST_CASE("A load that falls lets rate and state slip at once, and no load is to
     INFO(load << " N");
     const Force f = model.step({}, 1e-3, load);
     CHECK(-f.end.x > 0.0);
-    // In 1 ms the spring unloads to the friction at its own speed of creep, which is less than the load.
+    // In 1 ms the spring unloads to the friction at the slider's own speed of creep, below the load.
     CHECK(-f.end.x < 1.0 * load);
   }
 }
@@ -363,8 +363,8 @@ TEST_CASE("Dahl's first pull is an exponential, Maxwell-slip's a chain of straig
 }
 
 TEST_CASE("Maxwell-slip drags its blocks along tractrices", "[rivals]") {
-  // All springs are stretched along x, then pulled along y: tan(a/2) = exp(-y/D) for the slipping ones, from
-  // 90 degrees.
+  // Stretches all springs along x, then pulls them along y: the angle a of the slipping ones obeys tan(a/2) =
+  // exp(-y/D), from 90 degrees.
   Rival rival = make("maxwell_slip");
   rivals::step(rival, {1e-3, 0.0}, 1.0, 2.5);
   double y = 0.0;
@@ -384,14 +384,14 @@ TEST_CASE("Maxwell-slip drags its blocks along tractrices", "[rivals]") {
 
 TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the table, elasto-plastic does not",
           "[rivals]") {
-  // Quasi-static: the body moves until the elastic part carries the given force. Displacements are found by
+  // Moves the body quasi-statically until the elastic part carries the given force; displacements by
   // bisection.
   Surface surface;
   surface.damping = 0.0;
   surface.viscous_friction = 0.0;
   const auto drift = [&](std::string_view name, double low, double high) {
     Rival rival = make(name, surface);
-    const double slow = 1e-9;  // m/s: so slow that friction is the static force
+    const double slow = 1e-9;  // speed (m/s) so slow that friction is static
     const auto move_to_force = [&](double force) {
       const double now = -rivals::find_force(rival, {}, 1.0, 2.5).end.x;
       const double sign = force > now ? 1.0 : -1.0;
@@ -411,7 +411,7 @@ TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the tabl
   for (const Row& row : read_table("drift_lugre.csv")) {
     const double low = number(row, "Fmin_N"), high = number(row, "Fmax_N");
     INFO(low << " to " << high << " N");
-    // The table has a dozen digits; 1e-9 m/s lowers the static force by a relative 1e-12.
+    // Tolerance: the table has a dozen digits, and 1e-9 m/s lowers the static force by a relative 1e-12.
     const double lugre = number(row, "lugre_drift_per_cycle_formula_m");
     CHECK(std::abs(drift("lugre", low, high) - lugre) <= 1e-9 * 1e-5 + 1e-10 * std::abs(lugre));
     if (row.at("dahl_drift_formula_Fc_m") != "slides" && high < 1.0) {
@@ -420,7 +420,7 @@ TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the tabl
     }
     CHECK(std::abs(drift("elasto_plastic", low, high)) < 1e-15);
     if (high < 1.0) {
-      // Maxwell-slip closes every cycle after the first.
+      // The Maxwell-slip model closes every cycle after the first, so it does not drift.
       CHECK(std::abs(drift("maxwell_slip", low, high)) < 1e-15);
     }
   }

@@ -48,7 +48,7 @@ Settings few_bristles() {
 }
 
 HandRow at_place(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
-/// Returns a row of a hand script that pushes the tool with a force instead of a spring.
+/// Returns a row of a scripted hand that pushes the tool with a force instead of a spring.
 HandRow with_force(double t, double fx, double fy, double fz) {
   return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
 }
@@ -62,7 +62,7 @@ const Snapshot& after(HapticLoop& loop, std::uint64_t ticks) {
   return now_of(loop);
 }
 
-/// A room with a scripted hand, by the virtual clock.
+/// A run of the virtual room with a scripted hand, on the virtual clock.
 class Run {
  public:
   explicit Run(const Settings& settings, std::vector<HandRow> hand = {}, double lost_at = 1e300)
@@ -127,7 +127,7 @@ bool is_finite(const Snapshot& s) {
 
 }  // namespace
 
-// ------------------------------------------------------------------------------------------- the exchange
+// ----------------------------------------------------- exchange of messages between the loops of the room
 
 TEST_CASE("A triple buffer gives whole values, newest last, while both sides run", "[room][exchange]") {
   struct Value {
@@ -194,7 +194,7 @@ TEST_CASE("A ring keeps the order, and counts what finds no room", "[room][excha
   CHECK(in_order);
 }
 
-// -------------------------------------------------------------------------------------------- the block
+// ----------------------------------------------------------- the block on the floor, pushed by the tool
 
 TEST_CASE("A block at rest presses with its weight and does not stir", "[room]") {
   Settings settings = few_bristles();
@@ -224,7 +224,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
   settings.presliding_length = 50e-6;
   settings.hand_damping = 20.0;
   const double weight = settings.mass * g;
-  // Pushes low, so that the push hardly shifts load between the corners: 30 mm/s through a spring of 40 N/m.
+  // Pushes the block low, so that the load of its corners hardly shifts: 30 mm/s through a spring of 40 N/m.
   settings.hand_stiffness = 40.0;
   Run run(settings,
           {at_place(0.0, -0.0581, 0, 0.009), at_place(2.0, 0.0019, 0, 0.009), at_place(2.2, -0.1, 0, 0.009)});
@@ -259,7 +259,7 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
 }
 
 TEST_CASE("A block let go with a speed stops where kinetic friction says", "[room]") {
-  // A shove: the tool pushes for 0.1 s, then is pulled back.
+  // Gives the block a shove: the tool pushes for 0.1 s, then is pulled back.
   Settings settings = few_bristles();
   settings.presliding_length = 20e-6;
   Run run(settings,
@@ -287,7 +287,7 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   const double y = run.now().block_position[1];
   run.until(4.5);
   const Snapshot& s = run.now();
-  // The wall bears the part of the force that the floor's friction does not.
+  // The wall's load is the part of the hand's force that the floor's friction does not bear.
   CHECK(load_of(s, Between::block_wall) - friction_of(s, Between::block_floor, 0) ==
         Approx(5.0).epsilon(0.01));
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
@@ -303,7 +303,7 @@ TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]
     Run run(few_bristles(),
             {at_place(0.0, -0.065, 0.025 * side, 0.03), at_place(1.0, -0.005, 0.025 * side, 0.03)});
     run.until(1.2);
-    // A push along x at positive y turns the block clockwise, seen from above.
+    // Checks that a push along x at positive y turns the block clockwise, seen from above.
     CHECK(side * turn_about(run.now(), 2) < -0.2);
     CHECK(std::fabs(run.now().block_position[2] - 0.03) < 1e-4);
   }
@@ -316,13 +316,13 @@ TEST_CASE("A block turned by a hand holds, breaks away at its peak torque, and s
   const auto turned = [](double t, double angle) -> HandRow {
     return {t, {false, {0, 0, 0}, {0, 0, 0}, true, angle}};
   };
-  // All four corners are as far from the middle, so torque over arm and weight is the coefficient of
+  // All four corners are equally far from the middle, so torque over (arm times weight) is the coefficient of
   // friction.
   const double arm = 0.5 * std::hypot(measures.block[0], measures.block[1]);
   const double unit = settings.mass * g * arm;
 
-  // Half of the peak's torque bends the bristles, a torsion spring in series with the hand's. They spring
-  // back with the hand.
+  // Half of the peak's torque bends the bristles, a torsion spring in series with the hand's. When the hand
+  // lets go, they spring back.
   const double angle = 0.5 * settings.peak * unit / turn_stiffness;
   Run held(settings, {turned(0.0, 0.0), turned(1.0, angle), turned(2.0, 0.0)});
   const double bristles = held.tick().stiffness_per_newton * settings.mass * g * arm * arm;  // N m/rad
@@ -330,7 +330,7 @@ TEST_CASE("A block turned by a hand holds, breaks away at its peak torque, and s
   CHECK(turn_about(held.until(1.0), 2) == Approx(bent).epsilon(0.05));
   CHECK(std::fabs(turn_about(held.until(2.5), 2)) < 0.02 * bent);
 
-  constexpr double rate = 0.1, damper = 0.015;  // rad/s, N m s/rad
+  constexpr double rate = 0.1, damper = 0.015;  // hand's rate, rad/s; damping, N m s/rad
   Run run(settings, {turned(0.0, 0.0), turned(8.0, 8.0 * rate)});
   double highest = 0.0, sum = 0.0;
   for (int k = 1; k <= 8000; ++k) {
@@ -347,7 +347,7 @@ TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pus
   Settings settings = few_bristles();
   settings.kinetic = 1.2;
   settings.peak = 1.3;
-  // A push of 2.6 N is less than the floor's friction holds. High on the block it tips the block, which takes
+  // Pushes with 2.6 N, less than the floor's friction holds. High on the block it tips the block, which takes
   // m g / 2 times the block's length over the height of the push.
   const double push = 2.6;
   REQUIRE(push < settings.kinetic * settings.mass * g);
@@ -381,7 +381,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   run.until(0.2);
   const double tilt = turn_about(run.now(), 1);
   REQUIRE(tilt > 0.1);
-  REQUIRE(tilt < 0.8);  // the block has not passed its balance point
+  REQUIRE(tilt < 0.8);  // the block has not tipped beyond its balance
   while (turn_about(run.now(), 1) > 1e-4 && run.now().time < 2.0) run.tick();
   const double landed = run.now().time;
   double rebound = 0.0;
@@ -408,7 +408,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   };
   Run run(settings);
   const double settled = run.until(6.0).block_position[0];
-  // The block moves with the taps, so the two times compared are a whole number of tap periods (0.5 s) apart.
+  // The block moves with the taps, so its place is compared a whole number of tap periods (0.5 s) apart.
   CHECK(std::fabs(run.until(10.0).block_position[0] - settled) < 0.05e-6);
   const Snapshot& now = run.until(10.002);
   REQUIRE(now.compared == 2);
@@ -421,7 +421,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   CHECK(now.moved == moved_alone(FrictionModel::brush));
   CHECK(now.beside[0].moved == moved_alone(FrictionModel::lugre));
   CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
-  // The block itself must move to the bit as without models beside it.
+  // Checks that the block moves, to the bit, as it does without other models beside it.
   CHECK(hash_alone == run.loop().state_hash());
 }
 
@@ -429,15 +429,15 @@ TEST_CASE(
     "Rubbed by strokes of 2.5 lengths the default keeps its strength, the paper's law hardens beside it",
     "[room]") {
   Settings settings = settings_of(Comparison::rubbing);
-  settings.infinite = true;  // the infinite brush has no sampling noise
+  settings.infinite = true;  // infinite brush, without sampling noise
   Run run(settings);
-  const Snapshot& now = run.until(6.002);  // after 24 cycles of rubbing
+  const Snapshot& now = run.until(6.002);  // time after 24 cycles of rubbing
   REQUIRE(now.compared == 1);
   CHECK(now.beside[0].model == FrictionModel::brush);
   CHECK(now.strength_beside == Approx(1.0).margin(0.1));
   CHECK(now.beside[0].strength_beside > 1.3);
-  // The strength is at most that of bristles which are all straight at the middle of the stroke: stiffness
-  // times half the stroke.
+  // Bound of the strength after rubbing: as if all bristles were straight at the middle of the stroke,
+  // stiffness times half the stroke.
   const double load = settings.mass * g;
   CHECK(now.beside[0].strength <= rubbing_amplitude * settings.presliding_length * 1.001 *
                                       material_of(settings_beside(settings, 0)).bristle_stiffness *
@@ -452,7 +452,7 @@ TEST_CASE("Tapped to and fro a block walks the easier way of the nap, one withou
   INFO("nap " << 1e3 * now.moved << " mm, none " << 1e3 * now.beside[0].moved << " mm");
   CHECK(now.moved < -1e-3);
   CHECK(std::fabs(now.beside[0].moved) < 0.02 * std::fabs(now.moved));
-  // A nap the other way round turns the walk round.
+  // Checks that a nap (direction of hair) the other way round reverses the walk.
   Settings turned = settings;
   turned.nap = 1.0 / settings.nap;
   Run other(turned);
@@ -468,7 +468,7 @@ TEST_CASE("A pushed block slides at the friction of its direction on a nap", "[r
     Run run(settings, {at_place(0.0, -way * 0.12, 0.0, 0.02), at_place(1.0, -way * 0.06, 0.0, 0.02),
                        at_place(4.0, way * 0.02, 0.0, 0.02)});
     const double friction = friction_of(run.until(3.5), Between::block_floor, 0);
-    // Twice as much to the right as to the left, and `kinetic` in the mean.
+    // Expects friction twice as large to the right as to the left, and `kinetic` in the mean.
     CHECK(-way * friction == Approx(mean * (way > 0.0 ? 4.0 / 3.0 : 2.0 / 3.0)).epsilon(0.02));
   }
 }
@@ -478,15 +478,15 @@ TEST_CASE("After rests a block that ages starts stronger, by the growth per deca
   const Settings settings = settings_of(Comparison::rest);
   Run run(settings);
   const double load = settings.mass * g, kinetic = settings.kinetic * load;
-  // The carriage slides for 1 s after rests of 0.1, 0.3 and 1 s, so the third slide ends at 5.4 s.
+  // The room's carriage slides for 1 s after rests of 0.1, 0.3 and 1 s, so the third slide ends at 5.4 s.
   run.until(2.05);
   const double after_short = run.until(2.09).strength;
   CHECK(run.now().strength_beside == 0.1);
   const Snapshot& now = run.until(5.3);
   CHECK(now.strength_beside == 1.0);
   const double after_long = now.strength;
-  // Sliding bristles are renewed at an age of about 1 mm / 8 mm/s = 0.13 s, to which rests of 0.1 and 1 s are
-  // added.
+  // Expected growth of the peak: sliding bristles are renewed at an age of about 1 mm / 8 mm/s = 0.13 s, to
+  // which rests of 0.1 and 1 s add.
   const double growth = settings.growth_per_decade * std::log10((0.1 + 1.0 + 0.13) / (0.1 + 0.1 + 0.13));
   CHECK((after_long - after_short) / kinetic > 0.4 * growth);
   CHECK((after_long - after_short) / kinetic < 1.2 * growth);
@@ -510,7 +510,7 @@ TEST_CASE("The carriage slides for a second, rests for longer and longer, and co
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
-  t += slide_lasts;  // the last slide of a cycle ends at 20.4 s
+  t += slide_lasts;  // end of the last slide of a cycle, 20.4 s
   CHECK(t == Approx(20.4));
   CHECK(rest_phase(t).place == Approx(6 * slide_speed));
   CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
@@ -542,10 +542,10 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
     const double t = 1e-3 * k;
     moved.take(t, 0.01 * std::exp(-5.0 * t) + 1e-6 * t + 1e-3 * std::sin(2.0 * pi * t / tap_pair));
   }
-  // Movement is counted between pairs of taps: from the last pair before 6 s to the end of the last whole
-  // pair, 14 s at 1 um/s.
+  // Creep is counted between pairs of taps: from the last pair before 6 s to the end of the last whole pair,
+  // 14 s at 1 um/s.
   CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
-  // A new count begins when the hand touches the block, so that the hand's own motion is left out.
+  // The count of creep restarts when the hand touches the block, so that the hand's own motion is left out.
   moved.begin(20.0);
   CHECK(std::isnan(moved.metres()));
   for (int k = 20001; k <= 30000; ++k) moved.take(1e-3 * k, 0.044 + 1e-6 * 1e-3 * k);
@@ -553,7 +553,7 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
-  // A hand beyond the block, and one inside it, as after a click on the block.
+  // Positions of a hand beyond the block, and inside it, as after a mouse click on the block.
   for (const double hand_x : {0.10, -0.02}) {
     HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
     let_go.hand.holds = false;
@@ -590,7 +590,7 @@ TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
     return sum / static_cast<double>(std::max<std::size_t>(view.count, 1));
   };
   Settings settings = few_bristles();
-  settings.slope = 0.2;  // a slope on which the block holds, by bent bristles
+  settings.slope = 0.2;  // slope on which bent bristles hold the block
   Run run(settings);
   run.until(0.5);
   const double bent = mean_deflection(run.now().bristles);
@@ -611,7 +611,7 @@ TEST_CASE("A scene begins with straight bristles, whatever was compared before i
   Settings settings = settings_of(Comparison::rest);
   settings.bristles = 512;
   Run run(settings);
-  run.until(3.0);  // the carriage has bent the bristles by now
+  run.until(3.0);  // time by which the carriage has bent the bristles
   settings = settings_of(Comparison::none);
   settings.bristles = 512;
   run.loop().exchange().settings.write(settings);
@@ -635,11 +635,11 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   const double place = run.now().block_position[0];
   CHECK(run.now().settings.infinite);
   REQUIRE(run.now().bristles.count == bristles_shown);
-  // The bristles, which were straight before, are bent and hold the block.
+  // Checks that bristles which were straight before the tilt are bent and hold the block.
   CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
   CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
   run.until(1.0);
-  // The block swings back.
+  // Checks that the block swings back to its place.
   CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);
 
   settings.shared_renewal = 2.0;
@@ -647,7 +647,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   wishes.write(settings);
   run.until(1.2);
   CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
-  // SnapRule::keep needs a finite number of bristles, so the room leaves the infinite brush.
+  // The room leaves the infinite brush for SnapRule::keep, which needs a finite number of bristles.
   settings.rule = bristle::SnapRule::keep;
   wishes.write(settings);
   run.until(1.3);
@@ -666,8 +666,8 @@ TEST_CASE("A block breaks away later the longer it has lain on a surface that ag
   settings.ageing_time = 0.01;
   settings.hand_stiffness = 40.0;
   settings.hand_damping = 20.0;
-  // Strength beta of ageing per e-fold. Per decade, friction falls with speed by ln 10 beta, and the peak
-  // grows at rest by twice as much.
+  // Strength beta of ageing per e-fold, set so that, per decade, friction falls with speed by ln 10 beta, and
+  // the peak grows at rest by twice as much.
   const double beta = 0.5 * settings.growth_per_decade / std::log(10.0);
   double highest[2] = {0.0, 0.0}, factor[2];
   const double rests[2] = {0.3, 10.0};
@@ -699,7 +699,7 @@ double peak_after(double hold, const bristle::Material& material) {
   motion.normal_load = 1.0;
   bristle::Response response;
   double highest = 0.0;
-  // The slide is so fast that nothing ages: the steps take 1e-7 of the ageing time each.
+  // Slides so fast that nothing ages: each step takes 1e-7 of the ageing time.
   const double length = material.snap_length.mean() + material.residual_length;
   for (int i = 0; i < 1500; ++i) {
     motion.displacement[0] = i == 1000 ? 0.0 : 0.02 * length;
@@ -732,13 +732,13 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
       continue;
     }
     CHECK(material.ageing_time == of[i].time);
-    // The table's growth is of first order in the strength of ageing. So it is measured at a tenth of the
-    // strength, scaled by ten, and taken relative to the ageing factor at 100 s.
+    // The table of MATERIALS.md has growth of first order in the strength of ageing. So it is measured at a
+    // tenth of the strength, scaled by ten, and taken relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
     const double growth =
         10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) / wanted.kinetic * factor;
-    // Bristles that snap on the way to the peak draw other lengths, which lowers the growth by 7 %.
+    // Tolerance: bristles that snap before the peak draw other lengths, which lowers the growth by 7 %.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
 }
@@ -761,7 +761,7 @@ TEST_CASE("A slope steeper than the friction lets the block slide as the incline
   }
 }
 
-// -------------------------------------------------------------------------------------- the person's hand
+// --------------------------------------------------------------- the hand of a person, moved by the mouse
 
 TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and arrives", "[room][hand]") {
   Exchange exchange;
@@ -771,7 +771,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   exchange.mouse.write(mouse);
   device.read(0.0, hand);
   CHECK(hand.position[0] == -0.1);
-  // The mouse moves a pixel of 0.8 mm every sixtieth of a second: 48 mm/s.
+  // Moves the mouse by a pixel, 0.8 mm, every sixtieth of a second: 48 mm/s.
   double last = hand.position[0], speed = 0.0, most = 0.0, least = 1.0;
   for (int k = 1; k <= 600; ++k) {
     if (k % 50 == 0 || k % 50 == 16 || k % 50 == 33) mouse.position[0] += 0.8e-3;
@@ -787,7 +787,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   CHECK(mouse.position[0] - hand.position[0] == Approx(0.048 * HandFilter::delay).epsilon(0.2));
   for (int k = 601; k < 1000; ++k) device.read(1e-3 * k, hand);
   CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-9));
-  // The mouse leaps by a centimetre, which must cause neither a blow nor an overshoot.
+  // Lets the mouse leap by a centimetre, which must cause neither a blow nor an overshoot of the hand.
   mouse.position[0] += 0.01;
   exchange.mouse.write(mouse);
   double farthest = -1.0;
@@ -799,7 +799,7 @@ TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and 
   }
   CHECK(farthest <= mouse.position[0]);
   CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-6));
-  // A reset sets the time back to 0. A new grip then begins at the mouse's present position.
+  // A reset sets the time to 0. A grip after it must begin at the mouse's present position.
   mouse.holds = false;
   exchange.mouse.write(mouse);
   device.read(0.0, hand);
@@ -853,12 +853,12 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     const Snapshot& end = now_of(loop);
     CHECK_FALSE(end.held);
     CHECK(end.block_position[0] > options.settings.presliding_length);
-    // The block is not flung away when the mouse replaces the tour's hand.
+    // Checks that the block is not flung away when the mouse's hand replaces the scripted hand of the tour.
     CHECK(end.block_position[0] < 0.03);
-    // A hand of the mouse replaces the tour's.
+    // Lets the mouse grip, whose hand replaces the tour's.
     loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
     CHECK(after(loop, 100).held);
-    // A reset ends a pull that has begun.
+    // Checks that a reset ends a pull that has begun.
     loop.exchange().acts.push(Act::slow_pull);
     loop.advance(500);
     loop.exchange().acts.push(Act::reset);
@@ -871,7 +871,7 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
   LoopOptions options;
   options.settings = few_bristles();
   HapticLoop loop(options);
-  // The hand is planned for the settings sent with the tour, also where both wait at once.
+  // Checks that the tour's hand is planned for settings sent together with the request of the tour.
   options.settings.presliding_length = 4e-3;
   loop.exchange().acts.push(Act::tour);
   loop.advance(1);
@@ -882,20 +882,20 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
     return now_of(loop);
   };
   const double rest = at(0.25).block_position[0];
-  // A push below the peak bends the bristles by a visible part of their length.
+  // In the tour, a push below the peak bends the bristles by a visible part of their length.
   const double pushed = at(4.9).block_position[0] - rest;
   CHECK(pushed > 0.1 * options.settings.presliding_length);
   CHECK(pushed < options.settings.presliding_length);
   CHECK(now_of(loop).applied[0] < 0.9 * options.settings.peak * options.settings.mass * g);
   CHECK(now_of(loop).applied[0] > 0.4 * options.settings.peak * options.settings.mass * g);
-  // When the hand has let go, the block is back except for the deflection lost in snaps.
+  // When the tour's hand has let go, the block is back except for the deflection lost in snaps.
   const double back = at(7.9).block_position[0] - rest;
   CHECK(now_of(loop).applied[0] == 0.0);
   CHECK(back < 0.4 * pushed);
   CHECK(at(tour_hand_s - 0.2).block_position[0] - rest > 2.0 * options.settings.presliding_length);
   at(tour_hand_s + 0.5);
   CHECK_FALSE(now_of(loop).held);
-  // Each part of the tour has its text.
+  // Checks that each part of the tour has its text, for all of its time.
   double from = 0.0;
   for (const TourPart& part : tour_parts) {
     CHECK(tour_says(0.5 * (from + part.until_s)) == std::string(part.says));
@@ -911,7 +911,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
   HapticLoop loop(options);
-  // The virtual clock is not tied to real time: every tick is stepped, whatever the speed.
+  // The virtual clock does not follow real time: every tick is stepped, whatever the machine's speed.
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
   CHECK(after(loop, 100).speed == Approx(0.01));
   CHECK(loop.exchange().room.latest().time == Approx(0.1));
@@ -923,7 +923,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   const double begin = time_after(50);
   const double slow = time_after(400) - begin;
   CHECK(slow > 0.0);
-  CHECK(slow < 0.02);  // s; 4 ms expected, plus the delays of a busy machine
+  CHECK(slow < 0.02);  // duration, s: 4 ms expected, plus a busy machine's delays
   loop.stop();
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
   loop.advance(1);
@@ -940,7 +940,7 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   }
 }
 
-// ------------------------------------------------------------------------------------- the pad of the tool
+// --------------------------------------------- a finger (pad) as the tool, which holds and turns the block
 
 namespace {
 
@@ -949,12 +949,12 @@ namespace {
 /// exceeds the moment of the floor's friction about it.
 struct OffCentrePull {
   static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
-  // N m, moment of the floor's friction about the finger, which does not depend on the finger's load.
+  // Moment of the floor's friction about the finger, N m, which does not depend on the finger's load.
   static constexpr double moment = floor * 1.0 * g * aside;
   // Turn of the block at the end, rad, and mean torque during the pull, N m. Positive is about the finger's
   // outward normal, which points down.
   double turned = 0.0, torque = 0.0;
-  double gap = 0.0;  // m, distance of the finger from its place on the block
+  double gap = 0.0;  // distance of the finger from its place on the block, m
 
   OffCentrePull(double pad_radius, bool infinite) {
     Settings s = few_bristles();
@@ -995,14 +995,14 @@ TEST_CASE("A finger with a pad holds a block off its middle up to the torsional 
           "[room][pad]") {
   for (const bool infinite : {false, true}) {
     INFO((infinite ? "infinitely many bristles" : "representatives"));
-    // The moment is 0.82 of the torque that the pad holds: the block moves straight.
+    // The floor's moment is 0.82 of the torque that the finger's pad holds, so the block moves straight.
     REQUIRE(OffCentrePull::moment < 0.85 * OffCentrePull::limit(6e-3));
     const OffCentrePull held(6e-3, infinite);
     CHECK(std::fabs(held.turned) < 0.02);
     CHECK(-held.torque == Approx(OffCentrePull::moment).epsilon(0.03));
     CHECK(held.gap < 100e-6);
-    // The moment is 1.23 of the torque that the pad holds in sliding, and exceeds even its peak (1.05). The
-    // block turns, against the torque of a disc that also transmits a fifth of its largest force.
+    // The floor's moment is 1.23 of the torque the pad holds in sliding, above its peak (1.05). The block
+    // turns against the torque of a disc that also transmits a fifth of its largest force.
     REQUIRE(OffCentrePull::moment > 1.2 * OffCentrePull::limit(4e-3));
     const OffCentrePull turning(4e-3, infinite);
     CHECK(turning.turned < -0.06);
@@ -1043,7 +1043,7 @@ TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, withou
   }
 }
 
-// --------------------------------------------------------------------------------- the same bits, and files
+// ------------------------------------------------------ runs of equal bits, recordings and scripts in files
 
 TEST_CASE("A script of a point gives the bits on record, another one others", "[room]") {
   const auto hash = [](double end) {
@@ -1058,7 +1058,7 @@ TEST_CASE("A script of a point gives the bits on record, another one others", "[
 TEST_CASE("A recording is played again to the same bits, changes of the settings included", "[room]") {
   Settings settings = few_bristles();
   std::vector<HandRow> hand = {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)};
-  for (HandRow& row : hand) row.hand.turns = true;  // a torsion spring too
+  for (HandRow& row : hand) row.hand.turns = true;  // the hand's torsion spring acts too
   hand.back().hand.angle = 0.3;
   Run run(settings, hand);
   run.until(0.137);
@@ -1066,7 +1066,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   run.tick();
   run.tick();
   REQUIRE(run.now().recording);
-  REQUIRE(run.now().time == Approx(1e-3));  // recording restarts the room
+  REQUIRE(run.now().time == Approx(1e-3));  // starting a recording restarts the room
   for (int k = 0; k < 300; ++k) run.tick();
   settings.kinetic = 0.2;
   settings.peak = 0.25;
@@ -1085,7 +1085,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   while (run.now().time < end - 5e-4) run.tick();
   CHECK(run.loop().state_hash() == hash);
 
-  // The files of a recording can be played as a script.
+  // Checks that the files of a recording can be played as a script.
   const std::string base =
       (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
   const Script script = read_script(base + ".toml", RoomMeasures{});
@@ -1150,7 +1150,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     REQUIRE(run_to(loop, "left the room"));
     CHECK(run_to(loop, "recorded"));
   }
-  // read_script() would refuse times that go back.
+  // Checks that the recording's times never go back, which read_script() would refuse.
   const Script script = read_script(base + ".toml", RoomMeasures{});
   CHECK(script.seconds > 0.25);
   CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
@@ -1217,7 +1217,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
     CHECK_THAT(now().message, Catch::Contains("replay has ended"));
     CHECK(now().settings.kinetic == 0.3);
   }
-  // The script that was played before the replay continues.
+  // Checks that after the replay the script that was played before it continues.
   run_until(0.7);
   CHECK(now().settings.kinetic == 0.25);
 }
@@ -1309,7 +1309,7 @@ class FeltHand final : public Device {
  public:
   struct Felt {
     long reads = 0;
-    std::vector<double> force;  // N, force on the hand along x
+    std::vector<double> force;  // force on the hand along x, N
   };
   FeltHand(HandMotion motion, std::shared_ptr<Felt> felt)
       : motion_(std::move(motion)), felt_(std::move(felt)) {}
@@ -1348,7 +1348,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   const long reads = felt->reads;
   loop.advance(20);
   CHECK(felt->force.back() == 0.0);
-  CHECK(felt->reads == reads + 20);  // the device is read in every tick, so its packets do not queue up
+  CHECK(felt->reads == reads + 20);  // read in every tick, so packets do not queue up
 
   acts.push(Act::run);
   double largest_jump = 0.0;
@@ -1361,7 +1361,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   CHECK(felt->force.back() == Approx(before).epsilon(0.05));
   HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
   straight.advance(900);
-  // The room was paused in between, which must not change its state.
+  // Checks that a pause of the room in between does not change its state.
   CHECK(loop.state_hash() == straight.state_hash());
 
   acts.push(Act::record);
@@ -1372,7 +1372,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   acts.push(Act::replay);
   loop.advance(5);
   CHECK(felt->force.back() == 0.0);
-  loop.advance(1000);  // until the replay has ended
+  loop.advance(1000);  // time by which the replay has ended
   REQUIRE(felt->force.back() < -0.5);
   loop.start();
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -1393,7 +1393,7 @@ TEST_CASE("A recording that cannot be begun leaves the block its friction", "[ro
   CHECK_FALSE(now.recording);
   CHECK(now.time == Approx(1.5));
   CHECK(now.block_position[0] == Approx(before).margin(2e-4));
-  loop.exchange().acts.push(Act::reset);  // a reset makes new patches, which must be complete too
+  loop.exchange().acts.push(Act::reset);  // a reset makes new patches, complete as the first
   CHECK(std::fabs(after(loop, 1000).block_position[0]) < 1e-3);
 }
 
@@ -1420,7 +1420,7 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
     loop.start();
     bool recording = true;
-    // The recording's buffer of 1 MB is full after half a second.
+    // Waits until the recording's buffer of 1 MB is full, after half a second.
     for (int k = 0; k < 20000 && recording; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
@@ -1475,7 +1475,7 @@ TEST_CASE("A hand that jumps or is no number leaves the world finite", "[room]")
   while (run.now().time < 1.0) REQUIRE(is_finite(run.tick()));
 }
 
-// ----------------------------------------------------------------------------------- the network device
+// ----------------------------------------------------------------- a haptic device on the network (UDP)
 
 namespace {
 
@@ -1514,12 +1514,12 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  // A timeout of 60 s, so that a delay of a busy machine does not count as silence.
+  // Device with a timeout of 60 s, so that a delay of a busy machine does not count as silence.
   UdpDevice device(0, "127.0.0.1", 60.0);
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
-  // Loopback usually delivers a packet at once, but does not promise it, so this tries repeatedly.
+  // Tries repeatedly, because loopback usually delivers a packet at once, but does not promise it.
   const auto read = [&](double x) {
     for (int k = 0; k < 200; ++k) {
       if (device.read(0.0, hand) && hand.position[0] == x) return true;
@@ -1541,7 +1541,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   sender.send("hello", 5);
   unsigned char long_packet[hand_packet_size + 8] = {};
   sender.send(long_packet, sizeof long_packet);
-  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // a packet with an older number than the last
+  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // packet with an older number than the last one's
   sender.send({8, {true, {NAN, 0, 0}, {0, 0, 0}}});
   sender.send({9, {false, {0.04, 0, 0}, {0, 0, 0}}});
   REQUIRE(read(0.04));
@@ -1574,7 +1574,7 @@ TEST_CASE("A network device with a token takes packets that carry it, and no oth
 }
 
 TEST_CASE("The tag of a packet is SipHash-2-4 of its first 64 bytes under the token", "[room]") {
-  // Expected tag from a separate program, which was checked against SipHash's published vector (key bytes 0
+  // Expected tag of a packet, from a separate program that reproduces SipHash's published vector (key bytes 0
   // to 15).
   HandPacket packet{4, {true, {0.4, 0, 0}, {0, 0, 0}}};
   packet.token = 0x8123456789abcdefu;
@@ -1599,7 +1599,7 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
     p.token = token;
     return p;
   };
-  // Without a token, a forged number far ahead would make every later packet of the true device old.
+  // Without a token, a forged number far ahead would make the true device's later packets count as old.
   UdpDevice open(0, "127.0.0.1", 60.0);
   Sender to_open(open.port());
   to_open.send(packet(1, 0.1, 0));
@@ -1608,11 +1608,11 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
   to_open.send(packet(2, 0.2, 0));
   to_open.send(packet(2, 0.9, 0));
   CHECK(wait_for(open, 2) == 0.2);
-  to_open.send(packet(2 + 65536, 0.3, 0));  // a number not too far ahead, so it is accepted
+  to_open.send(packet(2 + 65536, 0.3, 0));  // a packet number not too far ahead, hence accepted
   to_open.send(packet(3, 0.9, 0));
   CHECK(wait_for(open, 3) == 0.3);
 
-  // With a token a replayed packet stays too old, even after a silence.
+  // With a token, a replayed packet counts as old even after a silence.
   UdpDevice keyed(0, "127.0.0.1", 1e-3, 99);
   Sender to_keyed(keyed.port());
   to_keyed.send(packet(5, 0.5, 99));
@@ -1649,13 +1649,13 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  // The device server has restarted, so its packet numbers begin at 1.
+  // Simulates a restart of the device server, whose packet numbers begin at 1 again.
   sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }
 
-// ------------------------------------------------------------------------------------------- two threads
+// ----------------------------------------------------------------- the simulation on a thread of its own
 
 TEST_CASE("The loops run beside each other: settings arrive, acts are served, a stalled screen delays nobody",
           "[room][threads]") {
@@ -1688,7 +1688,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
-  mouse.holds = false;  // releases the tool, which stays where the block will return to
+  mouse.holds = false;  // releases the tool where the block will return to
   exchange.mouse.write(mouse);
   exchange.acts.push(Act::reset);
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
@@ -1700,7 +1700,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   double before = exchange.room.latest().time, went_on = 0.0;
   for (int k = 0; k < 20 && went_on <= 0.05; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // meanwhile nobody reads the room's state
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody reads the room's state meanwhile
     exchange.room.refresh();
     went_on = exchange.room.latest().time - std::exchange(before, exchange.room.latest().time);
   }

@@ -20,7 +20,7 @@ using Vector3 = FloorMesh::Vector3;
 
 constexpr double g = 9.80665;
 
-/// Makes a plane that falls by `slope` per metre towards +x, of `pieces` squares to a side, halved.
+/// Returns a mesh that is a plane falling by `slope` per metre to +x: `pieces` squares to a side, halved.
 std::shared_ptr<const FloorMesh> falling_plane(double slope, int pieces) {
   std::vector<FloorMesh::Triangle> triangles;
   const auto corner = [&](int i, int j) {
@@ -67,7 +67,7 @@ Settings few_bristles() {
   s.presliding_length = 20e-6;
   return s;
 }
-/// Returns the speed down a slope of this angle.
+/// Returns the block's speed down a slope of this angle, m/s.
 double speed_down(const Snapshot& s, double angle) {
   return s.block_velocity[0] * std::cos(angle) - s.block_velocity[2] * std::sin(angle);
 }
@@ -78,7 +78,7 @@ TEST_CASE(
   for (const int pieces : {1, 9}) {
     INFO(pieces << " squares to a side");
     const double flat = 0.25, steep = 0.35;
-    Run held(few_bristles(), falling_plane(std::tan(flat), pieces));  // kinetic coefficient 0.4
+    Run held(few_bristles(), falling_plane(std::tan(flat), pieces));  // kinetic coefficient 0.4 exceeds 0.25
     const double before = held.until(1.0).block_position[0];
     const Snapshot& at_rest = held.until(3.0);
     CHECK(std::fabs(at_rest.block_position[0] - before) < 1e-9);

@@ -1,5 +1,5 @@
-// The picture of the virtual room without its window: geometry, the glass, stored plots, the mouse, and
-// pictures of states set by hand. The window itself: room_window_test.
+// The picture of the virtual room without its window: geometry, the glass (magnified view of bristles),
+// stored plots, the mouse, and pictures of states set by hand. The window itself: room_window_test.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -97,11 +97,11 @@ TEST_CASE("A camera sees its target in the middle and offsets by the rules of pe
   REQUIRE(camera.find_pixel(area, camera.target, x, y));
   CHECK(x == Approx(500).margin(0.01));
   CHECK(y == Approx(250).margin(0.01));
-  // At the target the picture is 2 m * 2 * 0.5 = 2 m high: 200 pixels for each metre.
+  // At the camera's target the picture is 2 m * 2 * 0.5 = 2 m high: 200 pixels per metre.
   REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, 0, 0.25f), x, y));
   CHECK(x == Approx(600).margin(0.02));
   CHECK(y == Approx(200).margin(0.02));
-  // At half the distance from the eye a length is twice as large.
+  // A length at half the target's distance from the eye is twice as large.
   REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, -1.0f, 0), x, y));
   CHECK(x == Approx(700).margin(0.02));
   CHECK_FALSE(camera.find_pixel(area, camera.target + Vector3f(0, -2.5f, 0), x, y));
@@ -127,7 +127,7 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     room.settings.slope = slope;
     const RoomMeasures measures;
     room::MouseControl mouse;
-    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // a displacement in the room's axes
+    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // displacement in the room's axes, m
     float x = 0, y = 0;
     REQUIRE(camera.find_pixel(area, room::room_tilt(slope) * wanted, x, y));
     mouse.move(x, y, {true, false, false}, area, camera, room, measures);
@@ -136,8 +136,8 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     for (int axis = 0; axis < 3; ++axis)
       CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
 
-    // The wheel raises the tool by 2 mm a notch, and with control presses by 0.1 N; the tool stays in the
-    // room.
+    // Checks the mouse wheel: a notch raises the tool by 2 mm, with control it presses by 0.1 N more; the
+    // tool stays in the room.
     mouse.turn_wheel(3, false, camera, measures);
     CHECK(mouse.hand().position[2] == Approx(0.016));
     mouse.turn_wheel(-2, true, camera, measures);
@@ -212,7 +212,7 @@ TEST_CASE("Keys take the tool where it is, push it at 10 mm/s, and hold on until
 TEST_CASE("Keys turn the block from where it lies at half a radian per second, until they let go", "[room]") {
   room::MouseControl mouse;
   Snapshot room;
-  room.block_orientation[0] = std::cos(0.1);  // turned by 0.2 rad about the floor's normal
+  room.block_orientation[0] = std::cos(0.1);  // block turned by 0.2 rad about the floor's normal
   room.block_orientation[3] = std::sin(0.1);
   CHECK(mouse.turn(0, false, 0.1, room) == 0.0);
   CHECK_FALSE(mouse.hand_changed());
@@ -250,7 +250,7 @@ TEST_CASE("An undone change of the settings brings back what was before it, a dr
 
 TEST_CASE("What does nothing is known, and so is the preset that is in force", "[room]") {
   room::Settings s;
-  // The Stribeck velocity matters for a damper only, and there is none.
+  // Settings without effect are marked so: the Stribeck velocity needs a damper, the ageing time ageing.
   CHECK_FALSE(room::Effective(s).stribeck);
   CHECK_FALSE(room::Effective(s).ageing_time);
   s.damping_per_newton = 0.5;
@@ -275,7 +275,7 @@ TEST_CASE("A knock of some milliseconds does not set the range of a plot, a last
   std::vector<float> values(1000, 0.5f);
   values[3] = 40.0f;
   values[700] = -30.0f;
-  values[10] = 1.1f;  // a peak that friction can really reach
+  values[10] = 1.1f;  // peak that friction reaches, so the range must show it
   room::ValueRange r = room::range_of_most(values, 1.2);
   CHECK(r.low == Approx(-1.2).margin(2));
   CHECK(r.low >= -1.2);
@@ -297,7 +297,7 @@ TEST_CASE("An axis far from zero counts from a round place, in the unit of its w
   CHECK(axis(-0.1, 0.2).offset == 0.0);
   CHECK(axis(0.0, 400e-6).unit == "µm");
   CHECK(axis(0.0, 400e-6).offset == 0.0);
-  // An axis around 249.6 mm: without an offset its numbers would read "249.565".
+  // Labels of an axis around 249.6 mm, which without an offset would read "249.565".
   const room::AxisText far = axis(0.24952, 0.24968);
   CHECK(far.unit == "µm from 249 mm");
   CHECK(far.offset == Approx(0.249));
@@ -339,14 +339,14 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
     CHECK(std::hypot(glass.hairs()[i].root[0], glass.hairs()[i].root[1]) < room::BristleGlass::reach);
   }
 
-  // The block moves on by 0.2 mean lengths: nothing snaps, in either direction.
+  // Moves the block by 0.2 mean lengths and back: no bristle in the glass snaps, in either direction.
   for (const float step : {0.2f, -0.4f, 0.3f}) {
     for (float& z : room.bristles.zx) z += step * mean;
     glass.update(room, 0.02f);
     CHECK(glass.snaps() == 0);
   }
-  // Three bristles are nearly straight and the others bent on, so these three have snapped. One of them has
-  // drawn a new length.
+  // Makes three bristles nearly straight and bends the others on, so these three have snapped. One of them
+  // has drawn a new length.
   for (float& z : room.bristles.zx) z += 0.05f * mean;
   for (const std::size_t i : {3u, 50u, 399u}) room.bristles.zx[i] = 0.02f * mean;
   room.bristles.snap_length[50] *= 1.5f;
@@ -364,14 +364,14 @@ TEST_CASE("Cohorts are drawn as sheets as thick as their mass, and age until the
   Snapshot room = made_up::room_with_block_at(0, 1, 0);
   room.settings.infinite = true;
   const auto mean = static_cast<float>(room.presliding_length);
-  // A quarter of the bristles are bent by 0.2 lengths, the rest by 0.7.
+  // Bends a quarter of the shown bristles by 0.2 mean lengths, the rest by 0.7.
   for (std::size_t i = 0; i < room::bristles_shown; ++i) room.bristles.zx[i] = (i < 100 ? 0.2f : 0.7f) * mean;
   glass.update(room, 0.02f);
   REQUIRE(glass.shows_cohorts());
   REQUIRE(glass.hairs().size() == 2);
   CHECK(glass.hairs()[1].half[0] == Approx(3 * glass.hairs()[0].half[0]).epsilon(1e-3));
   CHECK(glass.hairs()[0].lean[0] == Approx(0.2 * room::BristleGlass::lean_per_length));
-  // All bristles are bent on by 0.1 lengths in half a second, but for a quarter of those at 0.7, which snap
+  // Bends all bristles on by 0.1 mean lengths in half a second, but for a quarter of those at 0.7, which snap
   // and draw new lengths.
   room.time += 0.5;
   room.block_position[0] += 0.1 * room.presliding_length;
@@ -416,7 +416,7 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
   CHECK(first[first.size() - 1].first == Approx(4e-3).epsilon(0.02));
   CHECK(first[1].second == 0.5f);
   const std::size_t size = first.size();
-  add(2.0f, 0.1f, 0.1f);  // the block returns after first loading has ended, which adds no point to the curve
+  add(2.0f, 0.1f, 0.1f);  // a return after first loading, which adds no point to the curve
   CHECK(first.size() == size);
   add(0.0f, 0.3f, 0.0f);  // a reset begins a new curve
   CHECK(first.size() == 1);
@@ -424,15 +424,15 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
     add(0.001f * static_cast<float>(i), 0.3f + 1e-5f * static_cast<float>(i), 0.5f);
   for (int i = 0; i <= 200; ++i)
     add(0.3f + 0.001f * static_cast<float>(i), 0.302f - 1e-5f * static_cast<float>(i), 0.5f);
-  // When rubbed, the curve of first loading ends at the first reversal.
+  // When the block is rubbed to and fro, the curve of first loading ends at the first reversal.
   CHECK(first[first.size() - 1].first > 1.49e-3f);
   CHECK(first[first.size() - 1].first < 1.53e-3f);
 }
 
 namespace {
 
-// Colour as seen by an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009), and the
-// distance of two colours in CIE Lab.
+// Converts a colour to what an eye without red, green or blue cones sees (Machado, Oliveira, Fernandes 2009),
+// and finds the distance of two colours in CIE Lab.
 using Rgb = std::array<double, 3>;
 Rgb lab_for(ImU32 colour, int missing) {
   static const double seen[3][3][3] = {
@@ -469,7 +469,7 @@ TEST_CASE("Colours that mean different things beside each other differ for every
         for (std::size_t b = a + 1; b < set.size(); ++b) {
           const Rgb p = lab_for(set[a], missing), q = lab_for(set[b], missing);
           INFO("colours " << a << " and " << b << ", cone " << missing);
-          // A distance of 2.3 is just visible.
+          // Requires colours far apart: a distance of 2.3 in CIE Lab is just visible.
           CHECK(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > 20.0);
         }
       }
@@ -515,9 +515,9 @@ TEST_CASE("A snap rings at its tone and dies away, more snaps ring louder, and n
   tone.add(0, 8, heard);
   CHECK(std::count(heard.begin(), heard.end(), 0) == 8);
   heard.clear();
-  tone.add(100, 8, heard);  // half of full scale
+  tone.add(100, 8, heard);  // eight samples at half of full scale
   tone.add(0, 72, heard);
-  // A resonator struck once rings as r^k sin((k + 1) w) / sin(w).
+  // Expected sound: a resonator struck once rings as r^k sin((k + 1) w) / sin(w).
   const double w = 2 * 3.14159265358979 * 1200 / 8000, r = std::exp(-1 / (2e-3 * 8000));
   for (int k = 0; k < 80; ++k) {
     const double expected = 12000 * 0.5 * std::pow(r, k) * std::sin((k + 1) * w) / std::sin(w);
@@ -529,7 +529,7 @@ TEST_CASE("A film is an animated PNG of all pictures of one size, halved picture
           "[room]") {
   room::PixelImage image{4, 2, {}};
   for (int i = 0; i < 24; ++i) image.rgb.push_back(static_cast<std::uint8_t>(10 * i));
-  // Red of the first four pixels: 0 and 30 above, 120 and 150 below.
+  // Red values of four pixels that become one: 0 and 30 above, 120 and 150 below.
   const room::PixelImage half = room::halve(image);
   REQUIRE(half.rgb.size() == 6);
   CHECK(half.rgb[0] == 75);
@@ -548,7 +548,7 @@ TEST_CASE("A film is an animated PNG of all pictures of one size, halved picture
   };
   for (std::size_t at = 8; at < png.size(); at += 12 + number(at)) names += png.substr(at + 4, 4) + " ";
   CHECK(names == "IHDR acTL fcTL IDAT fcTL fdAT fcTL fdAT IEND ");
-  // CRC-32 of an empty IEND chunk, as every PNG ends.
+  // Expected CRC-32 of an empty IEND chunk, the end of every PNG file.
   CHECK(png.substr(png.size() - 4) == "\xAE\x42\x60\x82");
 }
 
@@ -589,7 +589,7 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   CHECK(arrow[0] == 0);
   CHECK(arrow[1] > 300);
 
-  // Straight bristles are blue; those bent to nine tenths of their snap lengths are red.
+  // In the glass straight bristles are blue, and those bent to nine tenths of their snap lengths red.
   view.glass_shown = true;
   const auto is_blue = [](Pixel p) { return p.b > p.r + 50 && p.b > p.g + 10; };
   const auto is_red = [](Pixel p) { return p.r > p.g + 60 && p.r > p.b + 60 && p.r < 250; };
@@ -597,7 +597,7 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage straight = offscreen->draw(room, 0.02f);
   for (std::size_t i = 0; i < room.bristles.count; ++i)
     room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
-  room.bristles.key = 2;  // the key of another patch, so that no bristle counts as snapped
+  room.bristles.key = 2;  // key of another patch, as if no bristle had been seen before
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
@@ -613,7 +613,7 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   };
   draw(30.0, 0.016);
   CHECK(pace.now().shadows);
-  // One slow picture, as when a window opens, changes no setting.
+  // Checks that one slow picture, as when a window opens, changes no setting of the drawing.
   draw(0.1, 0.2);
   draw(5.0, 0.016);
   CHECK(pace.now().shadows);
@@ -626,8 +626,8 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   CHECK(pace.now().period_s < 0.02);
   draw(3.0, 0.05);
   CHECK(pace.now().period_s == Approx(1.0 / 15));
-  draw(60.0, 0.05);  // nothing is left to reduce, so the rate stays
-  draw(30.0, 0.03);  // neither slow nor fast
+  draw(60.0, 0.05);  // nothing is left to reduce: the rate stays
+  draw(30.0, 0.03);  // neither fast nor slow: nothing changes
   draw(30.0, 0.005, 0.9);
   CHECK(pace.now().period_s == Approx(1.0 / 15));
   draw(3.0, 0.005);
@@ -635,11 +635,11 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   CHECK(pace.now().half_resolution);
   draw(20.0, 0.005);
   CHECK(pace.now().shadows);
-  // If the simulation falls behind, shadows are left out as well, however fast the pictures are.
+  // Checks that shadows are left out if the simulation falls behind, however fast pictures are.
   draw(3.0, 0.005, 0.4);
   CHECK_FALSE(pace.now().shadows);
 
-  // Four slow pictures at the start say nothing yet. Each level is judged by its own pictures.
+  // Four slow pictures at the start are too few to change a setting. A level is judged by its own pictures.
   pace = {};
   draw(1.3, 0.4);
   CHECK(pace.now().shadows);
@@ -649,7 +649,7 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
   CHECK_FALSE(pace.now().shadows);
   CHECK_FALSE(pace.now().half_resolution);
 
-  // Shadows that were fast for long are tried again soon, as often as they become slow.
+  // Shadows that were fast for long are soon tried again after they became slow.
   for (int k = 0; k < 5; ++k) {
     draw(0.9, 0.12);
     CHECK_FALSE(pace.now().shadows);
@@ -657,8 +657,8 @@ TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast 
     CHECK(pace.now().shadows);
   }
 
-  // Shadows that are too slow each time are tried ever more rarely: a handful of times in ten minutes, and
-  // from then on once in ten minutes.
+  // Shadows that are too slow each time are tried ever more rarely: some five times in ten minutes, then once
+  // in ten minutes.
   room::DrawingPace dear;
   int changes = 0;
   bool shadows = true;
@@ -687,7 +687,7 @@ TEST_CASE("A block's trail begins where it stood and follows it; a scene that be
   CHECK(trails.way(0).front().norm() == 0.0f);
   CHECK(trails.way(0).back().x() == Approx(0.1).margin(2 * room::Trails::spacing));
   CHECK(trails.way(1).empty());
-  // The trail never exceeds its bound, and keeps its beginning.
+  // Checks that the trail of the block's path never exceeds its bound, and keeps its beginning.
   for (int k = 0; k < 5000; ++k) {
     room.time += 0.01;
     room.block_position[0] = k % 2 ? 0.1 : 0.0;
@@ -706,7 +706,7 @@ TEST_CASE("A block's trail begins where it stood and follows it; a scene that be
   CHECK(trails.way(0).size() == 1);
   REQUIRE(trails.way(1).size() == 1);
   CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
-  // In this comparison a carriage moves the blocks, which leave no trails.
+  // In the comparison of rubbing a carriage moves the blocks, which leave no trails.
   room.settings.compare = room::Comparison::rubbing;
   trails.update(room);
   CHECK(trails.way(0).empty());

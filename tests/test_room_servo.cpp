@@ -19,7 +19,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Returns a motion along the floor, off centre, along the end wall, and over the top.
+/// Returns a hand's motion: pushes the block over the floor, off centre, along the end wall, over its top.
 room::HandMotion busy_hand() {
   const auto at = [](double t, double x, double y, double z) {
     return room::HandRow{t, {true, {x, y, z}, {0, 0, -1.0}}};
@@ -80,10 +80,10 @@ TEST_CASE(
           loop->exchange().room.refresh();
           return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
         },
-        // A tick calls getrusage if it is late, and once at the beginning.
+        // Calls that a tick may make: the clock; getrusage at the beginning and if the tick is late.
         {SYS_clock_gettime, SYS_getrusage});
     check_clean(seen);
-    CHECK(seen.value > 100000);  // um: the block has moved far
+    CHECK(seen.value > 100000);  // distance in um: the block has moved far
   }
 }
 

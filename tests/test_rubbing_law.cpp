@@ -130,8 +130,8 @@ TEST_CASE("Shared renewal in closed form: exponential and single lengths", "[rub
   for (double kappa : {1e-6, 0.1, 1.0, 16.0}) {
     for (double residual : {0.0, 0.4, 30.0}) {
       INFO("kappa " << kappa << ", l_r " << residual);
-      // With d a snap length in means, the equation E[exp(-lambda d)] = 1 / (1 + kappa) has the solution
-      // lambda = kappa. Deflections beyond the residual have a density in proportion to exp(-(1 + kappa) r).
+      // Exponential law: with d a length over the mean, the equation E[exp(-lambda d)] = 1 / (1 + kappa) has
+      // the solution lambda = kappa. Density of deflections beyond the residual: exp(-(1 + kappa) r).
       const Material memoryless =
           reduced_material(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
       CHECK(memoryless.snap_rate() * 2e-3 == Approx(1.0).epsilon(1e-9));
@@ -171,7 +171,7 @@ TEST_CASE("Shared renewal that goes to 0 leads to the brush without it", "[rubbi
 }
 
 TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extremes]") {
-  // Below 1e-154 the square of the inverse of kappa overflows.
+  // Values of kappa so small, below 1e-154, that the square of the inverse overflows.
   for (SnapRule rule : both_rules)
     for (const SnapLength& law :
          {SnapLength::uniform(0.5, 1.5), SnapLength::lognormal(1.0, 0.15), SnapLength::lognormal(1.0, 0.6)})
@@ -187,8 +187,8 @@ TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extre
 }
 
 TEST_CASE("A renewal that is an avalanche is refused, whatever the population", "[rubbing][bad_input]") {
-  // A third of the drawn lengths snap at once, and each snap draws five more, its own and four renewed ones.
-  // So draws multiply: a step would draw without end, or cut a path into 1e11 pieces.
+  // Law in which a third of the drawn lengths snap at once, and each snap draws five more, its own and four
+  // renewed ones. So draws multiply: a step would draw without end, or cut a path into 1e11 pieces.
   const std::vector<double> lengths{1e-12, 1e-12, 15e-6, 20e-6};
   const Material avalanche = reduced_material(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
   const Material calm = Material(avalanche).with_shared_renewal(0.3);
@@ -209,8 +209,8 @@ TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one b
     const char* name;
     SnapLength law;
     Quantile quantile;
-    // Error allowed in addition: for a table with many bristles of nearly one length 1e-3 plus the length of
-    // a piece of path.
+    // Additional error: for a law with many bristles of nearly one length 1e-3 plus the length of a piece of
+    // path.
     double tolerance;
   };
   const std::uint32_t n = test_size(20000);
@@ -304,8 +304,8 @@ TEST_CASE("Coefficients with residual and shared renewal become a material that 
     for (SnapRule rule : both_rules) {
       for (double share : {0.0, 0.1, 0.3, 0.9}) {
         for (double kappa : {0.0, 0.5, 2.0}) {
-          // The ratio is within the range of every law, whose upper end is (l_r + 1) / (l_r + k). l_r is the
-          // residual length over dbar, and k <= 1/2, with 1/2 for equal lengths.
+          // Ratio of peak to kinetic friction that every law reaches: the highest is (l_r + 1) / (l_r + k)
+          // with l_r the residual length over dbar and k <= 1/2, with 1/2 for equal lengths.
           const double residual = share / (1.0 - share);
           const double ratio = 1.0 + 0.75 * (0.5 / (residual + 0.5));
           INFO(to_string(law) << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", share " << share
@@ -340,7 +340,7 @@ TEST_CASE("Coefficients without both make the material that they made before the
   const Material material = Material::from_coefficients(paper);
   CHECK(material.residual_length == 0.0);
   CHECK(material.shared_renewal == 0.0);
-  // A recorded spread, with all 17 digits: the conversion must not change.
+  // Spread on record, with all 17 digits: the conversion must not change.
   CHECK(material.snap_length.cv() == 0.29291044799401739);
   CHECK(material.snap_length.mean() == 10e-6);
 }
@@ -358,7 +358,7 @@ TEST_CASE("A ratio out of reach names the range with residual and shared renewal
                                       .with_shared_renewal(kappa));
     });
   };
-  // Highest ratio, for equal lengths: (l_r + 1) / (l_r + 1 / ln(1 + kappa) - 1 / kappa).
+  // Highest ratio peak over kinetic, by equal lengths: (l_r + 1) / (l_r + 1 / ln(1 + kappa) - 1 / kappa).
   const double highest = 1.25 / (0.25 + 1.0 / std::log(2.0) - 1.0);
   CHECK(highest == Approx(1.80454).epsilon(1e-5));
   CHECK(names(ask(1.9, SnapLaw::lognormal, SnapRule::redraw, 0.2, 1.0),

@@ -56,8 +56,8 @@ std::vector<TableCase> read_cases(const std::string& file) {
   return cases;
 }
 
-/// A patch of the material of a case. It gives its mean deflection over dbar, which is minus the force with
-/// plain_material.
+/// A patch of a table case's material. It returns mean deflections over dbar, which with plain_material are
+/// minus the force.
 struct Rub {
   std::uint32_t n;
   OnePatch patch;
@@ -75,13 +75,13 @@ struct Rub {
 /// reaches it.
 double sampling_error(std::uint32_t n) { return 1.0 / std::sqrt(static_cast<double>(n)); }
 
-/// Returns how many steps of length `step` end at x, or 0 if x lies between the ends of steps.
+/// Returns after how many steps of length `step` a path x ends, or 0 if x is inside a step.
 int steps_to(double x, double step) {
   const double k = x / step;
   return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
 }
 
-/// The headings of a path of equal steps: each turns by `turn` rad, or by a random angle of that deviation.
+/// Directions of a path's steps: each turns by `turn` rad, or by a random angle with this deviation.
 struct Bends {
   double turn;
   bool at_random;
@@ -114,10 +114,10 @@ BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts
   return sum;
 }
 
-/// Returns the load of step k as a share of the highest load. It varies by 10 % in a period of 20 steps.
+/// Returns the load of step k as a share of the maximum. It varies by 10 % in a period of 20 steps.
 double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.141592653589793 * k)) / 1.1; }
 
-/// Slides by `path` to steady sliding, in steps of `step`; lengths in dbar.
+/// Slides the patch by `path` to steady sliding, in steps of `step`; lengths over dbar.
 void slide(Rub& rub, double path, double step) {
   for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
 }
@@ -137,7 +137,7 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
         if (steps == 0 || x > 8.0) continue;
         Response r;
         for (; done < steps; ++done) r = rub.move(step);
-        // Cutting the path into pieces of a quarter length has an error of 0.004 at most.
+        // Tolerance: cutting a step's path into pieces of a quarter length has an error of 0.004 at most.
         expect_near(rub.bend(r), number(row, "f"), 4.0 * sampling_error(n) + (step > 0.1 ? 0.004 : 0.001),
                     "mean deflection");
       }
@@ -148,14 +148,14 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
 TEST_CASE("Bristles that are renewed and snap again within a step renew others too", "[rubbing][virgin]") {
   // Exponential lengths have no memory: whatever came before, a bristle restarts at a rate of 1 + kappa per
   // mean length.
-  constexpr std::uint32_t n = 6000;  // most bristles whose path is not cut into shorter pieces
+  constexpr std::uint32_t n = 6000;  // highest number of bristles whose path is not cut into pieces
   const std::uint32_t patches = test_size(33);
   for (double kappa : {1.0, 3.0}) {
     const double rate = 1.0 + kappa;
     TableCase c;
     c.law = SnapLength::exponential(dbar);
     c.renewal = kappa;
-    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // longest path that is not cut into pieces, dbar
+    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // longest path that a step leaves in one piece
     const double bend = (1.0 - std::exp(-rate * piece)) / rate;
     const double squares =
         2.0 / (rate * rate) * (1.0 - std::exp(-rate * piece) * (1.0 + rate * piece)) - bend * bend;
@@ -186,8 +186,8 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
         bend += rub.mean_bend(r) / steps;
         snaps += static_cast<double>(r.snaps) / n / step / steps;
       }
-      // Averaging over 20 lengths reduces sampling errors to a third. Cutting the path into pieces may add
-      // 0.5 %.
+      // Tolerance: averaging over 20 lengths reduces sampling errors to a third; cutting steps into pieces
+      // may add 0.5 %.
       expect_near(bend, f, 0.005 * f + sampling_error(n), "kinetic friction");
       expect_near(snaps, rate, 0.01 * rate + sampling_error(n), "snaps per length");
     }
@@ -200,7 +200,7 @@ constexpr double variance = 0.151;
 }  // namespace
 
 TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of any length", "[rubbing]") {
-  // Lognormal 0.3, redraw, kappa 1: closed form of core/MODEL.md, section 26.
+  // Mean deflection and snap rate for lognormal 0.3, redraw, kappa 1: closed form (core/MODEL.md, 26).
   constexpr double f = 0.457730;
   constexpr double rate = 0.714737;
   const std::uint32_t n = 1000;
@@ -220,7 +220,7 @@ TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of
       squares += (rub.bend(r) - f) * (rub.bend(r) - f) / steps;
       snaps += static_cast<double>(r.snaps) / n / step / steps;
     }
-    // The forces at the ends of steps less than three apart are correlated.
+    // Counts every sixth force at a step's end as independent: those less than three apart are correlated.
     const double error = 4.0 * std::sqrt(variance / n * 6.0 / steps);
     expect_near(end, f, 0.001 * f + error, "force at the end");
     expect_near(mean, f, 0.001 * f + error, "mean force");
@@ -268,7 +268,7 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
   c.renewal = 1.0;
   const int steps = static_cast<int>(test_size(20000));
   for (const std::uint32_t n : {3u, 20u}) {
-    // A bristle does not renew itself by its own snap, so with few bristles friction is higher than with
+    // A bristle does not renew itself by its own snap, so friction of few bristles is higher than of
     // many.
     Rub slow(c, n, 1);
     double expected = 0.0;
@@ -284,8 +284,8 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
       }
       const double error = 4.0 * std::sqrt(2.0 * variance / n * 6.0 / steps);
       expect_near(end, expected, 0.005 + error, "force at the end");
-      // The library carries long slides by their steady state, whose mean force is that of many bristles. It
-      // differs by up to 0.1 / n.
+      // Tolerance: the library computes long slides by their steady state, whose mean force is that of many
+      // bristles. It differs by up to 0.1 / n.
       expect_near(mean, expected, 0.1 / n + error, "mean force");
     }
   }
@@ -321,7 +321,7 @@ TEST_CASE("A long slide that stops, turns back and goes on in long steps follows
 
 TEST_CASE("Long steps back take bristles that keep a long residual as far as it is, twice", "[rubbing]") {
   // After a slide every bristle is bent by at least the residual length. On the way back none snaps until it
-  // is bent as far the other way, a path of twice the residual.
+  // is bent by as much the other way, after twice the residual.
   TableCase c;
   c.law = uniform;
   c.renewal = 1.0;
@@ -336,8 +336,8 @@ TEST_CASE("Long steps back take bristles that keep a long residual as far as it 
     const double allowed = 4.0 * sampling_error(n) + 0.005;
     for (double way = 0.0; way < 60.0; way += step) {
       const double bend = rub.bend(rub.move(-step));
-      // The bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until then
-      // they stick.
+      // The sliding bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until
+      // then they stick.
       if (way + step <= 40.0) expect_near(bend, f - way - step, allowed, "before any snaps");
       if (way + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
     }
@@ -432,14 +432,14 @@ class BruteRub {
         delta_(n) {
     for (double& d : delta_) d = draw();
   }
-  /// Moves by d along the axis. Returns the mean deflection.
+  /// Moves the body by d along the axis. Returns the mean deflection.
   double move(double d) {
     const double e = d < 0.0 ? -1.0 : 1.0;
     std::size_t snaps = 0;
     for (std::size_t i = 0; i < z_.size(); ++i) {
       z_[i] += d;
       if (z_[i] * e > residual_ + delta_[i]) {
-        z_[i] -= e * delta_[i];  // the bristle is bent on by the rest of the piece
+        z_[i] -= e * delta_[i];  // bends the bristle on by the rest of the piece
         if (redraw_) delta_[i] = draw();
         ++snaps;
       }
@@ -479,7 +479,7 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
   c.residual = 0.25;
   c.renewal = 1.0;
   Rub rub(c, n, 1);
-  // Moves out by 2, back by half a length, out again by 2, and far back.
+  // Moves out by 2 mean lengths, back by half a length, out again by 2, and far back.
   for (const double way : {2.0, -0.5, 2.0, -1.0, -3.0}) {
     for (int k = 0; k < 10; ++k) {
       const double d = way / 10.0;
@@ -509,7 +509,7 @@ TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no 
 TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
           "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
-  // In dbar, with a residual of 2 a bristle snaps at 3, and it is bent by 2.
+  // With a residual of 2 (lengths over dbar) a bristle snaps at 3; here it is bent by 2.
   patch.step(1.2 * dbar, 1.6 * dbar, 100.0);
   patch.batch.set_material(patch.id, rubbed(SnapLength::single(dbar), SnapRule::keep, 0.5, 0.0));
   const Response r = patch.step(0.0, 0.0, 100.0);
@@ -540,7 +540,7 @@ TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") 
 }
 
 TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubbing]") {
-  // Without drawn lengths, seed and key matter for the choice of renewed bristles only.
+  // With equal lengths and keep, seed and key of a patch only decide which bristles are renewed.
   const std::uint32_t n = 2000;
   const auto bristles_of = [&](std::uint32_t seed, std::uint64_t key) {
     OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 0.0, 1.0),
@@ -561,8 +561,8 @@ TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubb
 }
 
 TEST_CASE("A slide on another line than the last begins anew, however long the last one was", "[rubbing]") {
-  // The last motions are back and aside without a snap, so bristles lean across the next slide until it has
-  // forgotten them.
+  // Ends the motion with steps back and aside without a snap, so that bristles lean across the next slide
+  // until it has forgotten them.
   const std::uint32_t n = 20000;
   const Material material = rubbed(uniform, SnapRule::redraw, 0.0, 1.0);
   for (const double length : {10.0, 30.0, 200.0}) {
@@ -608,10 +608,10 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
         }
         off_across += std::pow(now.mean_across - right.mean_across, 2) / (steps - settle);
       }
-      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of the force of one step, N
+      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // noise of the force of a single step, N
 
-      // The library carries long slides on turning paths by their steady state, to first order in the angle
-      // per step. The error grows with the square of the angle and with the curvature.
+      // Tolerance: the library computes long slides on turning paths by their steady state, to first order in
+      // the angle per step. The error grows with the square of the angle and with the curvature.
       const double allowed = turn > 0.2 ? 0.008 : 0.004;
       CHECK(a.end_along == Approx(b.end_along).epsilon(allowed));
       CHECK(a.mean_along == Approx(b.mean_along).epsilon(allowed));
@@ -637,7 +637,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
       OnePatch judge(material, PatchOptions(options).with_seed(2));
       Bends path{turn, false};
       constexpr int period = 20, cycles = 6;
-      // Sums for each phase of the load's period. The first period is left out.
+      // Collects sums for each phase of the load's period, without the first period.
       std::vector<BentStep> of_patch(period), of_judge(period);
       for (int k = 0; k < period * (cycles + 1); ++k) {
         path.next();

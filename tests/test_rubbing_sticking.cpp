@@ -17,7 +17,7 @@ namespace bristle_test::test_rubbing_sticking {
 
 namespace {
 
-/// A patch under a force along x, quasi-static: it moves until friction holds the force. Lengths in units of
+/// A patch under a force along x, moved quasi-statically until friction holds the force. Lengths in units of
 /// the contact's presliding length (residual plus mean snap length), forces over its kinetic friction.
 class Held {
  public:
@@ -36,8 +36,8 @@ class Held {
     force_ = -r.elastic[0] / (load_n * dbar * length_);
     place_ += dx;
   }
-  /// Moves until friction holds the force. Returns whether it does. The stiffness is at most 1 in these
-  /// units, so no step overshoots.
+  /// Moves until friction holds `share` of the kinetic friction. Returns whether it does. The stiffness is at
+  /// most 1 in these units, so no step overshoots.
   bool load_to(double share) {
     const double wanted = share * kinetic_;
     for (int i = 0; i < 400; ++i) {
@@ -46,7 +46,7 @@ class Held {
     }
     return false;
   }
-  /// Moves to and fro sideways by `shake` lengths.
+  /// Shakes the contact sideways, to and fro by `shake` presliding lengths, under a held force.
   bool shake(double shake, double held) {
     double y = 0.0;
     for (int j = 1; j <= 16; ++j) {
@@ -87,7 +87,7 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
-      // At most 2e-6 lengths of creep per cycle, in the last tenth of the cycles.
+      // Allows creep of at most 2e-6 lengths per cycle in the last tenth of the cycles.
       CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);
     }
   }
@@ -145,8 +145,8 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
       CHECK(std::abs(drift(renewal, quiet.first, quiet.second)) < 2e-5);
     }
   }
-  // Held at 0.6 and shaken by 0.6, beyond the limit, the brush with kappa = 1 creeps. The paper's brush
-  // (kappa = 0) does not.
+  // Holds the force 0.6 (of kinetic friction) and shakes by 0.6 lengths, beyond the limit of rubbing: the
+  // brush with kappa = 1 creeps, the paper's (kappa = 0) does not.
   CHECK(drift(1.0, 0.6, 0.6) > 0.1);
   CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
 }
@@ -182,7 +182,7 @@ TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "
       for (int k = 0; k < 6; ++k)
         for (const Sample& s : stroke) {
           const Response r = tip.step(s.dx, s.dy, s.load);
-          if (s.load < 0.5) continue;  // skips the lifting, in which few bristles are in contact
+          if (s.load < 0.5) continue;  // skips lifting, when few bristles are in contact
           const double share = std::hypot(r.elastic[0], r.elastic[1]) / s.load;
           highest = std::max(highest, share);
           if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // skips speeds below 20 mm/s
@@ -212,17 +212,17 @@ TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rub
     patch.step(length, 0.0, 4.0);
     const std::vector<double> now = read(patch, 4).zx;
     for (std::size_t i = 0; i < now.size(); ++i) {
-      if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap but were bent on
+      if (now[i] > before[i] + 0.999 * length) continue;  // skips bristles that did not snap
 
-      // Share of the step that came after the bristle's snap.
+      // Share of the step that came after the bristle's renewal, found from its deflection.
       sum += (now[i] - residual) / length;
       ++slips;
     }
     before = now;
   }
   REQUIRE(slips > 2000);
-  // The standard error of a uniform share is 1 / sqrt(12 n), with n the snaps. A few in a hundred bristles
-  // are renewed twice in a step and show only the later time.
+  // Tolerance: a uniform share, averaged over n renewals, has the standard error 1 / sqrt(12 n). A few in a
+  // hundred bristles are renewed twice in a step and show only the later time.
   CHECK(sum / slips == Approx(0.5).margin(5.0 / std::sqrt(12.0 * slips) + 0.02));
 }
 

@@ -63,7 +63,7 @@ TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit",
         CHECK(rest.bodies[b].velocity[axis] == whole.bodies[b].velocity[axis]);
       }
     }
-    // The force files of the two parts join to that of the whole run, in every digit.
+    // Checks that the force files of a run's two parts join to that of the whole run, in every digit.
     CHECK(read_file(folder.at("first.csv")) + without_header(read_file(folder.at("second.csv"))) ==
           read_file(folder.at("whole.csv")));
   }
@@ -99,7 +99,7 @@ TEST_CASE("Friction of strokes along y is counted from each turn, through a save
         "strokes.toml");
   };
   const cli::Scene scene = scene_of(0.8);
-  // A step slides once the patch is ten mean lengths from its last turn, at a quarter and at three quarters.
+  // Expects sliding from ten mean lengths after a turn; turns are at a quarter and at three quarters.
   const double far = 10.0 * scene.materials[0].material.snap_length.mean();
   std::uint64_t sliding = 0;
   for (int k = 1; k <= 1000; ++k) {
@@ -155,7 +155,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
              Contains("bytes") || Contains("options"));
   CHECK_THAT(refused("", "", folder.at("nothing")), Contains("No such file"));
 
-  // A state file that another program saved has patches, but not the state of a run.
+  // Writes a state file as a program does: it has patches, but not the state of a `bristle run`.
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
   CHECK_THAT(refused("", "", folder.at("program")), Contains("not the state of a run"));
@@ -166,7 +166,7 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const std::string file = folder.write("file", "");
   const auto refused = [&](const std::string& place) {
-    // The refusal comes before the run begins, so no force file exists.
+    // Checks that the refusal comes before the run begins, so that it leaves no force file.
     const std::string why =
         message_of<cli::UserError>([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
     CHECK_THAT(why, Contains(place));

@@ -27,7 +27,7 @@ namespace bristle_test::test_scene_hash {
 
 namespace {
 
-/// Returns the scenes of patches. Scenes of beds have no state hash; test_beds.cpp compares the bits of beds.
+/// Returns the files of scenes with patches. Scenes of beds have no state hash; test_beds.cpp compares beds.
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(BRISTLE_SCENES)) {
@@ -160,7 +160,7 @@ TEST_CASE("Delayed copies and slanted lines of one axis move as their scene says
       "outputs = [\"energy\"]\n"
       "[[motion]]\npatch = \"line\"\ntype = \"ramp\"\nvelocity = [0.03, 0.04]\nload = 1.0\n",
       "s.toml");
-  scene.patches[1].options.axes = 1;  // as `bristle accuracy` tries for a motion on a line
+  scene.patches[1].options.axes = 1;  // one axis, as `bristle accuracy` tries for a motion on a line
   const TemporaryFolder folder;
   cli::RunOptions options;
   options.out = folder.at("forces.csv");

@@ -39,7 +39,7 @@ struct Said {
   std::string text;
 };
 
-/// Runs a command at a terminal and returns its output.
+/// Runs a command at a terminal (a pseudo-terminal) and returns its output.
 Said at_terminal(const std::string& command) {
   int terminal = -1;
   const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
@@ -83,7 +83,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
     double taken = 0.0;
     for (const bristle::Motion& motion : stepper.motions())
       taken += static_cast<double>(stepper.batch().info(motion.id).memory_bytes);
-    // estimate_memory() adds some 2 kB for each patch to the bytes that the library counts.
+    // estimate_memory() adds some 2 kB for each patch to the bytes that the library itself counts.
     const auto copies = static_cast<double>(stepper.motions().size());
     CHECK(static_cast<double>(cli::estimate_memory(scene)) == Approx(taken + 1900.0 * copies).epsilon(0.05));
   }
@@ -91,7 +91,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
 
 TEST_CASE("A scene beyond the memory that it may take is refused with what it needs", "[cli][memory]") {
   const TemporaryFolder folder;
-  // 32 million bristles of 20 bytes need 640 MB.
+  // Scene of 32 million bristles of 20 bytes each, which need 640 MB.
   const std::string file =
       folder.write("large.toml", head + wood + patch("tip", "material = \"wood\"\nbristles = 32000000"));
   Said said = at_terminal("'" BRISTLE_CLI "' run '" + file + "' --memory 100M");
@@ -102,7 +102,7 @@ TEST_CASE("A scene beyond the memory that it may take is refused with what it ne
     CHECK(said.code == 2);
     CHECK_THAT(said.text, Contains("allowed: 1M to 900T"));
   }
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more memory
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more than this limit
   said = at_terminal("ulimit -v 300000; '" BRISTLE_CLI "' run '" + file + "'");
   CHECK(said.code == 2);
   CHECK_THAT(said.text, Contains("MiB are free; give fewer bristles, or --memory 6"));
@@ -114,7 +114,7 @@ TEST_CASE("A limit given by hand lifts the limits of numbers", "[cli][memory]") 
   CHECK_THROWS_WITH(cli::parse_scene(text + material("m7", "presliding_length = 1e-5"), "s"),
                     Contains("bristles"));
   text = head + patch("tip", "material = \"m7\"\ncount = 2000000\nbristles = 1");
-  for (int i = 0; i < 1001; ++i)  // all materials have one law of snap lengths, so that set-up is fast
+  for (int i = 0; i < 1001; ++i)  // all materials have one law, so that set-up is fast
     text += material("m" + std::to_string(i), "bristle_stiffness = 80.0");
   CHECK_THROWS_WITH(cli::parse_scene(text, "s"), Contains("1000 in a scene, or any number with --memory"));
   const cli::Scene scene = cli::parse_scene(text, "s", {std::uint64_t{1} << 30});

@@ -21,7 +21,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Patches of many kinds, moved about: light and heavy, stuck and sliding, some with bad input.
+/// A batch and motions of patches of many kinds: light and heavy, stuck and sliding, some with bad input.
 class BusyScene {
  public:
   explicit BusyScene(int threads, std::uint32_t large = 200000)
@@ -39,7 +39,7 @@ class BusyScene {
     responses_.resize(ids_.size());
   }
 
-  /// Makes step k. Counts the bristles visited, so that the test notices a step that did nothing.
+  /// Makes step k of the watched loop. Counts visited bristles, to notice a step that did nothing.
   long step(int k) noexcept {
     for (std::size_t i = 0; i + 1 < motions_.size(); ++i) {
       motions_[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);
@@ -106,7 +106,7 @@ TEST_CASE("With workers a step makes no system call but theirs: futex and sched_
                               },
                               {SYS_futex, SYS_sched_yield});
   check_clean(seen);
-  CHECK(seen.value >= 1);  // number of threads that took part; on one core it may stay 1
+  CHECK(seen.value >= 1);  // number of threads that took part; 1 on one core
 }
 
 TEST_CASE("Patches that come, go and change on another thread cost the servo thread nothing of the kind",
@@ -139,7 +139,7 @@ TEST_CASE("Patches that come, go and change on another thread cost the servo thr
       [&] {
         const long before = changes;
         long steps = 0;
-        // Takes at least 200 steps, and goes on until 500 changes were made (the adding thread may wait for a
+        // Takes at least 200 steps, until 500 changes were made (the adding thread may wait for a
         // core).
         for (; steps < 200 || (changes < before + 500 && steps < 2000000); ++steps)
           scene->step(static_cast<int>(steps % 1000));
@@ -180,7 +180,7 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    // Only the count of locks sees a free mutex, which makes no system call.
+    // Locking a free mutex makes no system call, so only the count of locks shows it.
     CHECK(seen.system_call_count == 0);
     CHECK(seen.counts.locks == 3);
   }

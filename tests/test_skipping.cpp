@@ -20,7 +20,7 @@ using bristle_test::is_scalar;
 using bristle_test::plain_options;
 using bristle_test::stepped_eagerly;
 
-/// Two batches that must never differ: one skips, one visits every bristle in every step.
+/// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy{BatchOptions{}};
   PatchBatch eager{stepped_eagerly()};
@@ -77,7 +77,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
       for (int k = 0; k < 30000; ++k) {
         if (k % 50 == 0) speed = mean_length * std::pow(10.0, -6.0 + 6.5 * unit());
         if (k % 37 == 0) angle = 6.283185307179586 * unit();
-        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // from 0 (no contact) to overload
+        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // 0 (no contact) to above the maximum
         double dx = speed * std::cos(angle);
         double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
         switch (k % 10) {
@@ -88,7 +88,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
           case 4:  // the patch stays at rest
             dx = dy = 0.0;
             break;
-          case 5: {  // moves by a snap length, or by one bit less or more
+          case 5: {  // a snap length, or a bit less or more
             const double tie = mean_length * (0.5 + 0.25 * static_cast<double>(random() % 5));
             dx = (std::nextafter(tie, unit() < 0.5 ? 0.0 : 1.0)) * (unit() < 0.5 ? -1.0 : 1.0);
             dy = 0.0;
@@ -133,11 +133,11 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
         for (int round = 0; round < 40; ++round) {
           const double forward = unit() < 0.5 ? 1.0 : -1.0;
           wrong += !twins.step(forward * mean_length * (0.3 + 2.0 * unit()), 0.0, 2.0);
-          // After these small steps the lazy batch knows, for every block of bristles, the path to its next
-          // snap.
+          // Takes small steps, after which the lazy batch (which skips blocks) knows the path to the next
+          // snap of every block of bristles.
           for (int k = 0; k < 3; ++k) wrong += !twins.step(-forward * 1e-6 * mean_length, 0.0, 2.0);
-          // Finds the smallest displacement in either direction that snaps a bristle, by bisection. Bristles
-          // are bent along x.
+          // Finds by bisection the smallest displacement, forward or back, that makes a bristle snap.
+          // Bristles are bent along x.
           double holds[2] = {0.0, 0.0}, snaps[2] = {-2.0 * mean_length, 2.0 * mean_length};
           for (int side = 0; side < 2; ++side) {
             for (int k = 0; k < 60; ++k) {
@@ -146,8 +146,8 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
             }
           }
           const int side = std::fabs(snaps[0]) < std::fabs(snaps[1]) ? 0 : 1;
-          // Moves by the largest displacement without a snap, by the smallest with one, or beyond by up to a
-          // thousandth.
+          // Moves by the largest displacement without a snap, by the smallest with one, or by up to a
+          // thousandth more.
           const double way = round % 4 == 0   ? holds[side]
                              : round % 4 == 1 ? snaps[side]
                                               : snaps[side] * (1.0 + std::pow(10.0, -3.0 - 4.0 * unit()));
@@ -191,14 +191,14 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
     return batch.step(1e-3, {&motion, 1}, {&response, 1}).bristles_visited;
   };
   CHECK(visited(0.0, 2.0) == 0);
-  // Straight bristles do not snap up to the shortest length, 0.5 of the mean.
+  // Straight bristles do not snap within the shortest length, 0.5 of the mean, so none is visited.
   for (int k = 0; k < 40; ++k) CHECK(visited(0.01 * mean_length, 2.0) == 0);
   CHECK(visited(0.2 * mean_length, 2.0) > 0);
-  // Contact is lost and regained. All bristles re-enter straight, so none is visited until the path reaches
+  // Loses contact and regains it. All bristles re-enter straight, so none is visited until the path reaches
   // the shortest length.
   CHECK(visited(0.0, 0.0) == 0);
   CHECK(visited(0.3 * mean_length, 2.0) == 0);
-  // Expects no response from force(), which returns only those of the other step function, step(dt).
+  // Checks that force(), which returns responses of step(dt) only, has none after the other step function.
   CHECK(batch.force(id).status == Status::unknown_id);
 }
 

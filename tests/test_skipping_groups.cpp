@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t many = 50000;  // 50000 bristles: 196 blocks, 4 groups
 
-/// Two batches that must never differ: one skips, one visits every bristle in every step.
+/// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy;
   PatchBatch eager{stepped_eagerly()};
@@ -42,7 +42,7 @@ struct Twins {
   void check() {
     CHECK(wrong == 0);
     CHECK(lazy.state_hash() == eager.state_hash());
-    // The lazy batch must have skipped at least half of the visits.
+    // Checks that the lazy batch (which skips blocks) skipped at least half of the visits.
     if (!is_scalar(lazy)) CHECK(visited_lazy < visited_eager / 2);
   }
 };
@@ -54,7 +54,7 @@ void move_about(Twins& twins, double angle, double turn, int steps) {
   const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
   double there = 0.0;
   for (int k = 0; k < steps; ++k) {
-    if (k % 100 == 0) {  // a slide scatters the deflections again
+    if (k % 100 == 0) {  // scatters the deflections by a slide again
       twins.step(2.7 * dbar * std::cos(angle + 1.0), 2.7 * dbar * std::sin(angle + 1.0));
       there = 0.0;
     }
@@ -92,13 +92,13 @@ TEST_CASE("A change of detail forgets how far the patch could go without a snap"
     for (int round = 0; round < 60; ++round) {
       twins.set_detail(round % 2 == 0 ? many / 4 : many);
       const double angle = static_cast<double>(random() % 628) / 100.0;
-      // Each round slides by another length and takes small steps, after which every group knows the path to
-      // its next snap.
+      // Each round slides by another length and takes small steps, after which the batch knows the path to
+      // the next snap of every group of blocks.
       const double slide = dbar * (0.2 + 0.05 * (round % 40));
       twins.step(slide * std::cos(angle), slide * std::sin(angle));
       for (int k = 0; k < 4; ++k) twins.step(1e-7 * dbar, 1e-7 * dbar);
-      // Changes the number of bristles, then moves by less than the paths known before the change may have
-      // allowed.
+      // Changes the number of bristles, then moves by less than the paths to a snap that were known before
+      // the change.
       twins.set_detail(round % 2 == 0 ? many : many / 4);
       for (int k = 0; k < 12; ++k) {
         const double way = dbar * 1e-6 * std::pow(2.5, k);

@@ -27,7 +27,7 @@ SnapLength law_of(const std::string& name) {
   if (name == "uniform_0.5_1.5") return uniform;
   if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
   if (name == "exponential") return SnapLength::exponential(dbar);
-  // Quantiles of limits in proportion to 1 - u^2, u uniform on [0, 1], of mean 1: 1.5 (1 - (1 - q)^2) dbar.
+  // Law of limits in proportion to 1 - u^2, u uniform on [0, 1], mean 1: quantiles 1.5 (1 - (1 - q)^2) dbar.
   std::vector<double> quantiles(SnapLength::max_table_size);
   for (std::size_t k = 0; k < quantiles.size(); ++k) {
     const double u = 1.0 - static_cast<double>(k) / static_cast<double>(quantiles.size() - 1);
@@ -54,7 +54,7 @@ struct Brute {
   Brute(const SnapLength& law, std::uint32_t n, double the_drop = 0.0)
       : strata(bristle::detail::make_strata(law, n)), x(n), y(n), drop(the_drop), slides(n) {}
 
-  /// Moves by (dx, dy), in mean limits, in tiny steps of at most `pace`.
+  /// Moves the body by (dx, dy), in mean limits, in tiny steps of at most `pace`.
   void move(double dx, double dy, double pace) {
     const int steps = std::max(1, static_cast<int>(std::ceil(std::hypot(dx, dy) / pace)));
     for (int k = 0; k < steps; ++k)
@@ -79,7 +79,7 @@ struct Brute {
   }
 };
 
-/// A winding path, in metres.
+/// A random winding path, in metres.
 struct Winding {
   std::mt19937 random{5};
   double angle = 0.0;
@@ -99,8 +99,8 @@ struct Settings {
 }  // namespace
 
 TEST_CASE("first loading and reversal of bristles that slide are the closed forms", "[slide]") {
-  // With 256 strata the patch agrees with the tables to their digits (the exponential law to 2e-5). With 32
-  // the error of the strata shows.
+  // Numbers of strata, and errors. With 256 strata the patch agrees with the tables to their digits (the
+  // exponential law to 2e-5). With 32 the error of the strata shows.
   for (const Settings s : {Settings{256, 3e-5}, Settings{32, 5.5e-4}})
     for (const Precision precision : precisions()) {
       int rows = 0;
@@ -149,7 +149,7 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
       {SnapLength::normal(dbar, 0.3 * dbar), 1e-4}, {uniform, 6.4e-5}};
   for (const auto& [law, allowed] : laws) {
     double error[2] = {0.0, 0.0}, lowest[2] = {0.0, 0.0};
-    int turns = 0;  // number of extremes of the error, of alternating sign, with 32 strata
+    int turns = 0;  // number of extremes of the error, alternating in sign, with 32 strata
     for (int k = 0; k < 2; ++k) {
       const bristle::detail::Strata strata = bristle::detail::make_strata(law, k == 0 ? 32 : 64);
       double weight = 0.0, mean = 0.0;
@@ -178,12 +178,12 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
     CAPTURE(bristle::to_string(law.law()), law.cv(), error[0], error[1]);
     CHECK(error[0] < allowed);
     CHECK(error[1] < error[0] / 3.5);
-    // The error of the strata alternates between equal extremes, at each of their lengths and between any
-    // two. So no other lengths and weights have a smaller maximum (equioscillation).
+    // Checks that the error of the strata alternates between equal extremes, at each of their lengths and
+    // between any two. So no other lengths and weights have a smaller maximum (equioscillation).
     for (const int k : {0, 1}) CHECK(-lowest[k] == Approx(error[k]).epsilon(0.05));
     CHECK(turns >= 2 * 32 - 1);
   }
-  // With few or many strata, and for laws with atoms, the shares sum to 1 and the lengths lie within the law.
+  // Checks strata, few and many, also of laws with atoms: shares sum to 1 and lengths lie within the law.
   const SnapLength odd[] = {SnapLength::lognormal(dbar, 0.3), SnapLength::lognormal(dbar, 3.0),
                             SnapLength::exponential(dbar), SnapLength::single(dbar),
                             SnapLength::table(std::vector<double>{dbar, dbar, dbar, 4.0 * dbar, 4.0 * dbar})};
@@ -286,8 +286,8 @@ TEST_CASE("bristles that slide follow a winding path as they do in tiny steps, a
         stored = now;
       }
       CAPTURE(drop);
-      // With a drop, the reference finds the moment at which a bristle starts to slide only to one of its
-      // small steps.
+      // Tolerance: with a drop of the limit in sliding, the reference finds the moment at which a bristle
+      // starts to slide only to one of its small steps.
       CHECK(worst < (drop == 0.0 ? 3e-4 : 4e-3));
 
       // Changes the load at every step.
@@ -348,8 +348,8 @@ TEST_CASE("one step however long ends along the motion", "[slide]") {
       const double few = (precision == Precision::double_ ? 1e-13 : 2e-6) + std::exp(-0.2 * lengths);
       CHECK(bent(out).x == Approx(1.0).epsilon(few));
       CHECK(std::abs(bent(out).y) < few);
-      // A bristle slides over the whole path but for two limits at most, so dissipation and mean force are
-      // those of sliding within 2 limits over the path.
+      // Tolerance: a bristle slides over the whole path but for two limits at most, so dissipation and mean
+      // force are those of sliding, within 2 limits over the path.
       CHECK(out.dissipated / (load * dbar * lengths * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(-out.mean[0] / (load * dbar) == Approx(1.0).margin(2.0 / lengths + few));
       CHECK(bent(patch.step(-0.25 * dbar, 0.0, load)).x == Approx(0.75).epsilon(100.0 * few));
@@ -360,7 +360,7 @@ TEST_CASE("creep below the last digit of a float turns bristles that slide, and 
           "[slide]") {
   OnePatch patch(sliding(uniform), plain_options(32, 2, Precision::single).with_max_normal_load(load));
   patch.step(100.0 * dbar, 0.0, load);
-  // 500,000 steps of 2e-7 mean limits across the last direction, 0.1 in all.
+  // Moves across the last direction by 500,000 steps of 2e-7 mean limits, 0.1 in all.
   Response out;
   for (int k = 0; k < 500000; ++k) out = patch.step(0.0, 2e-7 * dbar, load);
   OnePatch truth(sliding(uniform), plain_options(32, 2).with_max_normal_load(load));
@@ -380,10 +380,10 @@ TEST_CASE("a load that rises at rest leaves the force, and one that wavers does 
     CHECK(patch.step(0.0, 0.0, 5.0).end[0] == Approx(held).epsilon(few));
     for (int k = 0; k < 1000; ++k) patch.step(0.0, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(few));
-    // Tremor within the limits leaves the force as it is, too.
+    // Checks that tremor within the limits, under a varying load, leaves the force as it is.
     for (int k = 0; k < 1000; ++k) patch.step((k % 2 ? 1e-3 : -1e-3) * dbar, 0.0, 4.0 + (k * 7 % 11) / 11.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(10.0 * few));
-    // A loss of contact erases the memory.
+    // Checks that a loss of contact erases the memory.
     CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
     CHECK(patch.step(0.0, 0.0, 4.0).end[0] == 0.0);
   }
@@ -401,7 +401,7 @@ TEST_CASE(
     const Response fallen = patch.step(0.0, 0.0, 4.0);
     CHECK(fallen.end[0] == Approx(-4.0 * dbar).epsilon(few));
     CHECK(fallen.contact_loss == Approx(stored * (1.0 - 0.16)).epsilon(10.0 * few));
-    // The stiffness stays that of the highest load until the bristles slide.
+    // After a fall of the load the stiffness stays that of the highest load, until bristles slide.
     CHECK(fallen.stiffness == Approx(10.0));
     CHECK(patch.step(-0.1 * dbar, 0.0, 4.0).end[0] == Approx(-(4.0 - 1.0) * dbar).epsilon(1e-5));
     Response slid;
@@ -428,25 +428,25 @@ TEST_CASE("a drop gives the peak of the closed form, again after a rest and afte
         }
         return highest;
       };
-      // Steps of finite length miss a peak between two of them by up to 0.003.
+      // Tolerance: steps of finite length miss a peak between two of them by up to 0.003.
       CHECK(highest_of(1.0, 3.0) == Approx(peak).margin(0.003));
       CHECK(bent(patch.step(0.0, 0.0, load)).x == Approx(kinetic).margin(1e-5));
-      // After sliding, a bristle holds 0.7 of its length. After a rest it slides only at its whole length, so
-      // the force peaks after 0.3 of a length.
+      // Rests after sliding, in which a bristle has 0.7 of its limit. After the rest it slides only at its
+      // whole limit, so the force peaks after a path of 0.3.
       const double after_rest = highest_of(1.0, 2.0);
       CHECK(after_rest > 0.7 + 0.6 * (peak - 0.7));
-      // A reversal restores the static limit as a rest does, whether it is made in small steps or in one.
+      // Reverses, which restores the higher static limit as a rest does, in small steps or in one.
       const double turned = highest_of(-1.0, 4.0);
       CHECK(turned > (law.law() == SnapLaw::single ? 0.997 : 0.72));
       patch.step(5.0 * dbar, 0.0, load);
       if (law.law() == SnapLaw::single) {
-        // A bristle goes from -0.7 to its static limit of +1 on a path of 1.7, and holds until there, in one
-        // step too.
+        // Reverses in one step: a bristle goes from -0.7 of its limit to its static limit +1, on a path of
+        // 1.7, and sticks until there.
         patch.step(-10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(1.69 * dbar, 0.0, load)).x == Approx(0.99).margin(1e-4));
       }
     }
-    // First loading by x mean limits follows the closed form, before and beyond the peak.
+    // First loading by x mean limits follows the closed form before and beyond the peak, in one step.
     for (const double x : {0.3, 0.7, 0.95, 1.2, 1.8}) {
       OnePatch patch(material, plain_options(2048, 1).with_max_normal_load(load));
       CHECK(bent(patch.step(x * dbar, 0.0, load)).x ==
@@ -466,8 +466,8 @@ TEST_CASE("the limit of bristles that slide grows with rest", "[slide]") {
       for (const double rest : {0.01, 1.0, 100.0}) {
         patch.step(10.0 * dbar, 0.0, load);
         CHECK(bent(patch.step(0.0, 0.0, load, rest)).x == Approx(0.8).epsilon(1e-5));
-        // A fast pull after the rest. Bristles start to slide at the aged limit 1 + beta ln(1 + rest / tau),
-        // to which the time of the pull adds almost nothing.
+        // Pulls fast after a rest. Bristles start to slide at the aged limit 1 + beta ln(1 + rest / tau), to
+        // which the time of the pull adds almost nothing.
         const double limit = 1.0 + beta * std::log1p(rest / tau);
         const double way = limit - 0.8;
         CHECK(bent(patch.step((way - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
@@ -514,7 +514,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
       CHECK(again.bristle_stiffness == Approx(m.bristle_stiffness).epsilon(1e-9));
       CHECK(again.snap_length.cv() == Approx(m.snap_length.cv()).epsilon(1e-12));
     }
-  // With one length for all bristles the peak exceeds kinetic friction by the whole drop: 1 - 0.4 / 0.5.
+  // With one limit for all bristles the peak exceeds kinetic friction by the whole drop: 1 - 0.4 / 0.5.
   CHECK(Material::from_coefficients(
             Coefficients{}.with_rule(SnapRule::slide).with_law(SnapLaw::single).with_peak(0.5))
             .drop == Approx(0.2).epsilon(1e-9));
@@ -537,7 +537,7 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
   CHECK_THAT(message_of([] { plain_material(uniform, SnapRule::keep).with_drop(0.1).validate(); }),
              Contains("drop"));
 
-  // The peak's growth per decade of rest equals growth_per_decade, to first order.
+  // Checks that the peak grows by growth_per_decade of kinetic friction per decade of rest, to first order.
   const Material aged = Material::from_coefficients(
       Coefficients(slide).with_spread(0.1).with_drop(0.3).with_growth_per_decade(1e-4).with_ageing_time(
           1e-3));
@@ -555,7 +555,7 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
       patch.step(0.4 * dbar, 0.6 * dbar, load);
       patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
 
-      // Changes the number of strata (down to 1 and back to all). The force stays.
+      // Changes the number of strata (down to 1 and back to all), which must not change the force.
       const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
       const double force = patch.step(0.0, 0.0, load).end[0];
       for (const std::uint32_t detail : {31u, 5u, 1u, 70u}) {
@@ -564,8 +564,8 @@ TEST_CASE("a patch of bristles that slide is thinned out and given another mater
         CHECK(patch.step(0.0, 0.0, load).end[0] == Approx(force).epsilon(few));
       }
 
-      // The new material has half the limits. Bristles beyond them slide at once, and the energy they lose is
-      // in the response.
+      // Gives the patch a material with half the limits. Bristles beyond these slide at once, and the energy
+      // they lose is in the response.
       patch.step(60.0 * dbar, 0.0, load);
       const double stored = patch.energy();
       patch.batch.set_material(patch.id, sliding(SnapLength::lognormal(0.5 * dbar, 0.4)).with_drop(drop));
@@ -598,8 +598,8 @@ TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
                  plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, load);
-  // At half the load bristles hold at most half their length, and 0.7 of that in sliding. They slide from the
-  // beginning of the step.
+  // Halves the load, which halves the limits. Bristles slide from the step's beginning, so they have 0.7 of
+  // half their length.
   CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
 }
 
@@ -607,8 +607,8 @@ TEST_CASE("after a fall of the load bristles turn over the limit that is left", 
   OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, 0.5 * load);
-  // Tractrix after a turn by a right angle: tan(angle / 2) = exp(-path / limit), where the limit is half of
-  // dbar under half the load.
+  // Closed form (tractrix) after a turn by a right angle: tan(angle / 2) = exp(-path / limit), where the
+  // limit is half of dbar under half the load.
   const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
   CHECK(out.end[0] / out.end[1] == Approx(std::tan(2.0 * std::atan(std::exp(-0.8)))).epsilon(1e-4));
 }
@@ -653,7 +653,7 @@ TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]
     patch.step(0.0, 0.4 * dbar, load);
     const Bristles after = read(patch, detail);
     for (std::size_t i = 0; i < detail; ++i) {
-      const double t = std::exp(-0.4 * dbar / before.delta[i]);  // tan of half the angle to the new direction
+      const double t = std::exp(-0.4 * dbar / before.delta[i]);  // tan of half its angle to the new direction
       const double along = before.delta[i] * (1.0 - t * t) / (1.0 + t * t);
       expect_near(after.zy[i] / dbar, along / dbar, 1e-5, "along the new direction");
     }
@@ -669,7 +669,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
   const PatchOptions options = plain_options(32, 2).with_max_normal_load(load);
   bristle::KeyedPatches keyed(batch, material, options, bristle::KeyedOptions{});
   OnePatch alone(material, options);
-  // The pool's patch served another contact until it was reset for this key.
+  // Uses a pool whose patch served another contact until it was reset for this key.
   PatchId id = keyed.find_or_add(7);
   const auto step = [&](double x, double y) {
     return step_one(batch, Motion{id, {x, y}, load, false, {0.0, 0.0}});
@@ -689,7 +689,7 @@ TEST_CASE("bristles that slide behind a key are those of a patch of that seed", 
 }
 
 TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
-  // Discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
+  // Compares discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
   for (const Row& row : read_table("spin_limit.csv")) {
     const auto pressure =
         row.at("pressure") == "hertz" ? bristle::Pressure::hertz : bristle::Pressure::uniform;

@@ -57,7 +57,7 @@ Slid<T> step(Vector z, double limit, Vector d) {
   return slide<T, 2, true, true>(T(z.x), T(z.y), T(limit), T(d.x / length), T(d.y / length), T(length));
 }
 
-/// Draws a deflection within the disc of radius `limit`; one in three is on its edge.
+/// Draws a random deflection within the disc of radius `limit`; one in three is on its edge.
 Vector draw_deflection(std::mt19937& random, double limit) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   const double angle = 2.0 * M_PI * share(random);
@@ -164,8 +164,8 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
     CHECK(still.dissipated == 0.0);
   }
   SECTION("a slide far shorter than the limit keeps its digits") {
-    // The deflection is across the motion. Over a path s the force along the motion grows as s and the force
-    // across falls by s^2 / 2 l, with l the limit.
+    // Checks small paths s after a bend across the motion: the force along grows as s, the force across falls
+    // by s^2 / 2 l, with l the limit.
     const float s = 1e-4f;
     const Slid<float> end = slide<float, 2, true, true>(0.6f, 0.8f, 1.0f, 1.0f, 0.0f, s);
     CHECK(end.dissipated == Approx(static_cast<double>(s) * 0.6).epsilon(1e-4));
@@ -191,7 +191,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
 }
 
 TEST_CASE("a bristle that creeps round a circle lags as one that strides") {
-  // In float each turn is smaller than the resolution of the deflection's angle, but the turns must add up.
+  // Moves in steps that turn the deflection by less than float resolves, but the turns must add up.
   const auto lag = [](auto one, int steps) {
     using T = decltype(one);
     constexpr double radius = 3.0, path = 1.5;

@@ -32,7 +32,7 @@ namespace own = bristle::detail;
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// Returns the largest error in units of the last place of the expected value.
+/// Returns the largest error of a function's values, in units of the last place of the expected ones.
 template <class Own, class Libm>
 double worst_ulp(const Own& f, const Libm& reference, const std::vector<double>& arguments) {
   double worst = 0.0;
@@ -62,7 +62,7 @@ std::vector<double> spread_over_octaves(double low, double high, int n) {
 struct Named {
   std::string name;
   SnapLength law;
-  bristle_test::Quantile quantile;  // quantile function, independent of the library
+  bristle_test::Quantile quantile;  // quantile function in closed form, apart from the library
 };
 
 std::vector<Named> all_laws() {
@@ -87,8 +87,8 @@ std::vector<Named> all_laws() {
   };
 }
 
-/// Returns the integral of g(Q(u)) over u from 0 to `end`, with an independent quantile function Q. Midpoint
-/// rule in t, with u = share(t) flat at both ends, where Q may grow without bound.
+/// Returns the integral of g(Q(u)) over u from 0 to `end`, with a quantile function Q apart from the library.
+/// Midpoint rule in t, with u = share(t) flat at both ends, where Q may grow without bound.
 template <class Function>
 double integrate_quantile(const bristle_test::Quantile& quantile, const Function& g, double end = 1.0) {
   constexpr int n = 200000;
@@ -96,7 +96,7 @@ double integrate_quantile(const bristle_test::Quantile& quantile, const Function
   for (int i = 0; i < n; ++i) {
     const double t = (i + 0.5) / n;
     const double s = 1.0 - t;
-    // `share` is the integral of 140 t^3 (1-t)^3, and `slope` its derivative.
+    // `share` is the integral of 140 t^3 (1-t)^3 from 0 to t, and `slope` its derivative.
     const double share = t * t * t * t * (35.0 - 84.0 * t + 70.0 * t * t - 20.0 * t * t * t);
     const double slope = 140.0 * t * t * t * s * s * s;
     if (!(share > 0.0 && share < 1.0)) continue;
@@ -153,7 +153,7 @@ TEST_CASE("exp, log, expm1 and log1p answer at the ends of their range as libm d
 TEST_CASE("The normal distribution function is erfc, its inverse undoes it, down to 1e-300", "[elementary]") {
   double worst = 0.0;
   for (double z : spread_evenly(-37.0, 9.0, 20011)) {
-    // The tolerance grows with z^2, as does the error of erfc by the rounding of its argument.
+    // Tolerance in proportion to 1 + z^2, as the argument's rounding gives erfc an error that grows with z^2.
     const double expected = 0.5 * std::erfc(-z / std::sqrt(2.0));
     worst = std::max(worst, std::abs(own::normal_cdf(z) / expected - 1.0) / (1.0 + z * z));
   }
@@ -198,7 +198,7 @@ TEST_CASE("Moments are the integrals of the quantile function", "[snap_length]")
   for (const Named& named : all_laws()) {
     INFO(named.name);
     const double mean = named.law.mean();
-    // The midpoint sum does not resolve the higher moments of a wide lognormal law.
+    // Leaves out higher moments of a wide lognormal law, which the midpoint sum does not resolve.
     const int most = named.law.cv() > 0.9 && named.law.law() == SnapLaw::lognormal ? 2 : 6;
     for (int k = 0; k <= most; ++k) {
       INFO("k = " << k);
@@ -227,15 +227,15 @@ TEST_CASE("Moments have their closed forms to twelve digits", "[snap_length]") {
   const SnapLength exponential = SnapLength::exponential(2.0);
   CHECK(exponential.moment(6) == Approx(720.0 * 64.0).epsilon(1e-14));
   CHECK(exponential.cv() == 1.0);
-  // Normal with deviation = mean = 1, cut at 0: mean 1 + phi(1) / Phi(1), second moment mean + 1.
+  // Expects of a normal law with deviation = mean = 1, cut at 0: mean 1 + phi(1) / Phi(1), E[x^2] = mean + 1.
   const SnapLength normal = SnapLength::normal(1.0, 1.0);
   const double mean = 1.0 + std::exp(-0.5) / std::sqrt(2.0 * M_PI) / (0.5 * std::erfc(-std::sqrt(0.5)));
   CHECK(normal.mean() == Approx(mean).epsilon(1e-14));
   CHECK(normal.moment(2) == Approx(mean + 1.0).epsilon(1e-14));
   CHECK(normal.moment(3) == Approx(mean + 1.0 + 2.0 * mean).epsilon(1e-14));
   CHECK(normal.cv() == Approx(std::sqrt(mean + 1.0 - mean * mean) / mean).epsilon(1e-13));
-  // A narrow normal law is not cut at 0. Its spread is not lost in the difference of squares that gives the
-  // variance.
+  // A narrow normal law is not cut at 0. Its spread must not be lost in the difference of squares that gives
+  // the variance.
   CHECK(SnapLength::normal(1.0, 1e-9).cv() == Approx(1e-9).epsilon(1e-12));
   CHECK(SnapLength::lognormal(1.0, 1e-9).quantile(0.975) - 1.0 == Approx(1.959963984540054e-9).epsilon(1e-6));
   const std::vector<double> table{1.0, 1.0, 3.0};  // half of the lengths are 1, half uniform on [1, 3]
@@ -251,7 +251,7 @@ TEST_CASE("Survival and partial moments are integrals of the quantile function u
     for (double share : {0.01, 0.2, 0.4, 0.7, 0.95}) {
       const double x = named.quantile(share);
       const bool atom = named.name == "table" && (share == 0.2 || share == 0.95);
-      if (atom) continue;  // at x the distribution function jumps
+      if (atom) continue;  // skips atoms, where the distribution function jumps
       INFO("share " << share);
       CHECK(named.law.survival(x) == Approx(1.0 - share).epsilon(1e-11));
       CHECK(named.law.partial_moment(0, x) == Approx(share).epsilon(1e-10));
@@ -306,9 +306,9 @@ TEST_CASE("The longest snap length is the bound of the law or its quantile at 1 
   CHECK(SnapLength::table(values).longest() == 5.0);
   const double z = 5.3 - (0.5 * std::erfc(5.3 / std::sqrt(2.0)) - std::ldexp(1.0, -24)) *
                              -std::sqrt(2.0 * M_PI) *
-                             std::exp(0.5 * 5.3 * 5.3);  // expected by one Newton step from 5.3
+                             std::exp(0.5 * 5.3 * 5.3);  // quantile at 1 - 2^-24, by a Newton step from 5.3
   CHECK(SnapLength::normal(1.0, 0.1).longest() == Approx(1.0 + 0.1 * z).epsilon(1e-4));
-  // Fixed-point sums of deflections rely on every length being below 2^10 mean lengths.
+  // Checks that every length is below 2^10 mean lengths, on which fixed-point sums of deflections rely.
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() < 1024.0);
   CHECK(SnapLength::lognormal(1.0, 3.0).longest() > 900.0);
 }
@@ -370,7 +370,7 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   CHECK(refuses([&] { SnapLength::table(negative); }, {"quantiles_m[0] = -1"}));
   CHECK(refuses([&] { SnapLength::table(share_of_zeros); }, {"quantiles_m[1] = 0", "1e-12"}));
   std::vector<double> far(257, 1e-6);
-  far.back() = 1.0;  // makes the mean 1/512 of the longest length, which is allowed
+  far.back() = 1.0;  // one long length: the mean is 1/512 of it, which is allowed
   CHECK(SnapLength::table(far).longest() == 1.0);
   std::vector<double> farther(257, 1e-9);
   CHECK(SnapLength::table(farther).law() == SnapLaw::single);

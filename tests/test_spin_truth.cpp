@@ -34,7 +34,7 @@ double mean_arm(BrutePressure pressure) {
 struct Turned {
   std::vector<double> s, torque;
 };
-// Returns the rows of a table of discs that turn from rest, ordered by angle, without the row of the peak.
+// Returns the rows of a reference table of discs that turn from rest, by angle, without the peak's row.
 Turned turned_rows(const std::string& table, const std::string& pressure, const std::string& length) {
   Turned rows;
   for (const Row& row : read_table(table)) {
@@ -116,8 +116,8 @@ TEST_CASE("Turned from rest with long bristles, brute force and renewal theory a
       CHECK(renewal[i] == Approx(table.torque[i]).margin(2e-4));
       CHECK(brute[i] == Approx(table.torque[i]).margin(5e-3));
     }
-    // The peak torque is lower than that of short bristles (1.067 for Hertz's pressure, 1.085 for uniform
-    // pressure).
+    // Checks that long bristles have a lower peak torque than short ones (1.067 for Hertz's pressure, 1.085
+    // for uniform pressure).
     CHECK(*std::max_element(table.torque.begin(), table.torque.end()) <
           0.99 * (p == BrutePressure::hertz ? 1.06726 : 1.08521));
   }
@@ -167,7 +167,7 @@ class PatchDisc {
     motion_.displacement[1] = dy * radius_;
     motion_.displacement[2] = angle;
     const bristle::ExtendedResponse r = step_one(patches_, motion_);
-    // One bristle of 1 N/m per newton of load.
+    // Unit of forces: one bristle of 1 N/m per newton of load, bent by the radius.
     const double unit = load_n * radius_;
     return {-r.end[0] / unit, -r.end[1] / unit, -r.end[2] / (unit * radius_)};
   }

@@ -30,7 +30,7 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
     const double dy = axes == 2 ? length * std::sin(angle) : 0.0;
     const double share = 0.5 + 0.45 * flat(random);
 
-    // Both patches start from equal bits, so that an earlier difference by rounding is not counted again.
+    // Gives both patches equal bits at each round's start, so that earlier rounding is not counted again.
     parts.batch.restore_state(saved_state(whole.batch));
 
     const Response once = whole.step(dx, dy, n);
@@ -69,7 +69,7 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
   // double none is expected. In float a bristle is with a chance of about 2^-22 x path / delta in each step,
   // delta being its snap length.
   const double shorter =
-      // Bound on E[dbar / delta], delta the snap length.
+      // bound on the mean of dbar over the snap length
       law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;
   const double chance =
       precision == Precision::double_ ? 0.0 : 0x1p-22 * (2.0 + longest_step / dbar) * shorter;
@@ -96,12 +96,12 @@ TEST_CASE("Splitting a straight step in two gives the same end state with keep",
 
 TEST_CASE("Splitting a straight step in two gives the same end state with redraw while nothing jumps",
           "[step]") {
-  // The steps stay below the distance of 3.4 mean lengths (at cv 0.3) from which a step jumps over many snaps
-  // at once.
+  // Keeps steps below 3.4 mean lengths (at cv 0.3), from which on a step jumps over many snaps at
+  // once.
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       if (law.law.law() == bristle::SnapLaw::exponential)
-        continue;  // jumps at any distance with this law, because they are exact in distribution
+        continue;  // skips this law, for which steps of any length jump, exact in distribution only
       for (int axes : {1, 2}) {
         for (double longest : {0.8, 2.5}) {
           INFO(name_of(precision) << ", " << law.name << ", axes " << axes << ", steps to " << longest

@@ -33,7 +33,7 @@ TEST_CASE("The linear loops have the spectral radii and limits of theory", "[sta
   for (const Row& row : read_table("stability_cases.csv")) {
     const double k = number(row, "k=KT2/m"), c = number(row, "c=CT/m");
     CAPTURE(row.at("case"));
-    // The table and its inputs have twelve digits. At a double root an error of 1e-12 in a coefficient is one
+    // Tolerance: the table has twelve digits, and at a double root an error of 1e-12 in a coefficient is one
     // of 1e-6 in the root.
     CHECK(cli::linear_radius(Scheme::explicit_euler, k, c, 0.0) ==
           Approx(number(row, "rho_explicit_euler")).epsilon(1e-5));
@@ -51,7 +51,7 @@ TEST_CASE("The linear loops have the spectral radii and limits of theory", "[sta
     REQUIRE(limits.size() == 1);
     CHECK(limits[0] == Approx(number(row, "kmax_numeric")).epsilon(1e-8));
   }
-  // Limits of loops that use the step's mean force; the expected values have three digits.
+  // Stability limits of loops that use the step's mean force; the expected values have three digits.
   CHECK(cli::stability_limits(Scheme::device_mean, 0.0, 0.01).at(0) == Approx(0.0100).margin(5e-5));
   CHECK(cli::stability_limits(Scheme::device_mean, 0.0, 0.1).at(0) == Approx(0.103).margin(5e-4));
   CHECK(cli::stability_limits(Scheme::device_mean, 0.0, 0.5).at(0) == Approx(0.579).margin(5e-4));
@@ -79,8 +79,8 @@ TEST_CASE("A mass on the brush settles and rings as the independent simulation s
     const double expected = number(row, "x_pp_over_dbar");
     CAPTURE(name, s.start_velocity, amplitude, expected, to_string(result.verdict));
     const bool rings = row.at("verdict") == "rings";
-    // The table calls a loop settled if its amplitude is below 2 % of dbar, and ringing if it is above and
-    // does not fall. The program says that both grow while nothing has snapped.
+    // The reference table calls a loop settled if its amplitude is below 2 % of dbar, and ringing if it is
+    // above and does not fall. The program says that both grow while nothing has snapped.
     if (rings) {
       CHECK(result.verdict != Verdict::settles);
     } else {
@@ -107,8 +107,8 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
     for (const double second : {0.05, 0.5}) {
       const double c = cli::is_device(scheme) ? 0.0 : second, beta = cli::is_device(scheme) ? second : 0.0;
       const auto limits = cli::stability_limits(scheme, c, beta);
-      // At a quarter beyond the limit, the amplitude changes in each step by a few per cent of `second`. Over
-      // thousands of steps that shows clearly.
+      // Starts a quarter below and a quarter beyond the stability limit, where the amplitude changes in a
+      // step by a few per cent of `second`, clearly over thousands of steps.
       const double limit = limits.empty() ? 8.0 : limits.back();
       for (const bool inside : {true, false}) {
         const double k = limit * (inside ? 0.75 : 1.25);
@@ -116,8 +116,8 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
           CAPTURE(to_string(scheme), second, k, sliding);
           const LoopResult result = cli::run_loop(cli::cell_setup(scheme, k, second, sliding, options));
           CHECK((result.verdict == Verdict::settles) == (inside || cli::is_implicit(scheme)));
-          // Snaps bound the swing of a spring that is too stiff for the step: by dbar plus the path in one
-          // step, k dbar.
+          // Bound: snaps limit the swing of a spring that is too stiff for the step to dbar plus the path in
+          // one step, k dbar.
           if (!inside) CHECK(result.peak_to_peak_m < 20.0 * (1.0 + k) * 1e-5);
         }
       }
@@ -154,7 +154,7 @@ TEST_CASE("A loop on any bristles settles within the linear limit and not beyond
 }
 
 TEST_CASE("A sliding mass stops where the friction of its rule takes its energy", "[stability]") {
-  // Friction of K dbar with slide, of half as much with keep; the implicit couplings lose a few per cent.
+  // Friction is K dbar with slide, half of it with keep; the implicit couplings lose a few per cent.
   for (const bristle::SnapRule rule : {bristle::SnapRule::keep, bristle::SnapRule::slide})
     for (const cli::StopRow& row : cli::stopping_distances(rule)) {
       if (row.scheme != Scheme::midpoint || row.slide < 100.0) continue;
@@ -175,7 +175,7 @@ TEST_CASE("A damper too strong for the step is not bounded by snaps", "[stabilit
 }
 
 TEST_CASE("A force one step late costs damping of K T/2, the mean force K T", "[stability]") {
-  // With the end force the expected value is exact, as the sum of d^2 over displacements d. The mean force
+  // Expected damping. With the end force it is exact, the sum of d^2 over displacements d; the mean force
   // adds products of successive d, smaller by cos(2 pi / 1000).
   CHECK(cli::late_force_damping(false) == Approx(0.5).epsilon(2e-3));
   CHECK(cli::late_force_damping(true) == Approx(1.0).epsilon(2e-3));
@@ -186,7 +186,7 @@ TEST_CASE("A rigid block on a slope stays where it settled", "[stability]") {
     const cli::RestRow row = cli::rest_on_slope(scheme, test_size(20000) * 1e-3);
     CAPTURE(to_string(scheme), row.first_second_m, row.creep_m);
     CHECK(row.first_second_m > 1e-6);
-    CHECK(row.first_second_m < 15e-6);  // the block settles within a path of the longest snap length
+    CHECK(row.first_second_m < 15e-6);  // the block settles within a longest snap length
     CHECK(std::abs(row.creep_m) < 1e-12);
   }
 }
@@ -199,7 +199,7 @@ TEST_CASE("A wheel under a car rolls up a slope and back, however stiff, where a
     CAPTURE(row.slip_stiffness, row.inertia, row.dt_s, row.k);
     CHECK(std::abs(row.midpoint.speed_error) < 2e-3);
     CHECK(row.midpoint.gained_j < 1e-7);
-    // A wheel at rest with k > 4 rings, and gains energy, if the force is held over a step.
+    // A wheel at rest with k > 4 (K T^2 / inertia) rings and gains energy if force is held over a step.
     if (row.k > 4.0) CHECK(row.held.gained_j > 1.0);
     if (row.k < 1.0) CHECK(row.held.gained_j < 1e-6);
   }
@@ -233,7 +233,7 @@ TEST_CASE(
     "[stability][ageing]") {
   for (const cli::SpringPull& pull : cli::pulls()) {
     CAPTURE(pull.name);
-    // A very slow disturbance of the speed changes the force by the slope of friction over speed.
+    // Disturbs the speed so slowly that the force changes by the slope of steady friction over speed.
     const double v = pull.speed_m_per_s, omega = 1e-3 * v / pull.material.snap_length.mean();
     const double slope =
         pull.load_n *
@@ -256,7 +256,7 @@ TEST_CASE("A contact that ages and slides in jerks takes no more than the spring
   CHECK(jerks.slowest < 0.05);
   CHECK(jerks.fastest > 10.0);
   CHECK(jerks.energy_error < 1e-9 * jerks.work);
-  // Without ageing a spring of equal stiffness pulls the block steadily.
+  // Checks that without ageing a spring of the same stiffness pulls the block steadily.
   cli::SpringPull plain = pull;
   plain.material.ageing_strength = 0.0;
   CHECK(cli::critical_stiffness(plain) == 0.0);

@@ -45,7 +45,7 @@ void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// One patch of each of every_variant() with fewer than 10,000 bristles, moved by scripted_motion().
+/// A batch with one patch per case of every_variant() below 10,000 bristles, moved by scripted_motion().
 class Scripted {
  public:
   explicit Scripted(const bristle::BatchOptions& options = {}, std::uint32_t bristles = 600)
@@ -74,10 +74,10 @@ class Scripted {
 
  public:
   PatchBatch batch;
-  std::vector<double> forces;  ///< forces and dissipated energies of all patches in the last step
+  std::vector<double> forces;  ///< forces and energies lost in the last step, of all patches
 };
 
-/// Makes two small patches with bent bristles.
+/// Adds two small patches with bent bristles to a batch.
 PatchBatch small_batch() {
   PatchBatch batch;
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
@@ -93,7 +93,7 @@ PatchBatch small_batch() {
   return batch;
 }
 
-/// Finds where two states of one batch differ outside their heads, by a stored value.
+/// Finds the byte at which a given number is stored in a saved state, after its head.
 std::size_t find_number(const std::vector<std::byte>& state, double value) {
   for (std::size_t at = 40; at + 8 <= state.size(); ++at)
     if (std::memcmp(state.data() + at, &value, 8) == 0) return at;
@@ -105,7 +105,7 @@ void put(std::vector<std::byte>& state, std::size_t at, const void* what, std::s
   std::memcpy(state.data() + at, what, size);
 }
 
-/// Rewrites the checksum of core/patches/SAVED_STATE.md, by an independent implementation.
+/// Rewrites the checksum (core/patches/SAVED_STATE.md) of a changed state, by an independent implementation.
 void reseal(std::vector<std::byte>& state) {
   std::uint64_t hash = 0x6A09E667F3BCC909u;
   const auto add = [&hash](std::uint64_t word) {
@@ -135,8 +135,8 @@ TEST_CASE("A run taken up from a state file goes on with the same bits", "[state
   bristle::save_state_file(folder.at("state"), first.batch);
   CHECK(bristle::restore_state_file(folder.at("state"), second.batch).empty());
   CHECK(second.batch.state_hash() == first.batch.state_hash());
-  // The forces come from sums kept beside the bristles. The hash does not cover these sums, so the forces are
-  // compared too.
+  // Compares forces after restoring, because they come from sums kept beside the bristles, which the hash
+  // does not cover.
   second.run(30, 31);
   first.run(30, 31);
   CHECK(second.forces == first.forces);
@@ -164,14 +164,14 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
   CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
   CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
               {folder.at("state"), "bytes", "100"}));
-  // With a limit of 2 for the caller's own bytes, the 3 in the file are refused before memory is allocated.
+  // Allows two bytes of the caller's own, so the file's three are refused before memory is allocated.
   CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), batch, 2); }),
               {folder.at("state"), "at most"}));
   CHECK(bristle::restore_state_file(folder.at("state"), batch, 3) == extra);
 }
 
 TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
-  // The saved patch has another seed than the one it is restored to, so its first snap lengths are computed
+  // Restores a patch over one with another seed, so that its first snap lengths are computed
   // again.
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
@@ -251,7 +251,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 #if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // a pipe is refused without waiting for data
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // refuses a pipe without waiting for data
 #endif
 
   bristle::save_state_file(folder.at("state"), batch);
@@ -262,7 +262,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
     CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
   }
   newer[8] = std::byte{1};
-  newer[48] = std::byte{9};  // changes the format version of the batch state inside the file
+  newer[48] = std::byte{9};  // another format version of the batch state in the file
   write_bytes(folder.at("newer"), newer);
   CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
 
@@ -278,7 +278,7 @@ TEST_CASE("A state file replaces the old one whole, and nothing that is no file"
   bristle::save_state_file(folder.at("state"), batch);
   CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
-        1);  // no temporary file is left
+        1);  // no temporary file is left in the folder
 
   const auto refusal = [&](const std::string& path) {
     return message_of([&] { bristle::save_state_file(path, batch); });
@@ -318,7 +318,7 @@ TEST_CASE("The name of a state file is UTF-8", "[state]") {
 
 #if defined(__unix__)
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
-  // A limit on the size of files simulates a full disk.
+  // Simulates a full disk by a limit on the size of files.
   const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   bristle::save_state_file(folder.at("state"), batch);
@@ -354,7 +354,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   {
     std::vector<std::byte> same = good;
     reseal(same);
-    REQUIRE(same == good);  // the independent checksum equals the library's
+    REQUIRE(same == good);  // the test's checksum equals the library's
   }
   const std::uint64_t before = batch.state_hash();
   const auto refusal = [&](std::size_t at, const void* what, std::size_t size) {
@@ -368,7 +368,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   // Offset of the first patch's contact (core/patches/SAVED_STATE.md): head of 40 bytes, then patch head of
   // 36.
   constexpr std::size_t contact = 40 + 36;
-  CHECK(find_number(good, 1.6) == contact);  // load, the first field of the contact
+  CHECK(find_number(good, 1.6) == contact);  // offset of the load, the first field of the contact
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
   const std::uint32_t many = 1u << 30;
   const std::int64_t far = std::int64_t{1} << 62;
@@ -391,7 +391,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   const std::uint32_t none = 0, two = 2;
   CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
   CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
-  // A weight of one bristle in three does not fit two representatives.
+  // Forges the number of representatives: two do not fit the weight of one bristle in three.
   CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));
   CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {
@@ -416,7 +416,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(delta + 4, &zero_float, 4), {"snap length"}));
   CHECK(names(refusal(40, &many, 4), {"patch 1", "another material or other options"}));
   CHECK(names(refusal(24, &far, 8), {"saved patches"}));
-  // At a load of 1.6 N the third bristle is out of contact, so its bytes are ignored.
+  // At a load of 1.6 N the third bristle is out of contact, so its forged values are ignored.
   std::vector<std::byte> ignored = good;
   put(ignored, zx + 8, &nan_float, 4);
   put(ignored, delta + 8, &nan_float, 4);

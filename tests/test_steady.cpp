@@ -20,16 +20,16 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       if (law.law.law() == bristle::SnapLaw::single)
-        continue;  // no average over time, because one length keeps its phase for ever
+        continue;  // skips a single length, which keeps its phase for ever
       for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
         INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule));
         const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
         const double kinetic = number(find_row(summary, key), "f_kinetic");
         const double relative_sd = number(find_row(summary, key), "rel_sd_F_zeta900_in_time");
         OnePatch patch(plain_material(law.law, rule), plain_options(n, 2, precision));
-        // SnapRule::keep: bristles snap at fixed places, so the time average is one over phases, which long
-        // steps cover soonest. SnapRule::redraw: after 2.3 mean lengths little memory is left, and the step
-        // is too short to jump over snaps.
+        // Chooses steps. SnapRule::keep: bristles snap at fixed places, so the time average is one over
+        // phases, which long steps cover soonest. SnapRule::redraw: after 2.3 mean lengths little memory is
+        // left, and the step is too short to jump over snaps.
         const double h = dbar * (rule == SnapRule::keep ? 37.1234567 : 2.3);
         patch.step(0.0, 0.0, n);
         for (int k = 0; k < 60; ++k) patch.step(h, 0.0, n);
@@ -44,28 +44,28 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
           snaps += static_cast<double>(r.snaps);
         }
         const Sample f = describe(force);
-        // The column sd_in_time_ref has the fluctuation in closed form. With SnapRule::keep it is that of the
-        // table's own sample of 900 lengths.
+        // Column sd_in_time_ref has the fluctuation in closed form; with SnapRule::keep that of the table's
+        // own sample of 900 lengths.
         const double table_sd = number(find_row(fluctuation, key), "sd_in_time_ref");
         const double of_squares = law.law.moment(4) / (law.law.moment(2) * law.law.moment(2)) - 1.0;
         const double luck = rule == SnapRule::keep ? sigmas * 0.5 * std::sqrt(of_squares / n) : 1e-9;
         expect_near(relative_sd * kinetic, table_sd, luck * table_sd, "closed form against the table");
 
-        // With SnapRule::keep the snap lengths are stratified, so their mean has an error of 1/n of a length.
+        // Tolerance: with SnapRule::keep lengths are stratified, so their mean is off by 1/n of a length.
         const double population = rule == SnapRule::keep ? 3.0 / n : 0.0;
         expect_near(f.mean, kinetic, sigmas * f.error() + population, "kinetic force");
-        // Allows twice the textbook error, because successive forces are slightly correlated.
+        // Tolerance of twice the textbook error, because successive forces are slightly correlated.
         const double sd_error = 2.0 * sigmas * 0.5 * error_of_variance(steps);
         expect_near(std::sqrt(f.variance), relative_sd * kinetic, sd_error * relative_sd * kinetic,
                     "fluctuation");
 
-        // The step means have the average of the end forces, and the dissipated energy is kinetic friction
-        // times distance.
+        // Checks that mean forces average as end forces do, and that the dissipated energy is kinetic
+        // friction times distance.
         const double mean_error = sigmas * f.error() + population;
         expect_near(describe(mean_force).mean, kinetic, mean_error, "average of the step means");
         expect_near(dissipated / (1.0 * n * steps * h * dbar), kinetic, mean_error,
                     "dissipated per distance");
-        // A bristle snaps once per mean length (SnapRule::redraw) or per own length: E[1/delta].
+        // Expects one snap per bristle and mean length (SnapRule::redraw), or per own length: E[1/delta].
         if (rule == SnapRule::redraw) {
           expect_near(snaps * dbar / (1.0 * n * steps * h), 1.0,
                       sigmas * law.law.cv() / std::sqrt(1.0 * n * steps * h / dbar) + 1e-3,
@@ -90,13 +90,13 @@ TEST_CASE("The kinetic coefficient is that of the closed form at any weight and 
                                     .with_asperity_height_deviation(number(row, "sigma_m"))
                                     .with_snap_length(SnapLength::uniform(0.5 * length, 1.5 * length))
                                     .with_snap_rule(rule);
-      // 900 physical bristles are represented by n lighter ones, of which a third is out of contact.
+      // Represents 900 physical bristles by n lighter ones, of which a third is out of contact.
       OnePatch patch(material, PatchOptions{}.with_max_normal_load(1.5 * load).with_bristles(n));
       for (int k = 0; k < 60; ++k) patch.step(0.83 * length, 0.0, load);
       if (rule == SnapRule::keep) patch.step(1000.37 * length, 0.0, load);
       const Response r = patch.step(0.3 * length, 0.0, load);
       const double kinetic = number(row, "Fk_N");
-      // Relative standard deviation of one bristle: that of 900 (summary.csv), times 30.
+      // Relative standard deviation of one bristle: 30 times that of 900 bristles (summary.csv).
       const double one = 30.0 * 0.0223;
       expect_near(-r.end[0], kinetic, kinetic * sigmas * one / std::sqrt(n / 1.5), "friction force");
       expect_near(material.kinetic_coefficient() * load, kinetic, 1e-8 * kinetic, "kinetic coefficient");
@@ -107,11 +107,11 @@ TEST_CASE("The kinetic coefficient is that of the closed form at any weight and 
 
 namespace {
 
-/// Returns the material of a parameter set of steady_force_velocity.csv, with its damper and lubricant.
+/// Returns the material of a parameter set of steady_force_velocity.csv, with damper and viscous friction.
 Material damped_material(const Row& row, bristle::DamperDecay decay) {
   const Row set = find_row(read_table("param_sets.csv"), {{"set", row.at("set")}, {"variant", "fixed"}});
   const double length = number(set, "dbar_m");
-  // Normal stiffness from load over (zeta sigma), because the table's own column has too few digits.
+  // Normal stiffness by load over (zeta sigma), because the table's own column has too few digits.
   const double normal_stiffness = number(set, "N_N") / (number(set, "zeta") * number(set, "sigma_m"));
   return Material{}
       .with_bristle_stiffness(number(row, "Fk_N") * 2.0 / (number(set, "zeta") * length))
@@ -141,11 +141,11 @@ TEST_CASE("Dampers and lubricant add to the kinetic force what the table of spee
       const double load = load_of(row);
       OnePatch patch(damped_material(row, decay),
                      PatchOptions{}.with_max_normal_load(load).with_bristles(900).with_outputs(Outputs::all));
-      // In oblique motion the damper force depends on the magnitude of the velocity, and acts along it.
+      // Checks oblique motion: the damper force depends on the magnitude of the velocity, and acts along it.
       const double dt = 1e-4;
       const Response r = patch.step(0.6 * v * dt, -0.8 * v * dt, load, dt);
       const double damper = number(row, column) - number(row, "Fk_N");
-      const double tolerance = 1e-10 * number(row, column);  // the table's values have 12 digits
+      const double tolerance = 1e-10 * number(row, column);  // the reference table has 12 digits
       expect_near(-r.damper[0], 0.6 * damper, tolerance, "damper force x");
       expect_near(-r.damper[1], -0.8 * damper, tolerance, "damper force y");
       expect_near(r.end[0], r.elastic[0] + r.damper[0], 1e-15, "end = elastic + damper");
@@ -156,7 +156,7 @@ TEST_CASE("Dampers and lubricant add to the kinetic force what the table of spee
       }
       expect_near(r.damper_work, damper * v * dt, tolerance * v * dt, "damper work");
 
-      // A velocity given by the caller replaces displacement / dt in the damper, and nowhere else.
+      // Checks that the caller's velocity replaces displacement / dt in the damper, and nowhere else.
       Motion motion;
       motion.id = patch.id;
       motion.normal_load = load;
@@ -191,7 +191,7 @@ TEST_CASE("The force over speed has its maximum and minimum where Lambert's W pu
       motion.velocity[0] = u * vs;
       return number(row, "Fk_N") - patch.step(motion).damper[0];
     };
-    // The lubricant (sigma2) is so strong beside the damper that the force has no extremum.
+    // Here viscous friction (sigma2) is so strong beside the damper that force over speed has no extremum.
     if (extremum.at("u_max").empty()) {
       for (double u = 0.0; u < 20.0; u += 0.1)
         expect(force(u + 0.1) > force(u), "the force grows with speed");

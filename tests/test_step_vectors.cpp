@@ -23,7 +23,7 @@ OnePatch bent_bristle(double zx, double zy, double delta, int axes, Precision pr
   return patch;
 }
 
-/// Checks a row of the table, with lengths in units of `unit` metres. `turn` swaps the axes.
+/// Checks a row of the table of exact steps, with lengths in units of `unit` metres. `turn` swaps the axes.
 void check_row(const Row& row, double unit, int axes, Precision precision, SnapRule rule, bool turn) {
   const auto length = [&](const char* column) { return unit * number(row, column); };
   double z0[2] = {length("zx0"), length("zy0")};
@@ -39,8 +39,8 @@ void check_row(const Row& row, double unit, int axes, Precision precision, SnapR
   const double delta = length("delta");
   const double snaps = number(row, "snaps");
   const double lost = number(row, "energy_lost_over_sigma0") * unit * unit;
-  // In double the tolerance is 1e-12 of a length, as the table has 12 digits. In float it is four rounding
-  // errors of the path and of the snap length.
+  // Tolerance: in double 1e-12 of a length, as the table has 12 digits; in float four rounding errors of the
+  // path and of the snap length.
   const double path = std::hypot(d[0], d[1]);
   const double tolerance = precision == Precision::double_ ? 1e-12 * unit : 0x1p-22 * (path + 2.0 * delta);
 
@@ -91,7 +91,7 @@ TEST_CASE("One step of one bristle ends where the table of exact vectors says", 
 
 #if BRISTLE_WITH_DOUBLE
 TEST_CASE("Random steps follow the brute-force patch bristle by bristle with keep", "[step]") {
-  constexpr std::uint32_t n = 600;  // blocks of 256 and a partly filled one
+  constexpr std::uint32_t n = 600;  // number of bristles: two blocks of 256 and a part of one
   for (int axes : {1, 2}) {
     for (const NamedLaw& law : reference_laws()) {
       INFO(law.name << ", axes " << axes);
@@ -115,8 +115,8 @@ TEST_CASE("Random steps follow the brute-force patch bristle by bristle with kee
         const Response r = patch.step(dx, dy, n);
         const BruteStep expected = brute.step(dx, dy);
         const Bristles now = read(patch, n);
-        // Rounding may decide whether a bristle near its snap length snaps, after which it is one snap length
-        // off. None is expected in 300 steps of a continuous law.
+        // Counts bristles that differ: rounding may decide whether a bristle near its snap length snaps,
+        // after which it is one snap length off. None is expected in 300 steps of a continuous law.
         const double tolerance = 1e-12 * (dbar + travelled);
         int apart = 0;
         for (std::uint32_t i = 0; i < n; ++i) {
@@ -170,10 +170,10 @@ TEST_CASE("A bristle that snaps once with redraw is carried by the remainder and
         const double rest = 0.3 * dbar - to_snap;
         const double z = 0.8 * after.zx[i] + 0.6 * after.zy[i];
         expect_near(0.6 * after.zx[i] - 0.8 * after.zy[i], 0.0, 1e-12 * dbar, "deflection across the motion");
-        // A bristle is bent by the path since its snap, or by less if it snapped again.
+        // A bristle is bent by the path since its first snap in the step, or by less if it snapped again.
         expect(z <= rest + 1e-12 * dbar && z >= -1e-12 * dbar, "the deflection is within the remainder");
         expect(z <= after.delta[i] * (1.0 + 1e-12), "the deflection is within the new snap length");
-        if (law.law.quantile(1e-9) > 0.3 * dbar) {  // no length is so short that a bristle could snap twice
+        if (law.law.quantile(1e-9) > 0.3 * dbar) {  // no length is so short that bristles snap twice
           expect_near(z, rest, 1e-12 * dbar, "deflection after one snap");
         }
       }
@@ -212,8 +212,8 @@ TEST_CASE("A one-axis patch and a two-axis patch moving along x agree", "[step]"
         const double dx = 0.8 * dbar * flat(random);
         const Response a = one.step(dx, 0.0, n);
         const Response b = two.step(dx, 0.0, n);
-        // In float, rounding may decide whether a bristle near its length snaps, which changes a force by up
-        // to two mean lengths.
+        // Tolerance in float: rounding may decide whether a bristle near its length snaps, which changes a
+        // force by up to two mean lengths.
         const double tie = precision == Precision::single ? 2.0 * dbar : 0.0;
         expect_near(a.elastic[0], b.elastic[0], rounding * n * dbar + tie, "end force");
         expect_near(a.mean[0], b.mean[0], rounding * n * dbar + tie, "mean force");

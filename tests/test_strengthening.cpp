@@ -42,7 +42,7 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
       OnePatch with(strengthening_material(), options);
       OnePatch without(Material(strengthening_material()).with_speed_strengthening(0.0, slow), options);
       for (int i = 0; i < 200; ++i) {
-        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // speeds of 1e-7 to 1 m/s
+        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // speeds of 1e-7 to 1 m/s in all
         const double dx = i % 3 == 0 ? -size : 0.6 * size, dy = axes == 2 ? 0.8 * size : 0.0;
         const double load = 1.0 + i % 4;
         Motion motion{with.id, {dx, dy}, load};
@@ -60,19 +60,19 @@ TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one ax
                   Approx(r.damper[k] - plain.damper[k]).epsilon(1e-9).margin(1e-12));
           REQUIRE(trial.damper[k] == r.damper[k]);
         }
-        // The reported damping is force over velocity, so that damping times velocity gives the force.
+        // Checks the reported damping, force over velocity, so that damping times velocity gives the force.
         REQUIRE(r.damping == Approx(plain.damping + force / speed).epsilon(1e-12));
         REQUIRE(r.damper_work == Approx(r.damping * speed * speed * tick).epsilon(1e-12));
         REQUIRE(with.batch.strengthening_damping(with.id, load, speed) ==
                 Approx(force / speed).epsilon(1e-12));
       }
-      // At rest there is no force, and damping is the limit of force over velocity.
+      // Checks a patch at rest: there is no force, and damping is the limit of force over velocity.
       const Response rest = with.step(0.0, 0.0, 2.0);
       CHECK(rest.damper[0] == 0.0);
       CHECK(rest.damping ==
             Approx(without.step(0.0, 0.0, 2.0).damping + 2.0 * a / (2.0 * slow)).epsilon(1e-12));
       CHECK(with.step(0.0, 0.0, 2.0).damping == rest.damping);
-      // A velocity given by the caller replaces displacement over time. Out of contact there is no force.
+      // A velocity given by the caller replaces displacement over time; out of contact there is no force.
       Motion given{with.id, {1e-9, 0.0}, 2.0};
       given.has_velocity = 1;
       given.velocity[0] = -0.4;
@@ -129,8 +129,8 @@ struct Flight {
 
 TEST_CASE("Strengthening with speed stops a body as its equation of motion says, by either coupling",
           "[strengthening][coupling]") {
-  // In a step, strengthening changes the body's speed by 2 mm/s or more, far above v* = 3 um/s, so an
-  // explicit coupling would overshoot.
+  // Strengthening changes the body's speed by 2 mm/s or more per step, far above v* = 3 um/s, so an explicit
+  // coupling would overshoot.
   for (const bool midpoint : {false, true}) {
     Glider glider(midpoint, 0.05);
     Flight flight{0.05};
@@ -145,7 +145,7 @@ TEST_CASE("Strengthening with speed stops a body as its equation of motion says,
     }
     CHECK(std::abs(flight.v) < 1e-6);
     CHECK(glider.x == Approx(flight.x).epsilon(0.03));
-    CHECK(last < 1e-9);  // m/s; the body rests and does not swing
+    CHECK(last < 1e-9);  // speed in m/s; the body rests and does not swing
   }
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("A body on bristles that strengthen comes to rest, and gains no energy
         if (midpoint) REQUIRE(energy() <= before + 1e-9);
         before = energy();
       }
-      // The bent bristles pull the body back at the low speed at which strengthening balances their force.
+      // Expects the low speed at which bent bristles pull the body back against strengthening.
       CHECK(
           glider.body.velocity[0] ==
           Approx(2.0 * slow * std::sinh(glider.response.elastic[0] / (a * load))).epsilon(0.05).margin(1e-9));
@@ -214,11 +214,11 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
     }
     CAPTURE(push);
     if (push == 0.25) {
-      // The push is below kinetic friction, so bent bristles hold the body and do not slip.
+      // Below kinetic friction: bent bristles hold the pushed body, which does not slip.
       CHECK(std::abs(x - at_half) < 1e-3 * dbar);
     } else {
-      // Pushes for one second: the body accelerates by the push less kinetic friction and what strengthening
-      // adds to it.
+      // After a push of one second the body accelerates by the push less kinetic friction and
+      // strengthening.
       const double v = plate.velocity[0];
       CHECK(v > 0.05);
       const double acceleration =

@@ -1,4 +1,4 @@
-// Tests of time, with generous margins, in an executable of their own that runs alone (label `stress`).
+// Bounds on computing time, wide ones, in an executable of their own that runs alone (label `stress`).
 //
 // Uses thread CPU time, the best of several tries, so that other programs do not decide.
 #include <catch2/catch.hpp>
@@ -143,14 +143,14 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
                                [&](int) { other.step(1.6 * dbar, aside, n); }),
                     2.0, "a denormal way aside against none");
-        // Displacements shrink from a snap length to nothing, again and again, as in a decaying motion.
+        // Motion that shrinks from a snap length to nothing, again and again, as a decaying swing does.
         check_below(time_ratio([&](int k) { usual.step(dbar * (k % 50 == 0 ? 1.0 : 1e-8), 0.0, n); },
                                [&](int k) { other.step(dbar * std::pow(10.0, -8.0 * (k % 50)), 0.0, n); }),
                     2.0, "a motion that decays to nothing against one that decays to little");
         check_below(time_ratio([&](int k) { usual.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : 0.0); },
                                [&](int k) { other.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : denormal); }),
                     2.0, "a denormal load against none");
-        // Motion with a part across that is denormal in single precision, and the deflections that it leaves.
+        // Motion with an across component that is denormal in float, as are the deflections it leaves.
         const double faint_y = axes == 2 ? 1e-41 : 0.0;
         const auto far_and_near = [&](OnePatch& patch, double y) {
           return [&patch, y](int k) {
@@ -160,14 +160,14 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         };
         check_below(time_ratio(far_and_near(usual, axes == 2 ? 0.3 : 0.0), far_and_near(other, faint_y)), 2.0,
                     "a denormal direction against another");
-        // A rising overload shrinks the deflections below the normal range of float.
+        // A load that rises beyond the maximum shrinks deflections below the normal range of float.
         OnePatch shrunk = make(material);
         for (int round = 0; round < 40; ++round)
           for (double load : {1e8, 1e12, 1e15 / 3.0, 1.0 * n}) shrunk.step(0.0, 0.0, load);
         check_below(time_ratio([&](int k) { usual.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); },
                                [&](int k) { shrunk.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); }),
                     2.0, "denormal deflections against others");
-        // Bristles so soft that forces and energies are denormal doubles.
+        // Material with bristles so soft that forces and energies are denormal doubles.
         OnePatch faint = make(Material(material)
                                   .with_bristle_stiffness(1e-15)
                                   .with_normal_stiffness(1e15)

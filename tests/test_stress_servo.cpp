@@ -26,10 +26,10 @@ namespace {
 
 const SnapLength usual_law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
-/// Threads that spin or stream memory during the lifetime of this object.
+/// Threads that keep cores busy, spinning or streaming memory, during the lifetime of this object.
 class Rivals {
  public:
-  /// Returns the number that fills the other cores, at most three; each streams 32 MB.
+  /// Returns the number of busy threads that fills the other cores, at most three; each streams 32 MB.
   static int for_other_cores() {
     return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) - 1, 1, 3);
   }
@@ -58,8 +58,8 @@ class Rivals {
   std::vector<std::thread> threads_;
 };
 
-/// A plain loop over equally many bristles, all of which snap in every step. bristle's time is compared with
-/// its time.
+/// A plain loop over equally many bristles, all of which snap in every step, to compare times
+/// with.
 struct PlainStep {
   bristle::plain::PlainLoop loop;
   double sum = 0.0;
@@ -70,7 +70,7 @@ struct PlainStep {
           options.mean_snap_length_m = dbar;
           options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
           options.mean = true;
-          // Uses the faster of the two styles of plain loops for bristles that all snap; bench/RESULTS.md.
+          // Uses the faster style of plain loop for bristles that all snap (bench/RESULTS.md).
           options.style =
               rule == SnapRule::keep ? bristle::plain::Style::one_loop : bristle::plain::Style::chunked;
           return options;
@@ -85,7 +85,7 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = u
   return patch;
 }
 
-/// Asserts the limit only where bristle uses the machine's widest vectors, for which the plain loop is
+/// Asserts the bound only where bristle uses the machine's widest vectors, for which the plain loop is
 /// compiled.
 void check_vectors_below(const PatchBatch& batch, double value, double limit, const char* what) {
   if (is_scalar(batch) || std::getenv("BRISTLE_ISA") != nullptr)
@@ -94,15 +94,15 @@ void check_vectors_below(const PatchBatch& batch, double value, double limit, co
     check_below(value, limit, what);
 }
 
-constexpr std::uint32_t hundredfold = 90000;  // a hundred times the paper's 900 bristles
+constexpr std::uint32_t hundredfold = 90000;  // number of bristles, a hundred times the paper's 900
 
 void check_hundredfold(const char* when) {
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch = sliding_patch(hundredfold, rule);
     PlainStep plain(hundredfold, rule);
     double p99 = 1e9, ratio = 1e9;
-    // CPU time includes time that a host takes without reporting it, so a machine shared with others gets ten
-    // seconds.
+    // Allows ten seconds, because CPU time includes what a shared machine's host takes without reporting
+    // it.
     const double start = bristle::DeadlineMonitor::wall_now();
     do {
       const auto [ours, theirs] =
@@ -124,7 +124,7 @@ TEST_CASE("Ninety thousand bristles, a hundred times the paper's, all snap withi
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch(plain_material(usual_law, rule), plain_options(hundredfold));
     patch.step(0.0, 0.0, hundredfold);
-    // 1.6 mean lengths, beyond every length of the law
+    // step of 1.6 mean lengths, beyond every length of the law
     REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);
   }
   in_rounds([] { check_hundredfold("alone"); });
@@ -139,14 +139,14 @@ TEST_CASE("A rival that streams memory on the other core leaves the servo thread
 
 namespace {
 
-/// A motion chosen to make steps slow. `motion` returns it for step k of a patch of n bristles.
+/// A case of motion chosen to make steps slow. `motion` returns it for step k of a patch of n bristles.
 struct HardMotion {
   const char* name;
   SnapLength law;
   SnapRule rule;
   Motion (*motion)(int k, std::uint32_t n);
-  /// Largest allowed ratio of the 90th percentile of step times to the median of a plain loop. At least every
-  /// fourth step is a hard one.
+  /// Largest allowed ratio of the 90th percentile of step times to a plain loop's median. At least every
+  /// fourth step is a slow one.
   double limit;
 };
 
@@ -159,7 +159,7 @@ Motion moved(double dx, double dy, double load) {
 }
 
 Motion all_at_once(int, std::uint32_t n) { return moved(0.26 * dbar, 0.0, n); }
-// Moves by more than twice the longest snap length; otherwise bristles settle into motion without snaps.
+// Moves by more than twice the longest snap length, else bristles settle into a motion without snaps.
 Motion reversal(int k, std::uint32_t n) { return moved(k % 2 ? 3.2 * dbar : -3.2 * dbar, 0.0, n); }
 Motion square_load(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.0, (k % 2 ? 1.0 : 0.1) * n); }
 Motion in_and_out(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.3 * dbar, k % 2 ? n : 0.0); }
@@ -173,7 +173,7 @@ Motion all_together(int k, std::uint32_t n) {
 TEST_CASE("No motion is hard on a step: all snap at once, reversal each tick, load square wave", "[stress]") {
   constexpr std::uint32_t n = 30000;
   const SnapLength nearly_one = SnapLength::uniform(0.99 * dbar, 1.01 * dbar);
-  // If all lengths are equal to the bit, kernels compute remainders in double, which takes ten times as long.
+  // With snap lengths equal to the bit, kernels compute remainders in double, which takes ten times as long.
   const SnapLength one = SnapLength::single(dbar);
   const HardMotion motions[] = {
       {"all snap at once", nearly_one, SnapRule::keep, all_at_once, 1.5},
@@ -209,7 +209,7 @@ double median(Times& times) {
   return times[times.size() / 2];
 }
 
-constexpr int come_and_go = 1000;  // patches that come, and patches that go, in each tick
+constexpr int come_and_go = 1000;  // number of patches that come, and of patches that go, in each tick
 constexpr std::uint32_t small = 100;
 
 /// Replaces, in each tick of the adding thread, the patches of four ticks ago.
@@ -230,7 +230,7 @@ class Adder {
   std::array<std::vector<PatchId>, 4> ids_;
 };
 
-/// A servo loop over two thousand permanent patches and those that came in the last two ticks.
+/// Servo loop that steps two thousand permanent patches and those that came in the last two ticks.
 class BusyServo {
  public:
   BusyServo()
@@ -285,9 +285,9 @@ double time_of_changing(BusyServo& servo, int ticks) {
   std::vector<double> times;
   bool all_known = true;
   for (int k = 2; k < ticks; ++k) {
-    while (done.load() < k) std::this_thread::yield();  // waits until the patches of both earlier ticks exist
+    while (done.load() < k) std::this_thread::yield();  // waits until the two earlier ticks' patches exist
 
-    // Tells the adder to replace patches for tick k during this step.
+    // Tells the adding thread to replace patches for tick k during this step.
     asked.store(k);
     times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
     all_known =
@@ -309,15 +309,15 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     for (int tries = 0; tries < 3; ++tries) {
       BusyServo with, without;
       changing = std::min(changing, time_of_changing(with, ticks));
-      // For comparison, equal motions of as many patches, none of which comes or goes.
+      // Times, for comparison, equal motions of as many patches, none of which comes or goes.
       Adder adder(without.batch);
       adder.tick(0);
       adder.tick(1);
       std::vector<double> times;
       for (int k = 2; k < ticks; ++k) times.push_back(without.step(adder.ids(1), adder.ids(0)));
       steady = std::min(steady, median(times));
-      // The ratio is of the shortest times, because other programs on a machine slow a median but not the
-      // fastest run.
+      // Compares the shortest times, because other programs on the machine slow a median but not the fastest
+      // run.
       least = std::min(least, *std::min_element(times.begin(), times.end()));
       for (int k = 0; k < 20; ++k) {
         const double start = bristle::DeadlineMonitor::cpu_now();
@@ -352,7 +352,7 @@ class PlainHandOver {
     const auto first = static_cast<std::size_t>(j % 4 * come_and_go);
     for (std::size_t i = first; i < first + come_and_go; ++i) push(i, nullptr);
     for (std::size_t i = first; i < first + come_and_go; ++i)
-      push(i, std::make_unique<std::array<float, 8 * small>>());  // a block as large as the memory of a patch
+      push(i, std::make_unique<std::array<float, 8 * small>>());  // block of memory as large as a patch's
   }
   void consume() {
     while (Node* next = current_->next.load(std::memory_order_acquire)) {
@@ -392,7 +392,7 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
   PlainHandOver plain;
   int ticks = 0;
   in_rounds([&] {
-    // Both lists are filled by one thread and emptied by another, which finds them in the other core's cache.
+    // One thread fills both lists and another empties them, which finds them in the other core's cache.
     const auto fill = [&] {
       std::thread([&] {
         adder.tick(ticks);
@@ -405,7 +405,7 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
       take();
       return bristle::DeadlineMonitor::cpu_now() - start;
     };
-    double ours = 1e9, theirs = 1e9;  // s, the shortest medians of several tries
+    double ours = 1e9, theirs = 1e9;  // shortest medians of several tries, s
     for (int tries = 0; tries < 3; ++tries) {
       std::array<double, 41> our_times, their_times;
       for (std::size_t k = 0; k < our_times.size(); ++k) {
@@ -424,9 +424,9 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
 
 #if BRISTLE_WITH_TBB
 TEST_CASE("Workers that are preempted neither stop a step nor change its bits", "[stress]") {
-  // Slow kernels are forced, so that pieces of a step take about a millisecond and threads are preempted
-  // within them. The number of bristles exceeds parallel_from_paused of core/runtime/sharing.hpp: a preempted
-  // caller counts as one that pauses between steps, and would take a smaller step alone.
+  // Forces slow kernels, so that pieces of a step take about a millisecond and threads are preempted within
+  // them. The number of bristles exceeds parallel_from_paused of core/runtime/sharing.hpp: a preempted caller
+  // counts as one that pauses between steps, and would take a smaller step alone.
   const std::uint32_t n = test_size(240000);
   const int cores = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
   const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
@@ -447,14 +447,14 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
-    // A worker takes part only when the system gives it a core, so not every step is shared.
+    // Not every step is shared, because a worker takes part only when the system gives it a core.
     int more = 0;
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
     CHECK(shared.hash() == alone.hash());
     if (n > 200000) CHECK(most_tasks > 1);  // at least one step was shared
     CHECK(most_threads > 1);
-    // Waiting for a worker that was preempted may spin, though not for long.
+    // Bounds the time for which the caller spins while a worker that holds a piece is preempted.
     std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,
                 most_threads);
     check_below(crowded.p50 / single.p50, 1.8, "CPU time of the calling thread against doing all alone");

@@ -77,7 +77,7 @@ velocity = 1e-3
 load = 0.8
 )";
 
-/// Runs a sweep, requires that it succeeds, and returns its table.
+/// Runs `bristle sweep`, requires that it succeeds, and returns its table.
 std::string table_of(const Folder& folder, const std::string& arguments,
                      const std::string& environment = "") {
   const Outcome outcome =
@@ -118,7 +118,7 @@ std::vector<double> numbers_of(const std::string& range) {
   return numbers;
 }
 
-/// Arguments of a sweep of twelve rows, each of which takes milliseconds.
+/// Arguments of a sweep with twelve rows, each of which takes milliseconds to compute.
 const std::string twelve_rows =
     "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
 
@@ -159,10 +159,10 @@ TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOM
 
 TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sweep]") {
   const std::vector<double> points = cli::sobol_points(2, 6, 0);
-  // Expected points from Numerical Recipes and ACM 659.
+  // Expected points of the Sobol sequence, from Numerical Recipes and ACM 659.
   CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
-  // The first 16 points fall into the 4 x 4 cells of the unit square one each, whether or not a seed shifts
-  // their digits.
+  // The first 16 points of the sequence fall into the 4 x 4 cells of the unit square one each, whether or not
+  // a seed shifts their digits.
   for (const std::uint64_t seed : {0u, 7u}) {
     const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
     std::set<int> cells;
@@ -229,7 +229,7 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
   cli::set_key(root, "material.a.peak", 0.5);
-  // Replaces `peak`, because a scene takes only one of the two keys.
+  // A key set as peak_over_kinetic replaces `peak`, because a scene takes only one of the two.
   cli::set_key(root, "material.a.peak_over_kinetic", 1.2);
   CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
   cli::set_key(root, "material.a.peak", 0.5);
@@ -284,7 +284,7 @@ TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]")
     CHECK(number(table, row, "tip.dissipated[J]") == patch["energy"]["dissipated"].get<double>());
     CHECK(number(table, row, "tip.snaps") == patch["energy"]["snaps"].get<double>());
     CHECK(number(table, row, "tip.kinetic_in_theory") == Approx(row == 0 ? 0.3 : 0.4));
-    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // 1 mm/s for 0.3 s
+    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // slide of 0.3 s at 1 mm/s
     CHECK(number(table, row, "tip.load_mean[N]") == Approx(0.8));
   }
 }
@@ -295,7 +295,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
   const auto table = csv_rows(table_of(folder, "'" + scene + "' " + twelve_rows + " --report state_hash"));
   std::set<std::string> hashes;
   for (std::size_t row = 0; row < 12; ++row) hashes.insert(cell(table, row, "state_hash"));
-  CHECK(hashes.size() == 12);  // each repeat has a seed of its own, so all states differ
+  CHECK(hashes.size() == 12);  // states differ, as each repeat has a seed of its own
   const Outcome written = run_cli(
       folder, "sweep '" + scene + "' " + twelve_rows + " --row 7 --out '" + folder.at("row.toml") + "'");
   REQUIRE(written.code == 0);
@@ -307,7 +307,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
 TEST_CASE("Values that a scene refuses make a row that says so, and the others run", "[sweep]") {
   const Folder folder;
   const std::string scene = folder.write("slide.toml", slide_scene);
-  // The peak of a lognormal law is at most 2.006 times the kinetic coefficient.
+  // Varies the peak beyond the limit of a lognormal law, 2.006 times the kinetic coefficient.
   const auto table =
       csv_rows(table_of(folder, "'" + scene + "' --vary material.wood.peak=0.46,0.9,-1 --report kinetic"));
   REQUIRE(table.size() == 4);
@@ -317,7 +317,7 @@ TEST_CASE("Values that a scene refuses make a row that says so, and the others r
     CHECK(cell(table, row, "tip.kinetic").empty());
     CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
     CHECK(cell(table, row, "failure").find(folder.path.string()) ==
-          std::string::npos);  // a failure's text has no path, so it is identical on every machine
+          std::string::npos);  // the text has no path: it is identical everywhere
   }
 }
 
@@ -369,7 +369,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   options.scene = folder.write("trace.toml", scene);
   options.vary = {"material.wood.kinetic=0.3,0.4"};
   const cli::Study first(options);
-  // Another study is made from the recipe of the first alone, in another folder.
+  // Repeats a study in another folder, from the first one's recipe alone.
   const Folder elsewhere;
   const cli::Study copy(first.recipe(), elsewhere.path.string());
   CHECK(copy.hash() == first.hash());
@@ -384,7 +384,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   CHECK(second.run_row(1) != row);
 }
 
-// ----------------------------------------------------------------------------- one table whoever runs
+// ---------------------------------------------- one table, whichever threads or machines run the rows
 
 TEST_CASE("A sweep's table is the same with any number of threads, on any instruction set",
           "[sweep][determinism]") {
@@ -429,7 +429,7 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
     for (std::uint64_t i = 0; i < 4; ++i) {
       rows.push_back(study.run_row(i));
       journal.add(rows.back());
-      journal.add(rows.back());  // a repeated row counts once
+      journal.add(rows.back());  // a row that is in both parts counts once
     }
   }
   const std::string whole = read_file(path);
@@ -480,12 +480,12 @@ TEST_CASE(
       Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
   const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
-  // A file of another kind whose lines happen to begin with their hash.
+  // A file of another kind whose lines happen to begin with their hash, like a journal's.
   const std::string diary = line(R"({"schema":"diary","scene":"s","vary":[],"commit":""})") + "x\n";
   CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(study, folder.write("diary", diary)); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("diary")) == diary);
-  // Lines with a right hash whose contents are not rows of the study.
+  // Journal lines with a right hash whose contents are not rows of the study.
   const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
   for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
                                  std::string("[0,0.4"), "[99," + study.run_row(0).substr(3), deep,
@@ -495,7 +495,7 @@ TEST_CASE(
     CHECK_THAT(message_of<UserError>([&] { cli::SweepRows(study, path); }), Contains(path));
   }
 
-  // A comment added to the scene leaves the hash of the study, a changed number changes it.
+  // Checks that a comment added to the scene leaves the study's hash, and a changed number changes it.
   folder.write("slide.toml", "# a comment\n" + slide_scene);
   CHECK(cli::Study(study_options(scene)).hash() == study.hash());
   std::string changed = slide_scene;
@@ -508,7 +508,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
           "[sweep][determinism]") {
   const Folder folder;
   const std::string scene = folder.write("slide.toml", slide_scene), journal = folder.at("journal");
-  // Rows of about 10 ms, so that a signal comes when some are done and others are not.
+  // Makes rows of about 10 ms, so that a signal comes when some are done and others are not.
   const std::string vary =
       " --vary material.wood.kinetic=0.3:0.45:40 --vary patch.tip.bristles=10000 --report default";
   const std::string table = table_of(folder, "'" + scene + "'" + vary);
@@ -550,10 +550,10 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
   CHECK_THAT(resumed.err, Contains("of 40 rows are in"));
   CHECK(read_file(folder.at("killed.csv")) == table);
   const std::string text = read_file(journal);
-  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the file has every row once, and the header
+  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // the table has every row once, and the header
 }
 
-// ------------------------------------------------------------------------------------- parts of a study
+// --------------------------------------------------- parts of a parameter study: rows, columns, reports
 
 namespace {
 
@@ -561,7 +561,7 @@ std::vector<nlohmann::json> cells_of(const cli::Study& study, std::uint64_t row)
   return nlohmann::json::parse(study.run_row(row)).get<std::vector<nlohmann::json>>();
 }
 
-/// Returns the place of a column in a study's rows.
+/// Returns the index of the column with this name in a study's rows.
 std::size_t column_of(const cli::Study& study, const std::string& name) {
   const auto& columns = study.columns();
   const auto found = std::find_if(columns.begin(), columns.end(),
@@ -605,7 +605,7 @@ TEST_CASE("A study's recipe holds all of it, and each part of it is in its hash"
     const std::vector<nlohmann::json> cells = cells_of(copy, row);
     CAPTURE(row, cells.back());
     REQUIRE(cells.back().is_null());
-    const std::size_t point = row / 2;  // rows that repeat a point follow each other
+    const std::size_t point = row / 2;  // rows that repeat a point follow one another
     CHECK(cells[2] == (shares[2 * point] < 0.5 ? "a.csv" : "b.csv"));
     CHECK(cells[3].get<double>() == Approx(0.3 + 0.1 * shares[2 * point + 1]));
     CHECK(cells[column_of(copy, "tip.x")].get<double>() == Approx(cells[2] == "a.csv" ? 0.9e-4 : 1.8e-4));
@@ -645,10 +645,10 @@ TEST_CASE("Copies of a patch have seeds of their own, and one way", "[sweep]") {
   CHECK(cells[column_of(study, "tip.x")].get<double>() == Approx(40e-6));
   CHECK(cells[column_of(study, "pad.y")].get<double>() == Approx(40e-6));
   CHECK(cells[column_of(study, "tip.snaps")].is_number_unsigned());
-  CHECK(cells[column_of(study, "pad.snaps")].is_null());  // the patch was not asked to compute energies
+  CHECK(cells[column_of(study, "pad.snaps")].is_null());  // this patch does not compute energies
   std::set<std::string> names;
   for (const cli::SweepColumn& column : study.columns()) {
-    CHECK_FALSE(column.measured);  // `all` leaves out measured times
+    CHECK_FALSE(column.measured);  // the word `all` leaves out measured times
     CHECK(names.insert(column.name).second);
   }
   const toml::table row = cli::parse_toml(study.scene_text(1), "row.toml");
@@ -700,8 +700,8 @@ TEST_CASE("A column has the unit of its key, and texts where a value is one", "[
     options.vary = {vary};
     options.steps = 1;
     const cli::Study study(options);
-    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // a body and a patch have the
-                                                                             // same name
+    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // a body with the name of a
+                                                                             // patch
     return std::pair(study.columns()[1].head(), cells_of(study, 0)[1]);
   };
   CHECK(column("motion.tip.velocity.0=2e-3").first == "motion.tip.velocity.0[m/s]");
@@ -709,7 +709,7 @@ TEST_CASE("A column has the unit of its key, and texts where a value is one", "[
   CHECK(column("body.block.mass=0.2").first == "body.block.mass[kg]");
   CHECK(column("patch.tip.bristles=100,200").second == 100);
   CHECK(column("patch.tip.bristles=100,many").second == "100");
-  // A list gives each of its values an equal share; whole numbers of a range are rounded.
+  // Points of a list give each value an equal share; whole numbers of a range are rounded.
   const cli::VariedKey list = cli::parse_varied("k=a,b,c"), whole = cli::parse_varied("k=0:10:int");
   CHECK((list.at(0.0) == "a" && list.at(0.3) == "a" && list.at(0.34) == "b" && list.at(0.7) == "c"));
   CHECK((whole.at(0.17) == 2 && whole.at(0.12) == 1));

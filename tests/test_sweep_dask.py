@@ -70,7 +70,7 @@ class OnDask(unittest.TestCase):
 
     @classmethod
     def start_worker(cls):
-        """A process of its own, without a nanny that would start another in its place, and in another folder."""
+        """Starts a worker as a process, without a nanny that would replace it, and in another folder."""
         environment = dict(os.environ, PYTHONPATH=str(pathlib.Path(bristle.__file__).parents[1]))
         return subprocess.Popen(
             [sys.executable, "-m", "distributed.cli.dask_worker", cls.cluster.scheduler_address, "--no-nanny", "--nthreads",

@@ -25,7 +25,7 @@ using bristle::Population;
 
 namespace {
 
-/// 2^46 units of mass are the highest load of an infinite brush (core/patches/COHORTS.md).
+/// Highest load of an infinite brush: 2^46 units of mass (core/patches/COHORTS.md).
 constexpr double unit_of_mass = 0x1p-46;
 
 Material redrawn(const SnapLength& law = SnapLength::lognormal(dbar, 0.3)) {
@@ -35,7 +35,7 @@ PatchOptions infinite_options() {
   return PatchOptions{}.with_population(Population::infinite).with_max_normal_load(1.0);
 }
 
-/// Checks that saving, restoring and saving again gives equal bytes.
+/// Checks that saving, restoring and saving a patch's state again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
   const std::vector<std::byte> state = saved_state(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));
@@ -53,7 +53,7 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
       const double load = units * unit_of_mass;
       const Response far = patch.step(1.0, 0.0, load);
       expect_taken_back(patch);
-      // All bristles slide, so the force is above 0 and below that of the longest bristles.
+      // When all bristles slide, the force must be above 0 and below that of the longest bristles.
       CHECK(far.elastic[0] < 0.0);
       CHECK(far.elastic[0] > -100.0 * dbar * load);
       CHECK(patch.step(0.0, 0.0, 0.0).elastic[0] == 0.0);
@@ -64,8 +64,8 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
 
 TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
           "[state][cohorts][determinism]") {
-  // Each of many cohorts (bristles bent alike) rounds the little mass that it keeps, so their sum may exceed
-  // the mass of the load.
+  // Makes many cohorts (bristles bent alike), each of which rounds the little mass that it keeps, so their
+  // sum may exceed the mass of the load.
   for (const double cv : {0.15, 0.3}) {
     std::vector<OnePatch> patches;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())
@@ -93,7 +93,7 @@ TEST_CASE("An infinite brush is the same everywhere when its load falls to a few
 
 TEST_CASE("An infinite brush of any lengths is taken back after its lengths became shorter",
           "[state][cohorts]") {
-  // The bristles are bent beyond the longest new length. The share of lengths above that is 0 only up to
+  // Bends bristles beyond the longest new length. The share of lengths above that is 0 only up to
   // rounding.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -122,7 +122,7 @@ TEST_CASE("Bristles shorter than a residual can tell are none too short to divid
     for (const double left : {residual, 0.0}) {
       patch.batch.set_material(patch.id, Material(plain).with_residual_length(left));
       patch.step(0.0, 0.0, many);
-      CHECK(shortest() > 0.0);  // all snap lengths are positive with either residual length
+      CHECK(shortest() > 0.0);  // snap lengths stay positive with either residual
       expect_taken_back(patch);
     }
   }
@@ -149,7 +149,7 @@ TEST_CASE("A patch that ages is taken back after steps below its time's rounding
     OnePatch patch(ages, options);
     const double load = options.max_normal_load;
     for (int k = 0; k < 60; ++k) {
-      // Holds for a long time whose end rounds in the clock, then moves on in almost no time.
+      // Holds for a time whose end the clock rounds, then moves on in almost no time.
       patch.step(0.1 * dbar, 0.0, load, 1e3 * (1.0 + static_cast<double>(random() >> 11) * 0x1p-53));
       for (int n = 0; n < 2; ++n) {
         patch.step(3.0 * dbar, 0.0, load, 1e-15);
@@ -182,8 +182,8 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
   const std::vector<std::byte> good = saved_state(patch.batch);
-  // Byte offset of the oldest hold (time at rest) in a saved state (core/patches/SAVED_STATE.md). It follows
-  // both heads, the contact, the remainders and the two numbers of the patch's time.
+  // Byte offset, in a saved state, of the longest hold (time at rest; core/patches/SAVED_STATE.md). It
+  // follows both heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
       bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;
@@ -203,8 +203,8 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
   constexpr std::uint32_t many = 1u << 20;
   const SnapLength law = SnapLength::exponential(dbar);
   for (Precision precision : precisions()) {
-    // A long slide is jumped over. Its last bristle combines two draws, the path since its snap and the rest
-    // of its length, and one of a million exceeds the longest single draw.
+    // Jumps over a long slide. A bristle's length after it combines two draws, the path since its snap and
+    // the rest of its length, and one of a million exceeds the longest single draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
     double longest = 0.0;
     for (int k = 0; k < 8; ++k) {
@@ -268,7 +268,7 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
 TEST_CASE(
     "Where the clock of a batch is coarser than bristles age, patches have the same bits lazy and eager",
     "[determinism][ageing]") {
-  // At 1e15 s times have a resolution of an eighth of a second, so an age may be less when it is computed
+  // At a time of 1e15 s the clock resolves an eighth of a second, so an age may be less when computed
   // again.
   for (const double clock : {1e6, 1e12, 1e15})
     for (const double renewal : {0.0, 0.3, 8.0})
@@ -304,7 +304,7 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
     for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
     expect_taken_back(patch);
   }
-  // When contact is regained, the restored patch slides to the bit as one that was never saved.
+  // Checks that after contact is regained the restored patch slides, to the bit, as one that was never saved.
   for (int k = 0; k < 5; ++k) {
     for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
     expect_taken_back(patch);
@@ -314,8 +314,8 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
 
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
-  // The infinite brush is carried over many distances, under a usual and a wide law. Under the wide one a
-  // step may be longer than the deflection of any other bristle.
+  // Slides an infinite brush over many distances, under a usual and a wide law. Under the wide one a step may
+  // be longer than the deflection of any other bristle.
   for (const double cv : {0.3, 3.0}) {
     for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
       if (!isa.usable) continue;
@@ -455,7 +455,7 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
     if (lifted) motion.normal_load = 0.0;
     if (lifted) rest();
     const std::vector<std::byte> good = saved_state(batch);
-    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // magic number, count and checksum
+    constexpr std::size_t head = 3 * sizeof(std::uint64_t);  // the head: magic number, count and checksum
     const int taken = forge_words(good, head, [&](std::vector<std::byte>& bad) {
       bristle::detail::Hasher checksum;
       for (std::size_t at = head; at < bad.size(); ++at) checksum.add(static_cast<std::uint64_t>(bad[at]));
@@ -484,8 +484,8 @@ namespace {
 
 /// The words of the saved state of a batch with one bed.
 struct SavedBed {
-  // Byte offsets: the head is the batch's magic number, count and checksum. `numbers` follows the bed's slot
-  // and count.
+  // Byte offsets in the saved state: the head is the batch's magic number, count and checksum. `numbers`
+  // follows the bed's slot and count.
   static constexpr std::size_t head = 24, rolled_last = head + 8, numbers = rolled_last + 8,
                                columns = numbers + 17 * 8;
   enum Number {
@@ -538,7 +538,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
   using namespace bristle::detail;
   using bristle::BedMaterial, bristle::BedShape, bristle::BedPressure;
   using S = SavedBed;
-  constexpr std::size_t bristles = 24, padded = 32;  // 24 bristles, padded to 32; padding has no stiffness
+  constexpr std::size_t bristles = 24, padded = 32;  // 24 bristles, padded to 32 without stiffness
   const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4),
                     drops = BedMaterial(0.9, 0.6).with_presliding(1e-4);
   enum Kind { ball, wheel, disc, any };
@@ -549,8 +549,8 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
     const char* bound;
     Kind kind;
     void (*forge)(S&, std::size_t in,
-                  std::size_t out);  ///< forges a state; `in` is a bristle in contact with little load, `out`
-                                     ///< one out of contact
+                  std::size_t out);  ///< forged state; `in`: index of a bristle in contact with little load,
+                                     ///< `out`: of one out of contact
   };
   const Forged table[] = {
       {"load", disc,
@@ -577,7 +577,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
       {"energy below 0", any, [](S& s, auto, auto) { s.set(S::energy, -1.0); }},
       {"energy", any, [](S& s, auto, auto) { s.set(S::energy + 1, 1e46); }},
       {"root", wheel,
-       [](S& s, auto, auto) {  // moves the tips along with the root, so that only the root's place is wrong
+       [](S& s, auto, auto) {  // moves tips and root, so that only the root's place is wrong
          const double far = 1e12 + s.get(S::root);
          s.set(S::root, far);
          for (std::size_t i = 0; i < bristles; ++i) s.put(bed_tip_x, i, far);
@@ -671,8 +671,8 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
 }
 
 TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state][cohorts]") {
-  // Two layers of cohorts under half the load each, bent differently. Each has 2^45 units of mass, with a
-  // rest below a unit.
+  // Makes two layers of cohorts (bristles bent alike) under half the load each, bent differently. Each has
+  // 2^45 units of mass, with a rest below a unit.
   OnePatch patch(redrawn(), infinite_options());
   patch.step(0.0, 0.0, 0.5);
   patch.step(0.2 * dbar, 0.0, 0.5);
@@ -700,7 +700,7 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
     }
   }
   CHECK(found >= 2);
-  // Three forged values are refused for the mass of each of two layers; the other words found are ranks.
+  // Expects three refusals for each of two layers' mass; other stored words with this value are ranks.
   CHECK(refused == 3 * 2);
 }
 
@@ -740,7 +740,7 @@ TEST_CASE("A state of an infinite brush with other options is refused", "[state]
 
 namespace {
 
-/// An infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
+/// State of an infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
 struct ForgedBrush {
   ForgedBrush(const Material& material, std::uint32_t fluctuation, std::size_t size)
       : patch(material, infinite_options().with_axes(2).with_cohorts(24).with_fluctuation(fluctuation)),
@@ -748,7 +748,7 @@ struct ForgedBrush {
     patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);
   }
-  /// Restores the state with a number of 4 or 8 bytes forged, `at` bytes after the begin of the brush's part.
+  /// Restores the saved state with 4 or 8 bytes forged, `at` bytes after the brush's part begins.
   template <class Number>
   void forge(int at, Number number, std::vector<std::byte> state) {
     std::memcpy(state.data() + static_cast<std::ptrdiff_t>(part) + at, &number, sizeof number);
@@ -777,7 +777,7 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
   const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number,
                           bool glides = false) {
     std::vector<std::byte> state = saved_state(brush.patch.batch);
-    const double ahead = 1.0;  // x of the direction in which a glide began
+    const double ahead = 1.0;  // x of the direction in which a glide (steady slide) began
     if (glides) std::memcpy(state.data() + brush.part + 184, &ahead, sizeof ahead);
     INFO(bound << " at " << at);
     CHECK_THROWS_WITH(brush.forge(at, number, state), Catch::Contains("(" + bound + ")"));
@@ -833,7 +833,7 @@ TEST_CASE("The hash of an infinite brush sees what it draws next and when its br
     REQUIRE_NOTHROW(brush.forge(at, number, saved_state(brush.patch.batch)));
     CHECK(brush.patch.hash() != before);
   };
-  sees(noisy, 256, std::uint64_t{1000});  // number of passes of random draws so far
+  sees(noisy, 256, std::uint64_t{1000});  // number of the next round of random draws
   sees(noisy, 264, 0.5);                  // renewals due
   for (const int at : {16, 24, 32, 40}) sees(aged, saved_ages + at, 1.25e-3);
 }

@@ -36,7 +36,7 @@ namespace {
 
 #if BRISTLE_WITH_TBB
 
-/// Patches whose step takes some tens of milliseconds with slow kernels. Pieces of work take about a
+/// Patches whose shared step takes some tens of milliseconds with slow kernels. Pieces of work take about a
 /// millisecond each: with shorter ones, eight threads on fewer cores did not all get one (measured).
 struct LongStep {
   PatchBatch batch;
@@ -131,7 +131,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       std::set<std::thread::id> threads;
       int done = 0;
     } seen;
-    // Pieces take 3 ms on any core, so that each of eight threads gets some on two cores.
+    // Makes pieces of work of 3 ms, so that each of eight threads gets some on two cores.
     const auto piece = [](void* context, int) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
       Seen& s = *static_cast<Seen*>(context);
@@ -139,7 +139,7 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
       s.threads.insert(std::this_thread::get_id());
       ++s.done;
     };
-    // On a busy machine a thread that was woken may come late in many runs.
+    // Allows many runs, because on a busy machine a thread that was woken may come late.
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     int runs = 0;
     for (; seen.threads.size() < static_cast<std::size_t>(threads) && std::chrono::steady_clock::now() < end;
@@ -163,8 +163,8 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
     INFO(threads << " threads");
     CHECK(scene.batch.state_hash() == expected);
     CHECK(most <= static_cast<std::uint32_t>(threads));
-    // On a busy machine the caller may be held up and then work alone for a while, or workers get no core, so
-    // the test tries fresh batches.
+    // Tries several fresh batches, because on a busy machine the caller may be held up and then work alone
+    // for a while, or workers may get no core.
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     while (threads > 1 && most < 2 && std::chrono::steady_clock::now() < until) {
       LongStep other(BatchOptions{}.with_threads(threads));
@@ -175,8 +175,8 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
 }
 
 TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
-  // The worker holds its first task until all others are done, so the caller must do these and not wait for
-  // the worker.
+  // Lets the worker hold its first task until all others are done, so the caller must do these and not wait
+  // for the worker.
   constexpr int tasks = 64;
   bristle::detail::Workers workers(2);
   workers.warm_up();
@@ -194,7 +194,7 @@ TEST_CASE("What a worker that is held up has not begun, the caller does", "[thre
           if (std::this_thread::get_id() != s.caller && s.held_up.exchange(1) == 0) {
             while (s.done < tasks - 1) std::this_thread::yield();
           } else if (s.held_up == 0) {
-            // Waits up to 50 us for the worker to begin its task.
+            // Waits up to 50 us for the worker thread to begin its task.
             const auto start = std::chrono::steady_clock::now();
             while (s.held_up == 0 &&
                    std::chrono::steady_clock::now() - start < std::chrono::microseconds(50)) {
@@ -226,10 +226,10 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
 
 TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
-  // Paths of one and of several pieces, turns, and long slides that are mostly carried by their steady state.
+  // Steps of one and of several pieces, turns, and long slides that mostly follow from their steady state.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = 70000;  // several ranges of blocks for the threads, the last one shorter
+  const std::uint32_t n = 70000;  // bristles for several ranges of blocks, the last one shorter
   setenv("BRISTLE_SHARING", "0,4096,100", 1);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const bool ages : {false, true}) {
@@ -243,7 +243,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
         OnePatch patch(material, plain_options(n, 2), BatchOptions{}.with_threads(threads));
         INFO(threads << " threads, ages: " << ages);
         std::size_t k = 0;
-        std::uint32_t tasks = 0;  // tasks of the first step; a caller that is held up takes later ones alone
+        std::uint32_t tasks = 0;  // tasks of the first step (a caller held up takes later ones alone)
         for (const auto& way : ways) {
           const Response response = patch.step(way[0] * dbar, way[1] * dbar, 0.97 * n);
           if (threads == 1)
@@ -264,7 +264,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
 TEST_CASE("A small step wakes no worker", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);
-  // A patch of 900 bristles, as in the paper, and nine small ones.
+  // A patch of 900 bristles, as in the paper, and nine small ones, too few to share.
   std::vector<Motion> small;
   for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
     Motion motion{batch.add(material, plain_options(size)), {1.3 * dbar, 0.0}, 1.0 * size};
@@ -276,7 +276,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   large.normal_load = 400000.0;
   batch.warm_up();
 
-  // Waits until no other thread has been put on a core for 20 ms.
+  // Waits until no other thread of the process has run on a core for 20 ms.
   const auto wait_for_sleep = [] {
     for (int i = 0; i < 200; ++i) {
       const auto before = switches();
@@ -292,26 +292,26 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
   return;
 #endif
-  // On a busy machine a worker on its way to sleep may get a core once more, which counts as a switch. So
-  // the test compares the numbers of switches up to five times.
+  // Compares the numbers of context switches up to five times, because on a busy machine a worker on its way
+  // to sleep may get a core once more, which counts.
   auto before = switches();
   bool undisturbed = false;
   for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
     REQUIRE(wait_for_sleep());
     before = switches();
-    REQUIRE(!before.empty());  // the library's worker thread exists
+    REQUIRE(!before.empty());  // the worker thread of the library exists
     large.displacement[0] = 0.0;
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
       expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
-      // A large step whose motion is 0 wakes no worker either.
+      // Checks that a large step whose motion is 0 wakes no worker.
       if (k % 10 == 0) batch.step(tick, {&large, 1}, {&response, 1});
     }
     undisturbed = switches() == before;
   }
   CHECK(undisturbed);
-  // A large step that slides wakes a worker. This shows that the count of switches above would have noticed
-  // one.
+  // Checks that a large step that slides does wake a worker, so that the count of context switches above
+  // would have noticed one.
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
@@ -328,7 +328,7 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
                       100000.0};
   Response response;
   batch.warm_up();
-  // Pauses before every step, as a servo loop does.
+  // Pauses before every step, as a servo loop does between its ticks.
   for (int k = 0; k < 20; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
@@ -347,8 +347,8 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
     while (!retreat.is_over()) ++count;
     return count;
   };
-  // The caller's wait for the last piece alternates between 0 and as long as its own work. That must not make
-  // it step alone.
+  // Makes the caller's wait for the last piece of work alternate between 0 and as long as its own work, which
+  // must not make it step alone.
   for (int k = 0; k < 100; ++k) {
     CHECK(retreat.is_over());
     retreat.judge(1e-3, k % 2 == 0 ? 0.0 : 1e-3);
@@ -365,7 +365,7 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
 
 TEST_CASE("In a shared step each motion gets the answer that one thread gives: good, bad, unknown, twice",
           "[threads][determinism]") {
-  // Large patches, which are split, among small ones, and between them every kind of motion that can be
+  // Batch of large patches, which are split, among small ones; in their motions every kind that is
   // refused.
   const auto run = [](int threads, bool repeats) {
     PatchBatch batch(BatchOptions{}.with_threads(threads));
@@ -383,7 +383,7 @@ TEST_CASE("In a shared step each motion gets the answer that one thread gives: g
     }
     const Motion gone = motions[30];
     batch.remove(gone.id);
-    // The new patch takes the removed one's slot, so the step names this slot twice.
+    // Adds a patch in the removed one's slot, so the step names this slot by two ids.
     add(90);
     motions[60].displacement[0] = NAN;  // makes a large patch's motion invalid
     motions[61].normal_load = -1.0;     // makes a small patch's motion invalid
@@ -426,7 +426,7 @@ TEST_CASE("A step whose patches all hold still was done by the calling thread", 
                  plain_options(n), BatchOptions{}.with_threads(2));
   patch.step(0.1 * dbar, 0.0, n);
   for (int k = 0; k < 10; ++k) {
-    patch.step(1e-6 * dbar, 0.0, n);  // shorter than the path to any snap, so no bristle is visited
+    patch.step(1e-6 * dbar, 0.0, n);  // path shorter than to any snap: no bristle is visited
     CHECK(patch.report.patches_stepped == 1);
     CHECK(patch.report.tasks >= 1);
     CHECK(patch.report.threads >= 1);
@@ -439,7 +439,7 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
   }
   if (std::thread::hardware_concurrency() < 2) {
     std::printf("skipped: one core only, no other to keep to\n");
-    // The library reports that it could not bind a worker, and steps.
+    // Checks that the library reports a worker that it could not bind, and steps all the same.
     CHECK(scene.batch.unbound_workers() > 0);
     return;
   }
@@ -461,9 +461,9 @@ TEST_CASE("Workers run on the cores of the process, less the servo cores of all 
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
   CHECK(cores({2, 3}, {3}, 3) == List{2});
   CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  // A servo core that the process may not use leaves the others.
+  // Checks that a servo core that the process may not use leaves workers all the others.
   CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
-  // All cores are servo cores, so the worker stays off that of its own batch only.
+  // Makes every core a servo core of some batch: the worker then avoids that of its own batch only.
   CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
   CHECK(cores({1}, {1}, 1).empty());
 }
@@ -474,13 +474,13 @@ TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]"
     std::printf("skipped: one core only\n");
     return;
   }
-  // Takes the last core, or the last two, so that the process is bound to a part of the machine.
+  // Restricts the process to the last core or the last two, so that it is bound to a part of the machine.
   const std::vector<int> some(all.end() - (all.size() > 2 ? 2 : 1), all.end());
   CHECK(run_on_cores(some, "In a process of its own: workers stay on its cores") == 0);
 }
 
 TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
   const std::vector<int> mine = cores_of_thread(0);
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
@@ -505,12 +505,12 @@ TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[thre
 }
 
 TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // other tests' workers exist in a shared process
+  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
   const std::vector<int> mine = cores_of_thread(0);
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    // Servo core 1023, which the machine lacks.
+    // Asks for servo core 1023, which the machine lacks.
     LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {
@@ -543,7 +543,7 @@ TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
                             Catch::Matchers::Contains(std::to_string(core)) &&
                             Catch::Matchers::Contains("0 to 1023"));
   }
-  // With one thread there are no workers that could fail to be bound.
+  // With one thread the batch has no workers that could fail to be bound.
   CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
 }
 

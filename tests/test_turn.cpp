@@ -12,7 +12,7 @@ namespace bristle_test::test_turn {
 TEST_CASE("After a turn the force along and across the new direction follow the tables", "[physics]") {
   const std::vector<Row> rows = read_table("turn_2d.csv");
   const std::uint32_t n = test_size(100000);
-  // rad, direction of steady sliding before the turn; oblique, so that no axis is special.
+  // Direction of steady sliding before the turn, rad; oblique, so that no axis is special.
   const double start = 0.4;
   int points = 0;
   for (Precision precision : precisions()) {
@@ -36,8 +36,8 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
             INFO("y = " << y << " mean snap lengths after the turn");
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
-            // The component across is what remains of the old deflection. After a turn to the left it points
-            // to the right.
+            // The deflection across the motion is what remains of the old one. After a turn to the left it
+            // points right.
             expect_near(f.x * ex + f.y * ey, number(row, "f_parallel_ref"), tolerance, "deflection along");
             expect_near(f.x * ey - f.y * ex, number(row, "f_perp_ref"), tolerance, "deflection across");
             ++points;

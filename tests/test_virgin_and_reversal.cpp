@@ -16,10 +16,10 @@ struct Direction {
   int axes;
   double x, y;
 };
-// Along x with one axis, and in an oblique direction with two.
+// Direction of motion: along x with one axis, oblique with two.
 const Direction directions[] = {{1, 1.0, 0.0}, {2, std::cos(2.2), std::sin(2.2)}};
 
-/// Returns the quantile function of a reference law, in mean snap lengths, independent of the library.
+/// Returns the quantile function of a reference law, in mean snap lengths, apart from the library's code.
 Quantile quantile_of(const std::string& name) {
   if (name == "uniform_0.5_1.5") return uniform_quantile(0.5, 1.5);
   if (name == "lognormal_cv0.3") return lognormal_quantile(1.0, 0.3);
@@ -65,7 +65,7 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
             const double to = number(row, "x_over_dbar");
             const Deflection f = brush.step((to - x) * e.x, (to - x) * e.y);
             x = to;
-            // Skips rows marked in the table, where rounding decides whether bristles snap.
+            // Skips rows marked in the table, at which rounding decides whether bristles snap.
             if (!row.at("note").empty()) continue;
             INFO("x = " << x << " mean snap lengths");
             double tolerance = sampling_tolerance(number(row, "mc_se"), n, precision);
@@ -74,7 +74,7 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
               tolerance = std::min(tolerance, stratified_bound(quantile, x, discrepancy) + rounding);
             }
             // For the lognormal law, bristles shorter than 0.2 are so rare that the reference's Monte Carlo
-            // run may have missed them. The tolerance allows one in the patch.
+            // run may have missed them. The tolerance allows one such bristle.
             if (law.law.law() == bristle::SnapLaw::lognormal) tolerance += std::min(x, 1.0) / n;
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");
             expect_near(f.x * e.y - f.y * e.x, 0.0, 1e-5, "deflection across the motion");
@@ -105,7 +105,7 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
             const Deflection f = brush.step((y - to) * e.x, (y - to) * e.y);
             y = to;
             INFO("y = " << y << " mean snap lengths after the reversal");
-            // With one length for all, phases are uniform, and rounding may move one bristle across its snap.
+            // Tolerance for equal lengths, uniform in phase: rounding may move one bristle across its snap.
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");

@@ -15,11 +15,11 @@ namespace bristle_test {
 struct PatchCase {
   std::string name;
   Material material;
-  Material later;  ///< material to which the patch changes half-way
+  Material later;  ///< material that the patch gets half-way through its motion
   PatchOptions options;
 };
 
-/// Returns every law, some with small and with large spread.
+/// Returns snap-length laws of every family, some with small and some with large spread.
 inline std::vector<SnapLength> all_laws() {
   const double quantiles[] = {0.3 * dbar, 0.6 * dbar, 1.0 * dbar, 1.2 * dbar, 2.0 * dbar};
   return {SnapLength::single(dbar),
@@ -31,7 +31,7 @@ inline std::vector<SnapLength> all_laws() {
           SnapLength::table(quantiles)};
 }
 
-/// Adds the infinite brush for every combination of axes, outputs and law that it accepts.
+/// Adds patches of the infinite brush, for every combination of axes, outputs and law that it accepts.
 inline void add_infinite_variants(std::vector<PatchCase>& cases) {
   for (int axes : {1, 2}) {
     for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
@@ -72,8 +72,8 @@ inline void add_infinite_variants(std::vector<PatchCase>& cases) {
   }
 }
 
-/// Adds representatives that can be rubbed, for every combination of axes, rule, outputs, precision and law:
-/// with a residual, with shared renewal, with both.
+/// Adds patches of representatives with rubbing (a residual length, shared renewal, or both) to `cases`, for
+/// every combination of axes, rule, outputs, precision and law.
 inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   std::uint32_t seed = 700;
   for (int axes : {1, 2}) {
@@ -84,7 +84,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
           for (const SnapLength& law : all_laws()) {
             ++kind;
             const double residual = kind % 3 == 1 ? 0.0 : 0.4 * dbar;
-            // SnapRule::keep with shared renewal refuses laws with bristles of almost no length.
+            // Leaves out renewal for laws with bristles of almost no length, which SnapRule::keep refuses.
             const bool refused = rule == SnapRule::keep && law.survival(dbar / 64.0) < 1.0 - 1e-4;
             const double renewal = kind % 3 == 0 || refused ? 0.0 : 1.5;
             std::ostringstream name;
@@ -117,7 +117,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
   cases.push_back(large);
 }
 
-/// Adds the infinite brush that fluctuates as few, many and very many bristles.
+/// Adds patches of the infinite brush with random fluctuation, as of few, many and very many bristles.
 inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
   std::vector<PatchCase> infinite;
   add_infinite_variants(infinite);
@@ -131,8 +131,8 @@ inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
   }
 }
 
-/// Adds representatives that age, for every combination of axes, rule, precision and law: both forms, with
-/// and without residual and shared renewal; some begin to age half-way, some stop.
+/// Adds patches of ageing representatives, for every combination of axes, rule, precision and law: both
+/// forms, with and without residual and shared renewal; some begin to age half-way, some stop.
 inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   std::uint32_t seed = 1300;
   for (int axes : {1, 2}) {
@@ -173,8 +173,8 @@ inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t brist
   cases.push_back(large);
 }
 
-/// Adds bristles that slide, for every combination of axes, outputs, precision and law; some with a drop,
-/// some with limits that grow at rest, some that change to these half-way.
+/// Adds bristles that slide at a limit, for every combination of axes, outputs, precision and law; some with
+/// a drop of the limit in sliding, some with limits that grow at rest, some that change to these half-way.
 inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
   unsigned kind = 0;
   for (int axes : {1, 2}) {
@@ -211,8 +211,8 @@ inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bris
   }
 }
 
-/// Returns a patch for every combination of axes, rule, outputs, precision, step rule and law; large ones
-/// that are split over workers, infinite ones, ones that can be rubbed, and ones that age.
+/// Returns patches of every combination of axes, rule, outputs, precision, step rule and law; also large
+/// ones, split over workers, infinite brushes, patches with rubbing (residual, renewal), and ageing ones.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
   std::uint32_t seed = 100;
@@ -273,7 +273,7 @@ inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t brist
   return cases;
 }
 
-/// Returns the motion of patch `p` in step `k`, which depends on nothing else. It sticks, creeps, slides,
+/// Returns the motion of patch `p` in step `k`, a function of these alone. It sticks, creeps, slides,
 /// reverses, jumps; the load varies slightly, jumps, overloads and is lost.
 inline Motion scripted_motion(std::size_t p, int k, int axes) {
   std::mt19937_64 random(1000003u * p + static_cast<unsigned>(k));

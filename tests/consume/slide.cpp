@@ -8,7 +8,7 @@
 static_assert(__cplusplus < 202002L, "this is to be compiled as C++17");
 
 int main() {
-  // Catches an exception thrown inside the library.
+  // Checks that an exception thrown inside the library can be caught outside.
   bool caught = false;
   try {
     bristle::SnapLength::single(-1.0);

@@ -62,7 +62,7 @@ struct Response {
 }
 
 static class Slide {
-  const string library = "libbristle";  // libbristle.dll, libbristle.so, libbristle.dylib
+  const string library = "libbristle";  // name without ending: libbristle.dll, libbristle.so or libbristle.dylib
   const uint rule_keep = 1;
 
   [DllImport(library)] static extern IntPtr bristle_version();

@@ -44,8 +44,8 @@ inline void trace(double dt, const bristle::Motion& m, const bristle::Response& 
 
 enum class Brush { rubbed, aged };
 
-/// Gives a material one of five kinds of rubbing or ageing, or rarely numbers at random. The few kinds save
-/// set-up time: a material takes milliseconds, and a batch remembers the last 64.
+/// Gives a material one of five kinds of rubbing (residual, renewal) or ageing, or rarely numbers at random.
+/// This saves set-up: a material takes milliseconds, and a batch remembers the last 64.
 inline void rub(Input& input, bristle::Material& m, unsigned way) {
   constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
   constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
@@ -67,7 +67,7 @@ inline void let_age(Input& input, bristle::Material& m, unsigned way) {
   if (kind == 62) m.ageing_time = input.number(1.0);
 }
 
-/// Returns a material of this kind. Throws bristle::Error if its numbers are refused.
+/// Returns a material of the kind `brush`. Throws bristle::Error if its numbers are refused.
 inline bristle::Material any_brush(Input& input, Brush brush) {
   using bristle::SnapLength;
   bristle::Material m;
@@ -84,7 +84,7 @@ inline bristle::Material any_brush(Input& input, Brush brush) {
   return m;
 }
 
-/// Returns options as any_options() does. With `infinite` most are of the infinite brush.
+/// Returns patch options as any_options() does, but with `infinite` mostly those of the infinite brush.
 inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
   bristle::PatchOptions o = any_options(input, most_bristles);
   o.compared.literal = false;
@@ -100,8 +100,8 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   return o;
 }
 
-/// Returns the duration of a step, s: from a picosecond to thirty years, rarely any other number, even an
-/// invalid one.
+/// Returns a random duration of a step, s: from a picosecond to thirty years, rarely any other number, even
+/// an invalid one.
 inline double any_span(Input& input) {
   constexpr double spans[] = {1e-3, 1e-6, 1.0, 1e-4, 1e3, 1e6, 1e-12, 1e9};
   const unsigned kind = input.choice(16);

@@ -1,4 +1,4 @@
-// Asserts of a fuzz target, active in every build.
+// Assertion of a fuzz target, which stops the program in every build, with or without NDEBUG.
 #pragma once
 
 #include <cstdio>

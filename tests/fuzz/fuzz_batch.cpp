@@ -16,7 +16,7 @@ using bristle::Status;
 constexpr Status refusals =
     Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity;
 
-/// A plain model of the interface's promises: which patches exist, and their materials and options.
+/// Model of what a batch promises: which patches exist, with which materials and options.
 struct Model {
   struct Patch {
     PatchId id;
@@ -77,7 +77,7 @@ class Session {
   }
 
  private:
-  /// Returns an id that exists, one that existed, or one that never did.
+  /// Returns the id of a patch that exists, of one that was removed, or of none.
   PatchId any_id() {
     const unsigned kind = input_.choice(8);
     if (kind == 7) return {input_.bits(8)};
@@ -87,7 +87,7 @@ class Session {
     return model_.patches[input_.choice(static_cast<unsigned>(model_.patches.size()))].id;
   }
 
-  /// Makes a call on both batches; both carry it out, or both refuse.
+  /// Makes a call on both batches and checks that both carry it out, or both refuse.
   template <class Call>
   bool both(const Call& call) {
     bool done[2];
@@ -118,8 +118,8 @@ class Session {
       check(std::find(model_.gone.begin(), model_.gone.end(), ids[0]) == model_.gone.end(),
             "an id never comes again");
       model_.patches.push_back({ids[0], options});
-      kept_.clear();                   // saved states belong to patches that do not exist any longer
-    } catch (const bristle::Error&) {  // the law was refused
+      kept_.clear();                   // saved states fit only a batch with the same patches
+    } catch (const bristle::Error&) {  // the library refused the random law, so no patch exists
     }
   }
 
@@ -178,7 +178,7 @@ class Session {
     check_finite(response);
     check(has(response.status, Status::unknown_id) == (patch == nullptr), "only unknown ids are unknown");
     check(batch_.state_hash() == before, "find_force changes nothing");
-    // A step must return the response that find_force() predicted.
+    // Checks that a real step returns the response that find_force() predicted.
     if (has(response.status, refusals) || input_.flag()) return;
     Response stepped;
     stepped.id = id;

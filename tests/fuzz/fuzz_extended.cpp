@@ -29,7 +29,7 @@ std::vector<std::unique_ptr<Twin>> make_twins() {
   return twins;
 }
 
-/// Returns an outline. Throws bristle::Error if it is refused.
+/// Returns a random outline of a patch. Throws bristle::Error if it is refused.
 Outline any_outline(Input& input) {
   const auto pressure = input.flag() ? bristle::Pressure::hertz : bristle::Pressure::uniform;
   constexpr double sizes[] = {1e-4, 1e-5, 1e-3, 0.0};
@@ -49,7 +49,7 @@ Outline any_outline(Input& input) {
                              1 + static_cast<int>(input.choice(4)), 1 + static_cast<int>(input.choice(4)));
       break;
     case 5:
-      break;  // keeps the default outline, which is a point
+      break;  // leaves the default outline, a point without extent
     default: {
       outline.cells.resize(1 + input.choice(6));
       double sum = 0.0;
@@ -118,7 +118,7 @@ void extended(Bytes bytes) {
     options = any_brush_options(input, 400, input.flag());
     if (input.choice(16) != 15) options.axes = 2;
     outline = any_outline(input);
-  } catch (const bristle::Error&) {  // the library refused the law or the outline
+  } catch (const bristle::Error&) {  // skips input whose law or outline the library refuses
     return;
   }
   trace(material, options);

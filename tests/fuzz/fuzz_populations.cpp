@@ -35,7 +35,7 @@ void populations(Bytes bytes) {
   double moved = 0.0;
   for (int leg = 0; leg < 6 && !input.empty(); ++leg) {
     const double x = input.between(-3.0, 3.0), y = input.between(-3.0, 3.0);
-    // Changes the load rarely, and never to zero: bristles leave as it falls and enter straight as it rises.
+    // Changes the load rarely, as bristles leave when it falls and enter straight when it rises; never to 0.
     if (input.choice(4) == 3) load = input.between(0.3, 1.0);
     const int steps = 1 + static_cast<int>(std::sqrt(x * x + y * y) / 0.1);
     bristle::Response r[2];

@@ -32,7 +32,7 @@ void step_some(const cli::Scene& scene) {
 
 void scene(Bytes bytes) {
   const std::string text(bytes.begin(), bytes.end());
-  // Skips scenes with a trace, because a trace reads any file that it names.
+  // Skips scenes that contain a motion of type trace, because such a motion reads any file that it names.
   if (text.find("trace") != std::string::npos) return;
   try {
     const cli::Scene scene = cli::parse_scene(text, "scene.toml");

@@ -48,7 +48,7 @@ struct Batch {
   }
 };
 
-/// Corrects the checksum of a changed state, so that restoring reads the data behind it.
+/// Corrects the checksum of a changed saved state, so that restoring it reads beyond the checksum.
 void reseal(std::vector<std::byte>& state) {
   if (state.size() < bristle::detail::saved_batch_size) return;
   std::uint64_t patches = 0;

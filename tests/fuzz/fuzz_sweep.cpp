@@ -10,7 +10,7 @@
 namespace fuzz {
 namespace {
 
-/// Returns a text of the words that such files consist of, which random bytes rarely form.
+/// Returns a text of words that files of parameter studies consist of, which random bytes rarely form.
 std::string any_text(Input& input) {
   const char* const words[] = {"1",      "0",     "-1e-3", "1e308", "1e18",   "nan",
                                "inf",    "7",     "0.5",   ":",     ":",      ",",

@@ -25,12 +25,12 @@ class Input {
     return value;
   }
 
-  /// Returns a number between low and high, in 65536 steps.
+  /// Returns a number between low and high, one of 65536 evenly spaced ones.
   double between(double low, double high) {
     return low + (high - low) * static_cast<double>(bits(2)) / 65535.0;
   }
 
-  /// Returns a usual number of the order of `scale`, or sometimes any double.
+  /// Returns a number of the order of `scale`, or sometimes any double, also infinite or NaN.
   double number(double scale) {
     const unsigned kind = choice(16);
     if (kind < 10) return scale * between(-2.0, 2.0);

@@ -47,7 +47,7 @@ void run_file(const Target& target, const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw std::runtime_error(path.string() + ": cannot be read");
   const std::vector<char> text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  // Copies to a buffer of exactly the input's length, so that a sanitizer detects a read beyond it.
+  // Copies an input to a buffer of exactly its length, so that a sanitizer detects a read beyond it.
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
   target.run({bytes.data(), bytes.size()});
 }
@@ -72,7 +72,7 @@ extern "C" void stop(int) {
   _exit(0);
 }
 
-/// Runs [from, from + runs): run k has the bytes of a generator with the seed k.
+/// Runs the target on random bytes, runs `from` to `from` + runs - 1: run k uses the generator's seed k.
 int run_random(const Target& target, std::uint64_t runs, std::uint64_t from) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE}) std::signal(signal, say_which);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop);

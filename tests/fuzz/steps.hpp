@@ -17,7 +17,7 @@ inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {},
   return options;
 }
 
-/// Returns a law with any parameters. Throws bristle::Error if they are out of range.
+/// Returns a random snap-length law. Throws bristle::Error if its parameters are out of range.
 inline bristle::SnapLength any_law(Input& input) {
   using bristle::SnapLength;
   constexpr double lengths[] = {1e-5, 1e-12, 1e-8, 1e-3, 1.0, 0.0};
@@ -43,9 +43,9 @@ inline bristle::SnapLength any_law(Input& input) {
   }
 }
 
-/// Returns a material, mostly of usual numbers, else of any. Throws bristle::Error if it is refused. Most
-/// laws take milliseconds to set up for SnapRule::redraw, so the law is mostly one of a few that a batch
-/// remembers.
+/// Returns a random material, mostly of usual numbers, else of any numbers. Throws bristle::Error if it is
+/// refused. Most laws take milliseconds to set up for SnapRule::redraw, so the law is mostly one of a few
+/// that a batch remembers.
 inline bristle::Material any_material(Input& input) {
   using bristle::SnapLength;
   bristle::Material m;
@@ -80,8 +80,8 @@ inline bristle::PatchOptions any_options(Input& input, unsigned most_bristles) {
   return o;
 }
 
-/// Returns a motion with lengths of the order of the snap length `scale`, loads of the order of 1 N, and
-/// sometimes values that no caller should give.
+/// Returns a random motion with lengths of the order of the snap length `scale`, loads of the order of 1 N,
+/// and sometimes values that no caller should give.
 inline bristle::Motion any_motion(Input& input, bristle::PatchId id, int axes, double scale) {
   bristle::Motion m;
   m.id = id;

@@ -13,11 +13,11 @@ class Twins {
  public:
   Twins() { begin(); }
 
-  /// Whether a batch's clock stands still, as it does after 300 million years; then a snap has no age,
-  /// however long the step.
+  /// Whether the batches' clock stands still, as it does after 300 million years, when a step is below its
+  /// rounding. A bristle that snaps then has no age, however long the step.
   bool clock_stands() const { return lived_ > 1e16; }
 
-  /// Adds a patch to all batches. Returns false if all of them refuse it.
+  /// Adds the patch under test to all batches. Returns false if all of them refuse it.
   bool add(const bristle::Material& material, const bristle::PatchOptions& options) {
     if (clock_stands()) begin();
     ids.clear();
@@ -60,7 +60,7 @@ class Twins {
     return first;
   }
 
-  /// Gives the patch this material in every batch. Returns false if all of them refuse it.
+  /// Gives the patch another material in every batch. Returns false if all batches refuse it.
   bool set_material(const bristle::Material& material) {
     std::size_t done = 0;
     try {
@@ -106,7 +106,7 @@ class Twins {
 
   std::vector<bristle::PatchBatch> batches;
   std::vector<bristle::PatchId> ids;
-  double lived_ = 0.0;  // lower bound of the batches' age, s
+  double lived_ = 0.0;  // time of all steps so far, s, a lower bound of the batches' clock
 };
 
 /// Adds a patch of this material and these options and moves it as the rest of the input says. Checks that
@@ -154,13 +154,13 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       work -= r.mean[axis] * motion.displacement[axis];
       way += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // beyond this path rounding of the sums exceeds the stored energy
+    if (way > 1e3 * scale) continue;  // beyond this path rounding of the work exceeds the stored energy
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
                         std::fabs(r.damper_work);
-    // Allows for positions counted in 2^-44 of a scaled length, and for the higher stiffness above the
-    // maximum load.
+    // Tolerance of the energy balance, for positions rounded to 2^-44 of a scaled length, and for the higher
+    // stiffness above the maximum load.
     const double rounding = std::fabs(r.elastic[0]) + std::fabs(r.elastic[1]);
     check(std::fabs(off) <= 1e-3 * size + rounding * 0x1p-42 * scale + 1e-25, "work is stored or lost");
   }
@@ -168,8 +168,8 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
   twins.remove();
 }
 
-/// Makes a brush of this kind from the first bytes and moves it by the rest. `infinite`: if not set, the
-/// input decides.
+/// Makes a patch with the features `brush` from the first bytes and moves it by the rest. `infinite`: whether
+/// it is an infinite brush; if not set, the input decides.
 inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool> infinite) {
   Input input(bytes);
   bristle::Material material;
@@ -177,7 +177,7 @@ inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool>
   try {
     material = any_brush(input, brush);
     options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
-  } catch (const bristle::Error&) {  // the input asks for a law that the library refuses
+  } catch (const bristle::Error&) {  // the library refuses the random law, which is no fault
     return;
   }
   walk(twins, input, material, options, brush);

@@ -18,9 +18,9 @@ int main() {
   BedResponse out;
   double work = 0.0, lost = 0.0;
   for (int tick = 0; tick <= 400; ++tick) {
-    motion.displacement[0] = tick < 200 ? 1e-5 : 0.0;  // 10 mm/s at 1 kHz, then it stops
-    motion.spin = tick < 200 ? 0.0 : 2e-3;             // and twists
-    motion.normal_load = tick < 300 ? 5.0 : 2.5;       // at last it presses less
+    motion.displacement[0] = tick < 200 ? 1e-5 : 0.0;  // slides at 10 mm/s for 200 ticks of 1 ms, then stops
+    motion.spin = tick < 200 ? 0.0 : 2e-3;             // then it twists
+    motion.normal_load = tick < 300 ? 5.0 : 2.5;       // in the end the finger presses less
     beds.step({&motion, 1}, {&out, 1});
     work -= out.mean[0] * motion.displacement[0] + out.mean_torque * motion.spin;
     lost += out.dissipated;

@@ -13,17 +13,17 @@ int main() {
   const BedId contact =
       beds.add(BedMaterial(1.0, 0.9).with_slip_stiffness(80e3, 60e3), BedShape::wheel_row(0.07), options);
 
-  // A quarter of a car on a wheel: speed of the car, spin of the wheel, torque of the brake.
+  // A quarter of a car on one wheel: car's speed (m/s), wheel's spin (rad/s), torque of the brake (N m).
   double speed = 10.0, spin = speed / radius;
   const double mass = 400.0, inertia = 1.0, slope = 0.05 * mass * 9.81, brake = 900.0;
   double fastest = 0.0;
   for (int tick = 0; tick < 8000; ++tick) {
     BedMotion motion;
     motion.id = contact;
-    motion.displacement[0] = (speed - radius * spin) * dt;  // m, how far the tyre slides over the road
-    motion.rolled[0] = radius * spin * dt;                  // m, how far its tread has been carried on
+    motion.displacement[0] = (speed - radius * spin) * dt;  // slip of the tyre over the road, m
+    motion.rolled[0] = radius * spin * dt;                  // path rolled by its tread, m
     motion.normal_load = load;
-    // Implicit: the force that this motion would give, and how it changes with the motion.
+    // Solves implicitly: the force that this motion would give, and the force's change with the motion.
     const BedResponse trial = beds.find_force(motion);
     const double stiffness = trial.tangent[0][0];
     const double per_force = dt * dt * (1.0 / mass + radius * radius / inertia);

@@ -1,6 +1,6 @@
-// Example of a block on a slope in the loop of a small physics engine: contacts are listed in every step
-// without memory, friction is solved implicitly. It holds still, is tapped, is rolled back and tapped again,
-// and holds still. Exits with 1 when it creeps, or when the second taps end at another place than the first.
+// Example of a block on a slope in a small physics engine, which lists contacts in every step without memory;
+// friction is solved implicitly. The block holds still, is tapped, is rolled back and tapped again, and holds
+// still. Exits with 1 when it creeps, or when the second taps end at another place than the first.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -10,9 +10,9 @@
 
 constexpr double dt = 1e-3, mass = 2.0, slope = 0.3, half = 0.05;  // s, kg, rad, m
 
-// The engine's part: positions and loads of the contacts, in any order. Normal forces are its own affair.
+// The engine's part: positions and loads of the contacts, in any order. How it finds loads is its own affair.
 struct EngineContact {
-  double x, y, load;  // m from the centre of mass in the plane of the slope, N
+  double x, y, load;  // position from the centre of mass in the plane of the slope, m; load, N
 };
 std::vector<EngineContact> find_contacts(double along) {
   const double weight = mass * 9.81 * std::cos(slope) / 4, shift = along * 0.02 / (4 * half);
@@ -33,10 +33,10 @@ struct Engine {
                                     .with_resolution(4)
                                     .with_cohorts(24),
                                 bristle::KeyedOptions{}.with_capacity(64)};
-  bristle::MovingBody<3> block;  // along x, along y, about the normal
+  bristle::MovingBody<3> block;  // moves along x, along y, and about the normal
   double position[3] = {0.0, 0.0, 0.0};
 
-  void step(double push) {  // N, along x
+  void step(double push) {  // push along x, N
     const double along = mass * 9.81 * std::sin(slope) + push;
     const std::vector<EngineContact> contacts = find_contacts(along);
     const std::size_t n = contacts.size();

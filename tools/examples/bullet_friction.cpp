@@ -24,13 +24,13 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
-// Largest errors with which the linear solve of a group of bodies is accepted without iterations: of
-// accelerations at normal impulses and joints, and at slips, m/s^2; and of a patch's force, as its change by
-// this step's slip over its limit.
+// Largest errors with which the linear solve of a group of bodies is accepted without iterations:
+// accelerations at normal impulses and joints, and at slips (m/s^2); change of a patch's force by this step's
+// slip, over its limit.
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
-/// Returns the index of the round body of a manifold, of two the smaller one; -1 if none is round.
+/// Returns which body of a manifold (0 or 1) is round, the smaller one if both are; -1 if none is.
 int round_body(const btPersistentManifold& manifold) {
   int round = -1;
   btScalar least = 0;
@@ -49,7 +49,7 @@ int round_body(const btPersistentManifold& manifold) {
   }
   return round;
 }
-/// Returns a bed's response as that of a patch without damper, whose stiffness is the mean of both axes.
+/// Converts a bed's response to that of a patch without damper, whose stiffness is the mean of both axes.
 Response as_patch(const bristle::BedResponse& bed, double force_limit) {
   Response to;
   for (int a = 0; a < 2; ++a) to.end[a] = to.elastic[a] = bed.force[a];
@@ -82,17 +82,17 @@ struct BristleSolver::System {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;        // N s
-    double wanted, own, softness;  // m/s, target speed of the row; 1/kg, the row's own softness and the
-                                   // larger one used
+    double wanted, own, softness;  // target speed of the row, m/s; the row's own softness and the larger one
+                                   // used, 1/kg
     bool active;                   // whether the row's impulse is within its limits, so that it is an unknown
                                    // of the solve
   };
   struct Friction {
     Contact* contact;
     Line lines[2];
-    Vector2d before, elastic;  // m/s, slip before the solve; N, elastic force of the patch
-    double share, slope;       // s, factor from force to impulse; N s/m, change of the patch's force per slip
-                               // velocity
+    Vector2d before, elastic;  // slip before the solve, m/s; elastic force of the patch, N
+    double share, slope;       // factor from force to impulse, s; change of the patch's force per slip
+                               // velocity, N s/m
     bool clipped;
   };
 
@@ -127,7 +127,7 @@ struct BristleSolver::System {
   bool drop();
   double error() const;
 
-  std::vector<int> column;  // first column of each body in the matrix
+  std::vector<int> column;  // first column of each body in the solve's matrix
   bristle_example::Skyline matrix, masses;
   Eigen::VectorXd right, change;
   std::vector<Row> rows;
@@ -150,7 +150,7 @@ void BristleSolver::System::set_shape() {
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
-  constexpr double locked = 1e-12;  // 1/kg or 1/(kg m^2), least inverse mass or inertia: of a locked axis
+  constexpr double locked = 1e-12;  // least inverse mass (1/kg) or inertia (1/(kg m^2)), of a locked axis
   for (int b = 0; b < bodies.size(); ++b) {
     const int at = column[static_cast<std::size_t>(b)];
     if (at < 0) continue;
@@ -204,7 +204,7 @@ void BristleSolver::System::refine() {
 }
 
 /// Fixes impulses beyond a limit at that limit, and removes the stiffness of patches beyond their force
-/// limit. Returns false if there are none.
+/// limit. Returns false if no impulse or patch was beyond.
 bool BristleSolver::System::drop() {
   bool dropped = false;
   for (Row& row : rows) {
@@ -228,7 +228,7 @@ bool BristleSolver::System::drop() {
   return dropped;
 }
 
-/// Returns the largest error of a row's velocity, m/s. A row without impulse may be faster than it wants.
+/// Returns the largest error of a row's velocity, m/s. A row at zero impulse may exceed its target speed.
 double BristleSolver::System::error() const {
   double largest = 0.0;
   for (const Row& row : rows) {
@@ -298,7 +298,7 @@ void BristleSolver::match() {
       const btManifoldPoint& point = manifold.getContactPoint(p);
       if (!(point.m_combinedFriction > 0)) continue;
       Vector3d place = from(on_a ? point.m_localPointA : point.m_localPointB);
-      // A round body rolls: its points stay about where they are from its centre in the axes of the world.
+      // A round body rolls: its contact point stays where it is relative to its centre, in the world's axes.
       if (body) place = from(point.getPositionWorldOnB() - body->getWorldTransform().getOrigin());
       found_.push_back(&point);
       round_.push_back(round);
@@ -373,7 +373,7 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   };
   contact.row = row;
   const Vector3d turns[2] = {turn(normal.m_solverBodyIdA), turn(normal.m_solverBodyIdB)};
-  if (contact.bed)  // the axes ride on the body that does not roll
+  if (contact.bed)  // the contact's axes move with the body that does not roll
     contact.frame.carry_with_surface(from(point.m_normalWorldOnB), turns[1 - contact.round]);
   else
     contact.frame.carry(from(point.m_normalWorldOnB), turns[0], turns[1]);
@@ -438,7 +438,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   answer.at_load = contact.normal_load;
   answer.clipped = true;
   if (contact.bed) {
-    // A small slip back shows the stiffness: a bed that rolls far in a step is softer than its tangent.
+    // Finds stiffness by a small slip back, as a bed that rolls far in a step is softer than its tangent.
     constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
     const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
     const Vector2d slip = slip_of(contact);
@@ -453,7 +453,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   }
   if (!(contact.normal_load > 0.0)) {
     answer.at_load = highest_load_;
-    const Vector2d slip = slip_of(contact);  // m/s, slip velocity, on which the damping coefficient depends
+    const Vector2d slip = slip_of(contact);  // slip velocity, m/s, on which the damping coefficient depends
     contact.response =
         batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, highest_load_, true, {slip[0], slip[1]}});
   }
@@ -489,7 +489,7 @@ void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Res
   answer.at_load = load;
 }
 
-/// Replaces the guess of a contact that bears load.
+/// Replaces the linear model of a loaded contact by the response of its patch or bed to the present slip.
 void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
@@ -501,12 +501,12 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   contact.answer.clipped = false;
 }
 
-/// Finds the friction impulse that is consistent with the slip it leaves, other contacts fixed. Bristles
-/// lifted by a falling load lose their force; those added by a rising load are straight. Returns the squared
-/// change of slip, as Bullet's rows do.
+/// Finds a contact's friction impulse that is consistent with the slip it leaves, other contacts fixed.
+/// Bristles lifted by a falling load lose their force; those added by a rising load are straight. Returns the
+/// squared change of slip, as Bullet's rows do.
 double BristleSolver::rub(Contact& contact, double dt_s) {
   const Contact::Answer& answer = contact.answer;
-  // Normal impulse over the load for which the force model holds, s: the time step, scaled by the change of
+  // Normal impulse over the load of the force model, s: the time step, scaled by the change of
   // load.
   const double share = normal_impulse(contact) / answer.at_load;
   const double held = std::min(share, dt_s);
@@ -567,8 +567,8 @@ void BristleSolver::list_unknowns(double dt_s) {
   system.masses.begin(unknowns);
   const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
 
-  // Adds a slight softness to normal rows, which shares the load among four corners where three would carry
-  // the body.
+  // Adds a slight softness to Bullet's rows of normal impulses, which shares the load among four corners
+  // where three would carry the body.
   constexpr double softness = 3e-3;  // softness of a normal row, relative to the inverse mass that the row
                                      // feels
   system.rows.clear();
@@ -642,8 +642,8 @@ bool BristleSolver::solve_at_once(double dt_s) {
   }
   for (const System::Friction& f : system.frictions)
     push(*f.contact, f.share * (f.elastic - f.slope * system.slip(f)));
-  // In later iterations the forces are computed by the patches themselves, because their linear models may
-  // not hold.
+  // Later iterations get forces from the patches themselves, because their linear models may not
+  // hold.
   const auto bends = [&](const Contact* c) {
     return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() > most_bent * c->answer.limit;
   };
@@ -673,8 +673,8 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   if (ask)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep) residual = std::max(residual, rub_all(dt_s));
-  // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops at a small
-  // one.
+  // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops iterating at a
+  // small one.
   const bool asked = iteration > half || first_of_group_ == solved_.size();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }

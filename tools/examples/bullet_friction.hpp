@@ -52,7 +52,7 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  /// m, largest motion of a contact point over its body in one step; a point that moves farther counts as a
+  /// Largest motion of a contact point over its body in one step, m; a point that moves farther counts as a
   /// new contact.
   double reach = 0.01;
   /// Number of friction passes over all contacts in each of Bullet's iterations. The stuck feet of a body
@@ -83,40 +83,40 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     bristle::PatchId patch;
     /// Contact frame; its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, position of the contact point in the world
+    Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
     double force[2] = {0, 0};           ///< N, friction along frame.along() and frame.aside(), acting on body
                                         ///< A
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
-    bristle::BedId bed;                 ///< bed of a round body's contact; its patch then rests
-    bristle::Response response;         ///< response of its patch or bed, not yet multiplied by `scale`
+    bristle::BedId bed;                 ///< bed, if a body is round; the contact's patch then rests
+    bristle::Response response;         ///< response of the contact's patch or bed, not scaled by `scale`
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
    private:
     friend class BristleSolver;
-    // Linear model of the patch's force under the load `at_load`: at slip s (m/s) it is steady - slope s, its
-    // elastic part at most `limit`. Under another load the impulse on A is in proportion: dt (load / at_load)
-    // (steady - slope s).
+    // Linear model of the patch's force under the load `at_load`: at the slip velocity s (m/s) the force is
+    // steady - slope s, its elastic part at most `limit`. Under another load the impulse on A is in
+    // proportion: dt (load / at_load) (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
 
-      // Slope and damping, N s/m; limit, N.
+      // Slope and damping of the linear model, N s/m; force limit, N.
       double slope = 0.0, damping = 0.0, limit = 0.0;
       double at_load = 0.0;  // N
       bool clipped = true;
     };
     struct Side {
       int body = -1;
-      btVector3 linear[2], angular[2];  // velocity change per unit impulse along each axis
+      btVector3 linear[2], angular[2];  // change of the body's velocity and spin per impulse along an axis
       btVector3 axis[2], moment[2];     // slip along an axis = axis . velocity + moment . spin
     };
-    int row = -1;    // index of its normal row in Bullet's list
-    int round = -1;  // index in bodies, sides of the body that rolls on the bed, or -1
-    // From the round body's centre to the contact, m, and its rotation in this step, rad.
+    int row = -1;    // index of the contact's normal row in Bullet's list
+    int round = -1;  // index, in bodies and sides, of the body that rolls on the bed, or -1
+    // Vector from the round body's centre to the contact, m; the body's rotation in this step, rad.
     Eigen::Vector3d arm = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
-    // m/s, slip at the start of the step
+    // Slip velocity at the start of the step, m/s
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
     Answer answer;
@@ -173,10 +173,10 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
   std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
   std::vector<const btManifoldPoint*> found_;
-  std::vector<int> round_;  // index of the round body of each point in found_, or -1
+  std::vector<int> round_;  // index in its manifold of the round body of each point in found_, or -1
   std::vector<bristle::ContactPoint> points_;
   std::vector<std::uint64_t> keys_;
-  // Contact points with their index in known_, sorted by address.
+  // Contact points with their index in known_, sorted by the points' addresses.
   std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;
   std::size_t first_of_group_ = 0;  // index in solved_ of the first contact of the islands being solved
   std::vector<Contact*> solved_;

@@ -119,8 +119,8 @@ btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3
       btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.place.get(), shape.get(), inertia));
   made.shape = std::move(shape);
   btRigidBody& body = *made.body;
-  // Takes the square root of the wanted friction coefficient, because Bullet multiplies the coefficients of
-  // both bodies.
+  // Sets the root of the wanted friction coefficient, because Bullet multiplies the coefficients of both
+  // bodies.
   body.setFriction(scalar(std::sqrt(coefficient)));
   body.setActivationState(DISABLE_DEACTIVATION);
   if (friction_ == Friction::anchored)
@@ -190,7 +190,7 @@ Scene tapped_block(double dt_s) {
   };
   scene.drive = [](World& world) {
     const bool tap = world.time() < 2.0 && std::fmod(world.time() + 1e-9, 0.2) < 0.01;
-    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // N, sideways and into the slope
+    if (tap) world.body(1).applyCentralForce(vector(0.0, 0.3, -1.0));  // force sideways and into the slope, N
   };
   return scene;
 }

@@ -56,14 +56,14 @@ class World {
   std::vector<Body> bodies_;
   std::unique_ptr<btSequentialImpulseConstraintSolver> solver_;
   const BristleSolver* bristles_ = nullptr;
-  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed before the objects above, which it uses
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;  // destroyed before the objects above, used by the world
   double dt_s_ = 0.0;
   long steps_ = 0;
 };
 
 struct Scene {
   std::string name, title;
-  double seconds = 4.0, dt_s = 1.0 / 240.0;  ///< s, simulated time; s, time step
+  double seconds = 4.0, dt_s = 1.0 / 240.0;  ///< simulated time, s; time step, s
   btVector3 gravity = {0, 0, btScalar(-9.81)};
   bristle::Coefficients law = bristle::Coefficients{}
                                   .with_kinetic(0.5)
@@ -73,7 +73,7 @@ struct Scene {
   FrictionOptions options;
   std::function<void(World&)> build;
   std::size_t body = 1;                               ///< index of the body whose motion is recorded
-  std::function<void(World&)> drive = [](World&) {};  ///< applies forces, before each step
+  std::function<void(World&)> drive = [](World&) {};  ///< function that applies forces before each step
 };
 
 /// Makes a scene with a block of 200 g on a slope, half way to sliding, tapped five times a second for the
@@ -83,12 +83,12 @@ Scene tapped_block(double dt_s = 1.0 / 240.0);
 Scene stack(int boxes = 5, double dt_s = 1.0 / 240.0, double seconds = 60.0);
 /// Makes a scene with a flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// Makes a scene as pushed_box() does, with a plate on three feet.
+/// Makes a scene as pushed_box() does, with a plate on three feet in place of the box.
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
-                        pushed_coefficient = 0.4;  // kg, m, m, m
+                        pushed_coefficient = 0.4;  // kg, m (radius, height of the plate, and of its feet)
 
-// Push of the box: force (N), lever arm about the centre (m), beginning and end (s).
+// Push of the box in pushed_box(): force (N), lever arm about the centre (m), beginning and end (s).
 inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
 /// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.
 Scene many_boxes();
@@ -97,13 +97,13 @@ std::vector<Scene> all_scenes();
 struct Sample {
   double t;
   double place[3];  ///< m
-  double turn;      ///< rad, rotation about z
+  double turn;      ///< rotation of the body about z, rad
 };
 
 struct Run {
   Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< states of the body, ten per simulated second
-  double creep = 0.0;           ///< m/s, mean speed along x in the last quarter of the run
+  std::vector<Sample> samples;  ///< states of the observed body, ten per simulated second
+  double creep = 0.0;           ///< mean speed of the body along x in the last quarter of the run, m/s
   double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points per step
 };

@@ -40,10 +40,10 @@ struct BrushProxyOptions {
   /// Population::representatives.
   bristle::PatchOptions patch =
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
-  double dt_s = 1e-3;                                            ///< s, period of the servo thread
+  double dt_s = 1e-3;                                            ///< period of the servo thread, s
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
 
-  /// m, motion of the tool per count of the encoders: the count times the workspace scale. The damper's
+  /// Motion of the tool per count of the encoders, m: the count times the workspace scale. The damper's
   /// velocity depends on it, see HapticOptions.
   double resolution = 0.0;
   /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
@@ -111,10 +111,10 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
   struct CountStep {
-    double force_n;  ///< N, step of friction when the encoder moves by one count
-    double share;    ///< force step of one count over the highest friction; felt as grain above 0.2
+    double force_n;  ///< step of friction when an encoder moves by one count, N
+    double share;    ///< force step of one count over the highest friction; above 0.2 it is felt as grain
 
-    /// N s/m, damping that the device itself needs at the hand to make the loop passive.
+    /// Damping that the device itself needs at the hand to make the loop passive, N s/m.
     double damping_n_s_per_m;
   };
   /// Returns the effect of a count of `count_m` (m, at the hand) in a workspace scaled by `scale`, under a
@@ -200,10 +200,10 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Response response_;
   bristle::HapticPoint point_;
   chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, by which a new object at the same
-                                               // address is recognised
+  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, which tells a new object at the same
+                                               // address
   Pose surface_ = Pose::Identity(),
-       on_object_ = Pose::Identity();  // pose of the contact in the world, and on object_
+       on_object_ = Pose::Identity();  // poses of the contact in the world, and on object_
 };
 
 /// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the

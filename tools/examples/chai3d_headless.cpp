@@ -42,12 +42,12 @@ chai3d::cMesh* make_floor() {
 }
 
 struct Outcome {
-  double wall = 0.0;        // N, wall force at rest on the floor
-  double held_first = 0.0;  // N, friction at the end of a pull of 4 um
-  double held_last = 0.0;   // N, friction after two seconds held still
+  double wall = 0.0;        // wall force at rest on the floor, N
+  double held_first = 0.0;  // friction at the end of a pull of 4 um, N
+  double held_last = 0.0;   // friction after two seconds held still, N
   double lean = 0.0;        // friction over wall force while sliding
-  double across = 0.0;      // N, force across the direction of sliding
-  double lifted = 0.0;      // N, force on the point above the floor
+  double across = 0.0;      // force across the direction of sliding, N
+  double lifted = 0.0;      // force on the point above the floor, N
 };
 
 Outcome run(chai3d::cAlgorithmFingerProxy& proxy, chai3d::cWorld& world) {
@@ -88,10 +88,10 @@ void print(const char* name, const Outcome& o) {
 }
 
 struct Pinch {
-  double wall = 0.0;   // N, force of one of the two points on the block
-  double drop = 0.0;   // m, fall of the block until it is held
-  double creep = 0.0;  // m/s, mean speed over the last second of holding
-  double lift = 0.0;   // m, rise of the block while the two points that hold it rise by lift_m
+  double wall = 0.0;   // force of one of the two points on the block, N
+  double drop = 0.0;   // fall of the block until it is held, m
+  double creep = 0.0;  // mean speed over the last second of holding, m/s
+  double lift = 0.0;   // rise of the block while the two points that hold it rise by lift_m, m
 };
 constexpr double lift_m = 0.05;
 

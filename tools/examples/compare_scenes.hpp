@@ -15,7 +15,7 @@
 
 namespace bristle_example {
 
-/// Words and columns in which the programs differ.
+/// Words and columns in which the programs of MuJoCo and Bullet differ.
 struct ComparingProgram {
   const char *name, *about, *csv_help;
   std::vector<std::string> table_columns;

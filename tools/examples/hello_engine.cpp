@@ -11,20 +11,20 @@ int main() {
                            .with_resolution(4)
                            .with_cohorts(24);
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
-                                bristle::KeyedOptions{}.with_capacity(1000));  // all memory is taken here
+                                bristle::KeyedOptions{}.with_capacity(1000));  // allocates all memory
   batch.warm_up();
-  bristle::ContactFrames frames(patches);  // one for each contact, kept as long as its key
+  bristle::ContactFrames frames(patches);  // frame for each contact, kept as long as its key
   for (int step = 0; step < 300; ++step) {
-    // From the engine: contact 42 between two bodies, its normal (from the other body to the moving one), its
-    // force, and the velocity of the one relative to the other where they touch.
+    // Given by the engine: contact 42 between two bodies, its normal (from the other body to the moving one),
+    // its force, and the velocity of the one relative to the other where they touch.
     const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);
     const bristle::KeyedContact contact = patches.find_or_add_contact(42);
     bristle::Motion motion{contact.id, {0.0, 0.0}, 20.0 /* N */};
     const bristle::ContactFrame& frame = frames.carry(contact, normal);
     frame.set_displacement(1e-3 /* s */ * velocity, motion);
     bristle::Response response;
-    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // all contacts in one call
-    patches.end_step();                                      // contacts not seen in this step go back
+    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // steps all contacts in one call
+    patches.end_step();                                      // frees patches of contacts that the step lacked
     if (has(response.status, bristle::Status::no_capacity)) {
       std::printf("%llu contacts found no patch: raise the capacity\n",
                   static_cast<unsigned long long>(patches.refused()));

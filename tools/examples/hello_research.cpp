@@ -13,7 +13,7 @@ int main() {
       surface, bristle::PatchOptions{}.with_axes(1).with_bristles(20000).with_outputs(bristle::Outputs::all));
   motion.normal_load = 1.0;  // N
   double x = 0.0, work = 0.0, lost = 0.0;
-  for (int step = 1; step <= 2000; ++step) {  // two periods of 20 um to either side
+  for (int step = 1; step <= 2000; ++step) {  // moves by 20 um to either side, two periods
     const double next = 20e-6 * std::sin(6.283185307 * step / 1000);
     motion.displacement[0] = next - x;
     x = next;
@@ -21,7 +21,7 @@ int main() {
     work -= response.mean[0] * motion.displacement[0];
     lost += response.dissipated;
     if (step % 25 == 0)
-      std::printf("%.9g %.9g\n", 1e6 * x, -response.end[0]);  // um, N: gnuplot's plot "loop"
+      std::printf("%.9g %.9g\n", 1e6 * x, -response.end[0]);  // um, N, for gnuplot's plot "loop"
   }
   std::printf("# work %.6g uJ = stored %.6g + lost in snaps %.6g\n", 1e6 * work,
               1e6 * batch.stored_energy(motion.id), 1e6 * lost);

@@ -58,7 +58,7 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 
 /// Returns the smaller geom of a contact; a plane counts as the larger one.
 int smaller_geom(const mjModel& model, const mjContact& contact) {
-  const auto radius = [&](int geom) {  // m; a plane has none and counts as the larger one
+  const auto radius = [&](int geom) {  // m; a plane has none and counts as larger
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
@@ -70,7 +70,7 @@ bool is_round(const mjModel& model, int geom) {
          type == mjGEOM_CYLINDER;
 }
 
-/// Returns the contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
+/// Returns a contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
 /// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
 Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
   const int geom = smaller_geom(model, contact);
@@ -149,7 +149,7 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
   number_dofs(model);
   for (Cell& cell : cells_) cell.slips = false;
   guess_beds(model, data);
-  // Repeats the solve until no further cell slips. A cell found to slip in one pass slips in all later ones.
+  // Repeats the linear solve until no further cell slips. Cells that slip in one pass do so in later ones.
   do {
     solve(model, data);
   } while (clip(model.opt.timestep));
@@ -167,8 +167,8 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// Returns what a contact resists (its condim) by MuJoCo's rules: as the model's pair says if it is listed,
-/// else as the geom of higher priority, else the larger one of both.
+/// Returns a contact's condim (which motions it resists) by MuJoCo's rules: that of the model's pair if it is
+/// listed, else of the geom of higher priority, else the larger one of both.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {
@@ -195,7 +195,7 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   found_.clear();
   found_points_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
-    // Skips contacts of soft bodies, which MuJoCo 3 has.
+    // Skips contacts of soft bodies (flexes), which MuJoCo 3 has.
     if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;
     found_.push_back(c);
     const Vector3d place = place_of(model, data, *c);
@@ -278,7 +278,7 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
           contact.turn[1].squaredNorm() <
       negligible * negligible)
     return;
-  if (contact.bed)  // the axes ride on the body that does not roll
+  if (contact.bed)  // the contact's axes move with the body that does not roll
     contact.frame.carry_with_surface(
         normal, contact.turn[contact.bodies[0] == model.geom_bodyid[contact.round] ? 1 : 0]);
   else if (contact.is_disc)
@@ -289,8 +289,8 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
   contact.turn[1].setZero();
 }
 
-/// Computes the contact's Jacobian (as mj_jac, without columns of zeros) and its velocity. `old`: this
-/// contact in the step before, or null.
+/// Computes a contact's Jacobian (as mj_jac, without columns of zeros) and velocity. `old`: this contact in
+/// the step before, or null.
 void BristleFriction::set_rows(const mjModel& model, const mjData& data, const Contact* old,
                                Contact& contact) {
   int last[2];
@@ -343,7 +343,7 @@ void BristleFriction::number_dofs(const mjModel& model) {
   if (!column_.empty() && dofs_ == dofs_before_ &&
       std::equal(contacts_.begin(), contacts_.end(), before_.begin(), before_.end(),
                  [](const Contact& a, const Contact& b) { return a.dofs == b.dofs; }))
-    return;  // keeps the numbers if the contacts touch as in the last step
+    return;  // keeps the columns if the same trees touch as in the last step
   touching_.clear();
   for (const Contact& contact : contacts_) {
     if (contact.dofs == 0) continue;
@@ -397,10 +397,10 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   for (Contact& contact : contacts_) {
     if (!is_new(contact)) continue;
     contact.normal_load = data.efc_force[contact.row];
-    if (contact.bed) continue;  // reaches its limit within the presliding displacement
+    if (contact.bed) continue;  // reaches the limit of the force within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
-    // Slides far enough for the bends to become those of steady sliding.
+    // Slides so far that the bristles' bends become those of steady sliding.
     const bool slides = speed * model.opt.timestep > presliding_length_;
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
@@ -438,7 +438,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
     double* const line = system_.line(column);
     visit_masses(model, data, dof,
                  [&](int other, double mass) { line[column_[static_cast<std::size_t>(other)]] = mass; });
-    line[column] += dt_s * model.dof_damping[dof];  // which MuJoCo's integrators take implicitly too
+    line[column] += dt_s * model.dof_damping[dof];  // joint damping, implicit in MuJoCo's integrators too
   }
   for (const Contact& contact : contacts_) {
     Eigen::Matrix4d gain = Eigen::Matrix4d::Zero();
@@ -454,7 +454,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
       gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
       pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
     }
-    if (contact.dofs == 6)  // a single free body is solved with a fixed size, which halves the time
+    if (contact.dofs == 6)  // a single free body has a fixed size, which halves the time
       add_contact<6>(contact, gain, pull);
     else
       add_contact<Eigen::Dynamic>(contact, gain, pull);

@@ -44,7 +44,7 @@
 
 namespace mujoco_example {
 
-/// The condim of each geom and listed pair of a model, which says what motions their contacts resist.
+/// The condim of each geom and listed pair: the number that says which motions their contacts resist.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
@@ -64,7 +64,7 @@ struct FrictionOptions {
   int rings = 1;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
 
-  /// m, largest motion of a contact point in one step, seen from the smaller geom; a point that moves farther
+  /// Largest motion of a contact point in one step, m, seen from the smaller geom; a point that moves farther
   /// counts as a new contact.
   double reach = 0.01;
   std::uint32_t contacts = 256;  ///< largest number of contacts at a time; further contacts have no friction
@@ -100,16 +100,16 @@ class BristleFriction {
     bristle::PatchId patch;       ///< id of the patch in the batch, or of a disc in the extended patches
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
-                               Eigen::Vector3d::Zero()};  ///< rad, turn of each body that is not yet in
-                                                          ///< `frame`
-    Eigen::Vector3d point = {0, 0, 0};                    ///< m, position of the contact point in the world
+                               Eigen::Vector3d::Zero()};  ///< turn of each body that is not yet applied to
+                                                          ///< `frame`, rad
+    Eigen::Vector3d point = {0, 0, 0};                    ///< position of the contact point in the world, m
 
-    /// N along frame.along() and aside(), N m about the normal, on geom2's body
+    /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on geom2's body.
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;        ///< whether this contact did not exist in the step before
     bool is_disc = false;      ///< whether the contact resists spin (condim 4)
-    double radius = 0.0;       ///< m, radius of the contact, if it is a disc
-    double normal_load = 0.0;  ///< N, normal load from MuJoCo's solver in this step
+    double radius = 0.0;       ///< radius of the contact, if it is a disc, m
+    double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
 
     /// Friction coefficient of the contact over that of the material.
     double scale = 1.0;
@@ -117,10 +117,10 @@ class BristleFriction {
                                                          ///< axes, rad/s about the normal
     int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
 
-    /// Index of its normal force among MuJoCo's constraint forces.
+    /// Index of the contact's normal force among MuJoCo's constraint forces.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
-    bristle::ExtendedMotion moved;  ///< displacement and turn of a disc in this step
+    bristle::ExtendedMotion moved;  ///< displacement and turn of a disc contact in this step
     bristle::BedId bed;             ///< bed of a round geom's contact, which then has no patch
 
    private:
@@ -129,8 +129,8 @@ class BristleFriction {
     // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
-    std::size_t first_dof = 0, dofs = 0;              // index of its first entry in dofs_ and rows_, and
-                                                      // number of its entries
+    std::size_t first_dof = 0, dofs = 0;              // index of the contact's first entry in dofs_ and
+                                                      // rows_, and number of its entries
     Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip velocity at the start of the step, in the axes
                                                       // of `velocity`
   };
@@ -143,8 +143,8 @@ class BristleFriction {
  private:
   /// Cell of a contact's patch: a point contact has one, a disc several.
   struct Cell {
-    bristle::Response response;    ///< response of the cell's bristles before the slip of this step
-    Eigen::Vector2d at = {0, 0};   ///< m, offset of the cell from the contact point
+    bristle::Response response;    ///< response of the cell's bristles to no slip, at the step's start
+    Eigen::Vector2d at = {0, 0};   ///< offset of the cell from the contact point, m
     Eigen::Vector2d way = {0, 0};  ///< direction of the cell's friction, if the prediction has it slipping
     bool slips = false;
   };

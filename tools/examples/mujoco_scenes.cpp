@@ -82,7 +82,7 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    // Sample at the start of the last quarter of the run.
+    // State of the body at the start of the last quarter of the run.
     const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);
@@ -180,7 +180,7 @@ Scene tapped_block() {
     const int body = mj_name2id(&model, mjOBJ_BODY, "body");
     const bool tap = data.time < 2.0 && std::fmod(data.time, 0.2) < 0.01;
     data.xfrc_applied[6 * body + 1] = tap ? 0.3 : 0.0;   // N, aside
-    data.xfrc_applied[6 * body + 2] = tap ? -1.0 : 0.0;  // N, into the slope
+    data.xfrc_applied[6 * body + 2] = tap ? -1.0 : 0.0;  // force into the slope, N
   };
   return scene;
 }
@@ -213,7 +213,7 @@ Scene pushed_box() {
     const bool push = data.time >= 0.1 && data.time < 0.3;
     const double force = push ? 4.0 : 0.0;
     data.xfrc_applied[6 * body] = force;
-    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // N m, torque of a force along x that acts at y = 0.1 m
+    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // torque of a force along x that acts at y = 0.1 m, N m
   };
   return scene;
 }
@@ -279,7 +279,7 @@ Scene held_off_centre(double grip_n) {
 </worldbody>
 <actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
                           fmt::format(option, R"(gravity="-9.81 0 0")"), mass);
-  // Works in the frame of the hand, where its shaking adds an inertial force to the weight.
+  // Simulates in the frame of the hand, where its shaking adds an inertial force to the weight.
   scene.drive = [=](const mjModel& model, mjData& data) {
     data.ctrl[0] = data.ctrl[1] = grip_n;
     double* force = data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");
@@ -317,7 +317,7 @@ Scene fingertips(bool shaken) {
   constexpr double rate = 2.0 * pi * 3.0;
   const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
   scene.drive = [reach](const mjModel&, mjData& data) {
-    const double since = std::max(data.time - 0.25, 0.0);  // s since the fingers have closed on the box
+    const double since = std::max(data.time - 0.25, 0.0);  // time since the fingers closed on the box, s
     data.ctrl[0] = 12.0;
     data.ctrl[1] = data.ctrl[2] = 6.0;
     data.ctrl[3] = reach * std::sin(rate * since);

@@ -19,10 +19,10 @@ const char* to_string(Friction friction);
 
 struct Scene {
   std::string name, title;
-  std::string xml;                                     ///< model in MJCF; its body "body" is observed
-  double seconds = 4.0;                                ///< s, simulated time
+  std::string xml;                                     ///< model in MJCF (XML); its body "body" is observed
+  double seconds = 4.0;                                ///< simulated time, s
   std::array<double, 3> direction = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
-  double point[3] = {0.0, 0.0, 0.0};                   ///< m, observed point of the body, in the body's axes
+  double point[3] = {0.0, 0.0, 0.0};                   ///< observed point of the body, in the body's axes, m
 
   /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
@@ -61,15 +61,15 @@ inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, 
 std::vector<Scene> all_scenes();
 
 struct Sample {
-  double t, travel, turn;  ///< s, time; m, displacement of the observed point along the scene's direction;
-                           ///< rad, angle of the body about z
-  double place[3];         ///< m, displacement of the observed point
+  double t, travel, turn;  ///< time, s; displacement of the observed point along the scene's direction, m;
+                           ///< angle of the body about z, rad
+  double place[3];         ///< displacement of the observed point, m
 };
 
 struct Run {
   Friction friction = Friction::stock;
   std::vector<Sample> samples;  ///< states of the observed body, at least ten per simulated second
-  double creep = 0.0;           ///< m/s, mean speed in the last quarter of the run
+  double creep = 0.0;           ///< mean speed in the last quarter of the run, m/s
   double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points per step
 };

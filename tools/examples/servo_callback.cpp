@@ -25,7 +25,7 @@ const bristle::Material fingertip = bristle::Material::from_coefficients(bristle
                                                                              .with_stribeck_velocity(0.05));
 
 struct Sample {
-  double x, z;      // m, true position of the stylus
+  double x, z;      // true position of the stylus, m
   double force[3];  // N
   double wall;      // N
 };
@@ -99,7 +99,7 @@ int main() {
   device::schedule_asynchronous(&servo_callback, &servo);  // hdScheduleAsynchronous
   device::start_scheduler();                               // hdStartScheduler
   while (device::is_scheduled())  // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // a real program would draw graphics here
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // place where a real program draws graphics
   device::stop_scheduler();                                      // hdStopScheduler
 
   std::printf("  t/s    x/mm     z/mm    Fx/N    Fz/N\n");

@@ -9,7 +9,7 @@ namespace device {
 namespace {
 
 constexpr double mass = 0.05;             // kg
-constexpr double own_damping = 1.5;       // N s/m, damping of the mechanism
+constexpr double own_damping = 1.5;       // damping of the mechanism, N s/m
 constexpr double hand_stiffness = 400.0;  // N/m
 constexpr double hand_damping = 4.0;      // N s/m
 constexpr int pieces = 20;                // number of integration steps in a tick of the servo loop
@@ -50,7 +50,7 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // Goes on from the present time after a delay, because catching up by a burst of ticks would not be
+      // Goes on from the present time after a delay, because a burst of ticks to catch up would not be
       // realistic.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);
@@ -71,7 +71,7 @@ void begin_frame() {
   for (int a = 0; a < 3; ++a) s.reading[a] = encoder_count * std::round(s.position[a] / encoder_count);
 }
 
-void end_frame() {}  // a real device sends the force to its motors here
+void end_frame() {}  // place where a real device sends the force to its motors
 
 void get_doublev(Parameter what, double* values) {
   if (what == current_position)

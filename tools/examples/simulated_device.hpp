@@ -13,8 +13,8 @@ enum CallbackCode { callback_done, callback_continue };  // HD_CALLBACK_DONE, HD
 using Callback = CallbackCode (*)(void* user);           // HDSchedulerCallback
 
 enum Parameter {
-  current_position,   // HD_CURRENT_POSITION: three numbers, mm
-  current_force,      // HD_CURRENT_FORCE: force to send to the device, three numbers, N
+  current_position,   // as HD_CURRENT_POSITION: three numbers, mm
+  current_force,      // as HD_CURRENT_FORCE: force to send to the device, three numbers, N
   nominal_max_force,  // HD_NOMINAL_MAX_FORCE: N
 };
 
@@ -23,10 +23,10 @@ void end_frame();                                        // hdEndFrame(hdGetCurr
 void get_doublev(Parameter what, double* values);        // hdGetDoublev
 void set_doublev(Parameter what, const double* values);  // hdSetDoublev
 
-void schedule_asynchronous(Callback callback, void* user);  // hdScheduleAsynchronous, default priority
-void start_scheduler();                                     // hdStartScheduler: the servo thread begins
+void schedule_asynchronous(Callback callback, void* user);  // as hdScheduleAsynchronous with default priority
+void start_scheduler();                                     // as hdStartScheduler: starts the servo thread
 bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): whether a callback is scheduled
-void stop_scheduler();  // hdStopScheduler: waits until the callback has ended
+void stop_scheduler();  // as hdStopScheduler: waits until the callback has ended
 
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target

@@ -19,9 +19,9 @@ class Skyline {
     first_.resize(static_cast<std::size_t>(size));
     for (int i = 0; i < size; ++i) first_[static_cast<std::size_t>(i)] = i;
   }
-  /// Makes room for an entry in line i and column j (j <= i).
+  /// Makes room for an entry in line i and column j (j <= i) of the matrix.
   void couple(int i, int j) { first(i) = std::min(first(i), j); }
-  /// Allocates the entries and sets them to 0. Call it after the last couple().
+  /// Allocates the entries of the matrix and sets them to 0. Call it after the last couple().
   void set_zero() {
     start_.clear();
     std::size_t entries = 0;

@@ -26,10 +26,10 @@ const Vector3d up = Vector3d::UnitZ();  // normal of the plane z = 0; a slope ti
 
 struct Box {
   double mass;        // kg
-  Vector3d half;      // m, half edges
+  Vector3d half;      // half edges, m
   Vector3d position;  // m
   Vector3d velocity{0, 0, 0}, spin{0, 0, 0};
-  Vector3d push{0, 0, 0};  // N, applied at the centre of the box
+  Vector3d push{0, 0, 0};  // applied at the centre of the box, N
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
 
   Matrix3d inertia() const {
@@ -43,29 +43,29 @@ struct Box {
     spin += inverse_inertia * arm.cross(impulse);
   }
   Vector3d velocity_at(const Vector3d& arm) const { return velocity + spin.cross(arm); }
-  /// Velocity along `a`, at the point `arm` (m from the centre), per unit impulse along `b` there, 1/kg.
+  /// Returns velocity along `a` at `arm` (m from the centre), per unit impulse along `b` there, 1/kg.
   double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
     return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
   }
-  Matrix3d inverse_inertia = Matrix3d::Zero();  // 1/(kg m^2), world axes, in this step
+  Matrix3d inverse_inertia = Matrix3d::Zero();  // in the world's axes, for this step, 1/(kg m^2)
 };
 
 /// Corner of a box that touches the plane.
 struct Contact {
   std::uint64_t key = 0;  // number made of box and corner, the same in every step
   std::size_t box = 0;
-  Vector3d arm{0, 0, 0};        // m, corner from the box's centre
+  Vector3d arm{0, 0, 0};        // corner from the box's centre, m
   double gap = 0.0;             // m, height over the plane; negative inside it
-  double normal_impulse = 0.0;  // N s; as `impulse` it starts at its last value
+  double normal_impulse = 0.0;  // normal impulse, N s; starts at that of the step before
   Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // velocity change per unit impulse in the plane, 1/kg
 
   // bristles: the patch of the corner, and a linear model of its force for PGS. Under the load `at_load` (N)
-  // a slip s (m/s) gives the force steady - slope s, whose elastic part is at most `limit` while `clipped` is
-  // set.
+  // a slip velocity s (m/s) gives the force steady - slope s, whose elastic part is at most `limit` while
+  // `clipped` is set.
   bristle::PatchId patch;
-  double load = 0.0;  // N, normal load in the step before
+  double load = 0.0;  // normal load in the step before, N
   Vector2d elastic{0, 0}, steady{0, 0};
   double slope = 0.0, damping = 0.0, limit = 0.0, at_load = 0.0;
   bool clipped = true;
@@ -95,11 +95,11 @@ class World {
       box.velocity += h * (gravity_ + box.push / box.mass);
     }
     find_contacts(h);
-    // Starts with the impulses of the step before (warm start).
+    // Starts the iterations with the impulses of the step before (warm start).
     for (const Contact& c : contacts) push(c, c.normal_impulse, c.impulse);
     for (int i = 0; i < iterations; ++i) {
       for (Contact& c : contacts) solve_normal(c, h);
-      // bristles: the later half of the iterations gets forces from the patches themselves.
+      // bristles: in the later half of the iterations forces come from the patches themselves.
       if (kind_ == Friction::bristles && i >= iterations / 2 && i % 2 == 0)
         for (Contact& c : contacts) ask(c, h);
       for (int sweep = 0; sweep < sweeps; ++sweep)
@@ -114,7 +114,7 @@ class World {
     if (kind_ == Friction::bristles) step_patches(h);
   }
 
-  /// Energy, J: kinetic, of height above the plane's origin, and of bent bristles.
+  /// Returns the energy, J: kinetic, of height above the plane's origin, and of bent bristles.
   double energy() const {
     double sum = 0.0;
     for (const Box& b : boxes)
@@ -126,13 +126,13 @@ class World {
 
   std::vector<Box> boxes;
   std::vector<Contact> contacts;
-  double lost = 0.0;  // J, energy lost to friction of bristles
+  double lost = 0.0;  // energy lost to friction of bristles, J
 
  private:
   static constexpr int iterations = 20, sweeps = 2;
-  static constexpr double highest_load = 50.0;  // N, highest load of one corner
+  static constexpr double highest_load = 50.0;  // highest load of one corner, N
 
-  /// Lists the corners near the plane. Each keeps the impulses and patch of the same corner in the step
+  /// Lists the corners near the plane. Each keeps its impulses and patch of the step
   /// before.
   void find_contacts(double h) {
     std::vector<Contact> before;
@@ -152,7 +152,7 @@ class World {
         c.box = b;
         c.arm = arm;
         c.gap = gap;
-        // Turns the axes with the mean rotation of box and plane.
+        // Turns the axes of a contact with the mean rotation of box and plane.
         c.frame.carry(up, h * box.spin, Vector3d::Zero());
         const Vector3d axes[2] = {c.frame.along(), c.frame.aside()};
         for (int i = 0; i < 2; ++i)
@@ -175,8 +175,8 @@ class World {
   /// Finds the normal impulse that lets the corner just close its gap in this step, and pushes a corner that
   /// is too deep out over several steps.
   void solve_normal(Contact& c, double h) {
-    constexpr double allowed = 1e-4, share = 0.1;  // m, depth of overlap that is accepted; share of the
-                                                   // excess that each step removes
+    constexpr double allowed = 1e-4, share = 0.1;  // accepted depth of overlap, m; share of the excess that
+                                                   // each step removes
     const double wanted = c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
     const Box& box = boxes[c.box];
     const double missing = (wanted - up.dot(box.velocity_at(c.arm))) / box.mobility(c.arm, up, up);
@@ -185,9 +185,9 @@ class World {
     c.normal_impulse = impulse;
   }
 
-  /// Coulomb friction: the impulse that ends the slip, but at most mu times the normal impulse.
+  /// Applies Coulomb friction: the impulse that ends the slip, but at most mu times the normal impulse.
   void clamp(Contact& c) {
-    Vector2d impulse = c.impulse - slip(c) / c.mobility.trace();  // along the slip
+    Vector2d impulse = c.impulse - slip(c) / c.mobility.trace();  // impulse along the slip
     const double size = impulse.norm(), highest = mu * c.normal_impulse;
     if (size > highest) impulse *= highest / size;
     push(c, 0.0, impulse - c.impulse);
@@ -198,12 +198,12 @@ class World {
   /// change.
   void begin(Contact& c, double h) {
     c.patch = patches_.find_or_add(c.key);
-    // Evaluates a new contact at the highest load; its force is scaled later.
+    // Finds the force of a new contact, whose load is unknown, at the highest load; it is scaled later.
     c.at_load = c.load > 0.0 ? c.load : highest_load;
     const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
     c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
     c.damping = now.damping;
-    c.slope = h * now.stiffness + now.damping;  // so that the force is that at the end of the step
+    c.slope = h * now.stiffness + now.damping;  // implicit: the force at the end of the step
     c.limit = now.force_limit;
     c.clipped = true;
   }
@@ -215,7 +215,7 @@ class World {
     const Vector2d s = slip(c), d = h * s;
     const double load = c.normal_impulse / h;
     const bristle::Response trial = batch_.find_force(h, {c.patch, {d[0], d[1]}, load});
-    // Takes the secant as stiffness: the tangent, which is 0 in sliding, would brake the iterations.
+    // Takes the secant as stiffness, because the tangent, which is 0 in sliding, would brake the iterations.
     const Vector2d bent = load / c.at_load * c.elastic - Vector2d(trial.elastic[0], trial.elastic[1]);
     const double secant = d.norm() > 0.0 ? bent.dot(d) / d.squaredNorm() : trial.stiffness;
     c.elastic *= load / c.at_load;
@@ -227,8 +227,8 @@ class World {
 
   /// bristles: finds the friction impulse that is consistent with the slip it leaves.
   void rub(Contact& c, double h) {
-    const double time = c.normal_impulse / c.at_load;  // s, time step h times the ratio of the load to the
-                                                       // load of the model
+    const double time = c.normal_impulse / c.at_load;  // time step h times (load over the model's load),
+                                                       // s
     const Vector2d free = slip(c) - c.mobility * c.impulse;
     const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
       return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));

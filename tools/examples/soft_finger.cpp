@@ -9,12 +9,12 @@
 #include <bristle/extended_patches.hpp>
 
 struct SoftFinger {
-  static constexpr double dt = 1e-3, friction = 0.6, radius = 6e-3, full_load = 2.0;  // s, m at N
+  static constexpr double dt = 1e-3, friction = 0.6, radius = 6e-3, full_load = 2.0;  // s, 1, m at N
   bristle::PatchBatch batch;
   bristle::ExtendedPatches pads{batch};
   bristle::ExtendedMotion motion;
   bristle::ExtendedResponse response;
-  bristle::ContactFrame frame{Eigen::Vector3d::UnitZ()};  // of the surface, which stands still
+  bristle::ContactFrame frame{Eigen::Vector3d::UnitZ()};  // of the surface, at rest
 
   SoftFinger() {
     const auto skin = bristle::Material::from_coefficients(
@@ -25,14 +25,14 @@ struct SoftFinger {
     motion.id = pads.add(
         skin, options,
         bristle::Outline::disc(radius, bristle::Pressure::hertz).grow_with_load(full_load));  // 27 cells
-    batch.warm_up();  // from here on nothing allocates
+    batch.warm_up();  // nothing allocates after this
   }
 
   // The servo callback. `moved` (m) and `turned` (rad): differences of the device's poses since the last
   // tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
   bristle::ContactFrame::Wrench tick(const Eigen::Vector3d& moved, const Eigen::Vector3d& turned,
                                      double load) {
-    const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the surface where it is touched
+    const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // the surface's normal where it is touched
     frame.carry_with_surface(normal, Eigen::Vector3d::Zero());
     frame.set_displacement(moved, turned, motion);
     motion.normal_load = load;
@@ -60,15 +60,15 @@ int main() {
     right = right && std::abs(value - expected) <= share * std::abs(expected);
   };
   constexpr double pi = 3.141592653589793, slip = SoftFinger::friction * 2.0;
-  // Torque of a Hertz pad of radius a that spins on the spot under load N: 3 pi / 16 mu N a.
+  // Returns the torque of a Hertz pad of radius a that spins on the spot under load N: 3 pi / 16 mu N a.
   const double spinning = 3.0 * pi / 16.0 * slip * SoftFinger::radius;
 
   run("pressed with 2 N", 100, 0.0, 0.0, 2.0);
-  // Torque per radian of a Hertz pad that sticks: 2/5 K a^2, K stiffness, a radius.
+  // Returns the torque per radian of a Hertz pad that sticks: 2/5 K a^2, K stiffness, a radius.
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  // Slides at v = omega a: speed of the centre equal to that of the rim by spin.
+  // Slides and spins at v = omega a: the centre is as fast as the rim is by spin.
   const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);

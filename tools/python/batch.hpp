@@ -9,7 +9,7 @@
 
 namespace bristle_python {
 
-/// Arguments of a batch's constructor other than patches.
+/// Arguments of PatchBatch's constructor in Python other than patches.
 struct ThreadsAndKernels {
   int threads = 1;
   std::optional<std::string> isa;

@@ -45,7 +45,7 @@ namespace {
 struct FitNames {
   std::string sign, law, rule, damper_decay;
 };
-/// Residual bend and shared renewal; set where the user fixes them.
+/// Residual length and shared renewal, set where the user fixes them.
 struct Held {
   std::optional<double> residual, renewal;
 };
@@ -82,8 +82,8 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Sets the fixed terms of the measurement between contact and sensors. Checks them, and the facts that the
-/// data lack.
+/// Sets the terms of the measurement (between contact and sensors) that the user fixed. Checks them, and the
+/// facts that the data lack.
 void set_measurement(cli::FitOptions& options, double mass, const std::optional<double>& compliance,
                      const std::optional<double>& delay) {
   options.mass = mass;
@@ -196,7 +196,7 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    // False for parameters that this record cannot have, such as those of a second axis.
+    // False for parameters that this record cannot determine, such as those of a second axis it lacks.
     const bool meant = estimate.fitted || !estimate.why.empty();
     if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
   }

@@ -20,7 +20,7 @@ using Pair = std::array<double, 2>;
 using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
-using Room = std::optional<py::array>;  // array of the caller that a step writes
+using Room = std::optional<py::array>;  // array of the caller that a step of the joints writes
 
 /// Number of joints from which a step releases the interpreter's lock. With fewer, acquiring the lock again
 /// takes longer than the step.

@@ -14,7 +14,7 @@
 
 namespace bristle_python {
 
-/// Python names and values of an enumeration.
+/// Python names and values of a C++ enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
 
@@ -62,7 +62,7 @@ class KeywordClass {
 
   template <class Member>
   KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    // Returns the field by value. A reference would change later, together with the field.
+    // Returns the field by value, because a reference would change later, together with the field.
     type.def_property(
         name, [=](const T& self) { return self.*member; },
         [=](T& self, const Member& value) { self.*member = value; }, doc);
@@ -77,7 +77,7 @@ class KeywordClass {
     fields_.emplace_back(name);
     return *this;
   }
-  /// Returns the fields with their types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
+  /// Returns the fields with types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
   std::string keywords() const {
     const py::object by_default = py::cast(T{});
     std::string all;
@@ -109,7 +109,7 @@ class KeywordClass {
       const std::string signature = "__init__(self: bristle." + name_ + ", *, " + keywords() + ") -> None";
       type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
     }
-    // Pickles the fields with their names, so that a later version may have more fields.
+    // Pickles an object's fields with their names, so that a later version may have more fields.
     type.def(py::pickle(
         [fields = fields_](const py::object& self) -> py::object {
           py::dict state;
@@ -119,7 +119,7 @@ class KeywordClass {
         [make, name = name_](const py::object& state) {
           return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
         }));
-    // Shows, as Python code, the fields that differ from their defaults.
+    // Shows, as Python code, the object's fields that differ from their defaults.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       const py::object usual = py::cast(T{});
       std::string text;
@@ -137,7 +137,7 @@ class KeywordClass {
       }
       return true;
     });
-    type.attr("__hash__") = py::none();  // Python hashes only immutable objects
+    type.attr("__hash__") = py::none();  // == without a hash: Python hashes only immutable objects
   }
 
   py::class_<T> type;

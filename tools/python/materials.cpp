@@ -114,7 +114,7 @@ Material material_of(const Coefficients& c) {
   return Material::from_coefficients(c);
 }
 
-/// Returns the keywords of the constructor, for help().
+/// Returns the keywords of the constructor with their defaults, for help().
 std::string define_coefficients(py::module_& module) {
   KeywordClass<Coefficients> coefficients(
       module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
@@ -197,7 +197,7 @@ void define_material(py::module_& module, const std::string& keywords_of_coeffic
       .def_static(
           "from_coefficients",
           [](const py::kwargs& given) {
-            if (given.contains("coefficients")) throw py::reference_cast_error();  // of the overload above
+            if (given.contains("coefficients")) throw py::reference_cast_error();  // for the other overload
             const py::object type = py::type::of<Coefficients>();
             return material_of(py::cast<Coefficients>(type(**given)));
           },

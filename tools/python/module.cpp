@@ -6,7 +6,7 @@
 namespace bristle_python {
 namespace {
 
-/// pybind11's C function behind every function of the module.
+/// C function of pybind11 through which every function of the module is called.
 PyCFunctionWithKeywords dispatch = nullptr;
 
 /// Replaces pybind11's error, a list of all signatures, by one line that names the argument that does not
@@ -40,7 +40,7 @@ void finish_function(py::handle member) {
   const py::handle function = py::detail::get_function(member);
   if (!function || !PyCFunction_Check(function.ptr())) return;
   PyMethodDef& method = *reinterpret_cast<PyCFunctionObject*>(function.ptr())->m_ml;
-  // Leaves out __new__, whose m_self is a class.
+  // Skips __new__, whose self is a class: only functions and methods explain their errors.
   if (method.ml_flags != (METH_VARARGS | METH_KEYWORDS) || PyType_Check(PyCFunction_GET_SELF(function.ptr())))
     return;
   const auto ours = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));

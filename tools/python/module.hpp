@@ -65,7 +65,7 @@ const py::dtype& response_dtype();
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::array new_motions(py::ssize_t size);
 py::array new_responses(py::ssize_t size);
-/// One element of new_responses().
+/// Python record for the response of one patch, an element of new_responses().
 struct Record : py::object {
   explicit Record(py::object element) : py::object(std::move(element)) {}
 };
@@ -104,13 +104,13 @@ void define_tools(py::module_& module);
 
 namespace pybind11::detail {
 
-/// Names the type of a Record in help().
+/// Names the type of a response record in help().
 template <>
 struct handle_type_name<bristle_python::Record> {
   static constexpr auto name = const_name("bristle.Response");
 };
 
-/// Refuses Python objects without a C++ object, for which pybind11 would use uninitialized memory.
+/// Refuses a Python object made by __new__ without its C++ object, whose memory is uninitialized.
 template <class T>
 class type_caster<T, std::enable_if_t<bristle_python::is_module_class<T>>> : public type_caster_base<T> {
  public:

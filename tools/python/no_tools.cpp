@@ -4,7 +4,7 @@
 namespace bristle_python {
 
 void define_tools(py::module_& module) {
-  // Python calls __getattr__ for names that the module lacks.
+  // Raises the error for missing names in __getattr__, which Python calls for names that the module lacks.
   module.def("__getattr__", [](const std::string& name) -> py::object {
     for (const char* absent : {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit",
                                "experiment", "sweep", "SweepTable"}) {

@@ -34,7 +34,7 @@ class PushedBlocks:
         self.motions = bristle.motions(self.batch.add_many(count, material, options), self.load)
         self.responses = bristle.responses(count)
         self.batch.warm_up()
-        # Views of the arrays of the batch, by environment and contact; a step reads and writes them in place.
+        # Makes views of the batch's arrays by environment and contact; a step reads and writes them in place.
         by_environment = (environments, len(self.places))
         self.ids = self.motions.id.reshape(by_environment)
         self.displacement = self.motions.displacement.reshape(*by_environment, 2)
@@ -51,7 +51,7 @@ class PushedBlocks:
         """Resets environments: fresh contacts, at rest at the origin."""
         self.pose[which] = self.velocity[which] = 0.0
         self.batch.reset(self.ids[which])
-        # Reads each contact's present force and stiffness, which the prediction of the next step uses.
+        # Reads each contact's present force and stiffness, from which the next step predicts the velocity.
         self.displacement[which] = 0.0
         trial = self.batch.find_force(self.dt, self.motions[self._rows(which)])
         self.responses[self._rows(which)] = trial

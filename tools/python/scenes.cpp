@@ -24,7 +24,7 @@ struct SceneRun {
   cli::Scene scene;
   cli::RunOptions options;
   cli::RunResult result;
-  py::array_t<double> t;  ///< s, time at the end of each step
+  py::array_t<double> t;  ///< time at the end of each step, s
   py::dict motions, responses;
 };
 

@@ -64,7 +64,7 @@ void run_on_threads(Rows& rows, const Study& study, int threads, const std::stri
   const std::vector<std::uint64_t> indices = rows.missing();
   const py::gil_scoped_release release;
   const auto check = [] {
-    // Makes one check for each thread; Ctrl-C reaches only that of Python's main thread.
+    // Makes a check for Ctrl-C for each thread; Ctrl-C itself reaches only Python's main thread.
     thread_local InterruptCheck interrupted;
     interrupted();
   };

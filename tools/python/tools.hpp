@@ -7,7 +7,7 @@
 
 namespace bristle_python {
 
-/// Lets Ctrl-C end long work that runs without the interpreter's lock.
+/// Check for Ctrl-C, which ends long work that runs without the interpreter's lock.
 class InterruptCheck {
  public:
   /// Throws Python's KeyboardInterrupt if Ctrl-C was pressed. Cheap, since it takes the interpreter's lock
@@ -15,7 +15,7 @@ class InterruptCheck {
   void operator()();
 
  private:
-  double next_ = 0.0;  ///< s, by the monotonic clock: time of the next check
+  double next_ = 0.0;  ///< time of the next check, s by the monotonic clock
 };
 
 /// Returns a command's JSON report as Python dicts and lists.

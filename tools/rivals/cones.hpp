@@ -10,7 +10,7 @@ namespace rivals {
 
 struct Cone {
   Pair coefficient{0.4, 0.4};    ///< friction coefficients along x and along y
-  double creep_velocity = 1e-5;  ///< m/s, speed from which on friction has its full value
+  double creep_velocity = 1e-5;  ///< speed from which on friction has its full value, m/s
 
   Pair scaled(Pair a) const noexcept { return {coefficient.x * a.x, coefficient.y * a.y}; }
 };

@@ -16,7 +16,7 @@ namespace rivals {
 
 struct Coulomb {
   Surface surface;
-  double creep_velocity = 1e-5;  ///< m/s, speed from which on friction has its full value
+  double creep_velocity = 1e-5;  ///< speed from which on friction has its full value, m/s
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

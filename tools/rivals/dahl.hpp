@@ -16,7 +16,7 @@ namespace rivals {
 
 struct Dahl {
   Surface surface;
-  Pair z;  ///< m, deflection of the spring
+  Pair z;  ///< deflection of the spring, m
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

@@ -8,12 +8,12 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Pieces that a step is cut into; they cover a path of fifty steady deflections, after which sliding is
-// steady.
+// Number of pieces that a step is cut into at most; they cover a path of fifty steady deflections, after
+// which sliding is steady.
 constexpr int most_pieces = 800;
 
 struct Band {
-  double elastic, steady;  // m, deflections at break-away (zba) and in steady sliding (zss)
+  double elastic, steady;  // deflections at break-away (zba) and in steady sliding (zss), m
 
   double plasticity(double size) const noexcept {
     if (size <= elastic) return 0.0;
@@ -60,7 +60,7 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
       const double size = length(z);
       double piece = rest;
       if (back > 1e-12 * steady) {
-        piece = std::min(rest, back);  // unloading is elastic at any deflection
+        piece = std::min(rest, back);  // a bristle unloads elastically at any deflection
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else if (size < band.elastic * (1.0 - 1e-12)) {

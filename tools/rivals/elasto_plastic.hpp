@@ -21,8 +21,8 @@ namespace rivals {
 
 struct ElastoPlastic {
   Surface surface;
-  double elastic_share = 0.9;  ///< zba over Fs / sigma0, 0 to 1
-  Pair z;                      ///< m, deflection of the bristle
+  double elastic_share = 0.9;  ///< break-away deflection zba over Fs / sigma0, 0 to 1
+  Pair z;                      ///< deflection of the bristle, m
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

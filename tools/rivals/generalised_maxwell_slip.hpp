@@ -25,9 +25,9 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  /// 1/s, C over Fc: rate of approach of slipping elements to the Stribeck curve.
+  /// Rate of approach of slipping elements to the Stribeck curve, C over Fc, 1/s.
   double attraction_rate = 100.0;
-  std::array<Pair, elements> force{};  ///< N, friction of each element, against the motion
+  std::array<Pair, elements> force{};  ///< friction of each element, against the motion, N
   std::array<bool, elements> slips{};
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;

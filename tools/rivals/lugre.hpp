@@ -21,7 +21,7 @@ namespace rivals {
 
 struct LuGre {
   Surface surface;
-  Pair z;  ///< m, deflection of the bristle
+  Pair z;  ///< deflection of the bristle, m
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

@@ -54,8 +54,8 @@ class LuGreGrid {
   Surface surface_;
   PressedCells cells_;
   StepRule rule_;
-  std::vector<double> zx_, zy_;  // m, deflection of each cell's bristle
-  double turned_ = 0.0;          // rad, angle by which the body has turned
+  std::vector<double> zx_, zy_;  // deflection of each cell's bristle, m
+  double turned_ = 0.0;          // angle by which the body has turned, rad
 };
 
 }  // namespace rivals

@@ -27,7 +27,7 @@ struct MaxwellSlip {
   /// Each element's share of the whole stiffness, and the length at which it slips, over mu N / sigma0.
   std::array<double, elements> stiffness_share{0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1};
   std::array<double, elements> slip_length{0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.9};
-  std::array<Pair, elements> z{};  ///< m, stretch of each element's spring
+  std::array<Pair, elements> z{};  ///< stretch of each element's spring, m
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 };

@@ -25,12 +25,12 @@ struct Force {
 /// Parameters of a pair of surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N. Each model
 /// uses those in its equations (tools/rivals/README.md).
 struct Surface {
-  double kinetic_coefficient = 0.4;     ///< Fc / N, sliding friction over load
-  double static_coefficient = 0.6;      ///< Fs / N, friction over load at speed 0
-  double stiffness = 1e5;               ///< N/m, sigma0: of the whole contact, for any load
-  double damping = 316.22776601683796;  ///< N s/m, sigma1: damping of the bristles
-  double viscous_friction = 0.4;        ///< N s/m, sigma2: force per speed
-  double stribeck_velocity = 1e-3;      ///< m/s, vs: over it friction falls from Fs to Fc
+  double kinetic_coefficient = 0.4;     ///< coefficient of kinetic friction, Fc / N
+  double static_coefficient = 0.6;      ///< coefficient of static friction (speed 0), Fs / N
+  double stiffness = 1e5;               ///< stiffness of the whole contact at any load, sigma0, N/m
+  double damping = 316.22776601683796;  ///< damping of the bristles, sigma1, N s/m
+  double viscous_friction = 0.4;        ///< viscous coefficient, force per speed, sigma2, N s/m
+  double stribeck_velocity = 1e-3;      ///< Stribeck velocity, over which friction falls from Fs to Fc, m/s
 
   /// Returns the steady friction without its viscous part, N: Fc + (Fs - Fc) exp(-(v/vs)^2).
   double stribeck_force(double speed_m_per_s, double load_n) const noexcept {

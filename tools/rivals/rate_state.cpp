@@ -6,18 +6,18 @@
 namespace rivals {
 namespace {
 
-// State of the contact: force of the spring u = sigma0 z / (a N), state psi of the law, and the time integral
-// of u.
+// Unknowns of the equations: scaled spring force u = sigma0 z / (a N), state psi, and the time integral of
+// u.
 using Vector = std::array<double, 5>;
 enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
 struct Equations {
   double v0, mu0_over_a, b_over_a, length;
   double per_metre;  // change of the scaled spring force u per metre of spring stretch
-  Pair v;            // m/s, velocity of the body
+  Pair v;            // velocity of the body, m/s
 
   struct Slip {
-    double over_u, slope, speed;  // V / |u|, dV / d|u|, V, where V is the slider's speed
+    double over_u, slope, speed;  // slider's speed V over |u|, its derivative by |u|, V itself
   };
 
   Slip slip(double u, double psi) const noexcept {
@@ -48,7 +48,7 @@ class Matrix {
     const Equations::Slip s = eq.slip(size, q[psi_]);
     const Pair e = size > 0.0 ? (1.0 / size) * u : Pair{1.0, 0.0};
     const double along = s.slope - s.over_u;
-    const double aged = eq.b_over_a * s.speed;  // -dV/dpsi, where V is the slider's speed
+    const double aged = eq.b_over_a * s.speed;  // derivative of the slider's speed by the state, -dV/dpsi
     m_ = {{{diagonal + eq.per_metre * (s.over_u + along * e.x * e.x), eq.per_metre * along * e.x * e.y,
             -eq.per_metre * aged * e.x},
            {eq.per_metre * along * e.x * e.y, diagonal + eq.per_metre * (s.over_u + along * e.y * e.y),
@@ -108,7 +108,7 @@ constexpr double c_[5][5] = {
     {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
     {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054}};
 
-// Advances by a piece of h seconds of the step; returns the estimated error of u and psi.
+// Advances the unknowns by a piece of h seconds of the step; returns the estimated error of u and psi.
 double piece(const Equations& eq, Vector& q, double h) noexcept {
   const Matrix matrix(eq, q, 1.0 / (gamma_ * h));
   std::array<Vector, 6> k;
@@ -149,8 +149,8 @@ void integrate(const Equations& eq, Vector& q, double dt) noexcept {
   }
 }
 
-// Slips at once, with the state worn off over Dc and no healing, if the slider would be faster than e^60 v0.
-// A load that falls at rest leaves a force so far above the law's that the speed would overflow.
+// Lets the slider slip at once, its state worn off over Dc without healing, if it would be faster than e^60
+// v0. A load that falls at rest leaves a force so far above the law's that the speed would overflow.
 void slip_at_once(const Equations& eq, Vector& q) noexcept {
   const double u = std::hypot(q[u_x], q[u_y]);
   const double excess = u - eq.mu0_over_a - eq.b_over_a * q[psi_] - 60.0;
@@ -170,8 +170,8 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
     psi = 0.0;
     return {};
   }
-  const double unit = direct_effect * load_n / surface.stiffness;  // m of spring stretch per unit of the
-                                                                   // scaled force u
+  const double unit = direct_effect * load_n / surface.stiffness;  // spring stretch per unit of the scaled
+                                                                   // force u, m
   const Equations eq{.v0 = reference_speed,
                      .mu0_over_a = surface.kinetic_coefficient / direct_effect,
                      .b_over_a = state_effect / direct_effect,

@@ -24,11 +24,11 @@ namespace rivals {
 struct RateState {
   Surface surface;                ///< parameters of the surface, of which the model uses only
                                   ///< kinetic_coefficient (mu0) and stiffness (sigma0)
-  double direct_effect = 0.02;    ///< a > 0: immediate change of friction over load per e-fold of speed
-  double state_effect = 0.04;     ///< b >= 0: change of friction over load per e-fold of theta
-  double state_length = 2e-5;     ///< m, Dc: distance over which the state wears off
-  double reference_speed = 1e-3;  ///< m/s, v0: speed at which steady friction is mu0 N
-  Pair z;                         ///< m, deflection of the spring
+  double direct_effect = 0.02;    ///< direct effect a > 0: immediate change of F / N per e-fold of speed
+  double state_effect = 0.04;     ///< evolution effect b >= 0: change of F / N per e-fold of the state theta
+  double state_length = 2e-5;     ///< distance Dc over which the state wears off, m
+  double reference_speed = 1e-3;  ///< speed v0 at which steady friction is mu0 N, m/s
+  Pair z;                         ///< deflection of the spring, m
 
   /// State psi = ln(v0 theta / Dc); a new contact starts as after sliding at v0.
   double psi = 0.0;

@@ -8,13 +8,13 @@
 namespace rivals {
 
 struct Relaxed {
-  Pair end, mean;  ///< the relaxed z at the end of the step, and its mean over the step
+  Pair end, mean;  ///< relaxed z at the end of the step, and mean of z over the step
 };
 
 /// Relaxes z towards the target; `q` = rate times duration, >= 0. The result lies between z and target for
 /// any q, so any step length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
-  const double lost = -std::expm1(-q);                           // 1 - exp(-q)
+  const double lost = -std::expm1(-q);                           // 1 - exp(-q), share of the way to target
   const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t) over the duration of
                                                                  // the step
   const Pair away = z - target;

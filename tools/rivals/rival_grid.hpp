@@ -16,7 +16,7 @@ namespace rivals {
 
 class RivalGrid {
  public:
-  /// Makes the grid. `rival` is the model of the whole contact, at rest.
+  /// Makes the grid. `rival` is the friction model of the whole contact, at rest, whose share each cell gets.
   RivalGrid(const Rival& rival, PressedCells cells);
 
   /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
@@ -28,7 +28,7 @@ class RivalGrid {
  private:
   PressedCells cells_;
   std::vector<Rival> rivals_;
-  double turned_ = 0.0;  // rad, angle by which the body has turned
+  double turned_ = 0.0;  // angle by which the body has turned, rad
 };
 
 }  // namespace rivals

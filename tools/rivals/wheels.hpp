@@ -10,7 +10,7 @@
 
 namespace rivals {
 
-/// Point of the contact: place over the half length; traction and its bound, both over the largest traction.
+/// Point of the contact: place over the half length; traction and its bound over the largest traction.
 using Traction = std::array<double, 3>;
 
 /// Lateral force against the creep (N), and self-aligning moment (N m), which turns the wheel into its
@@ -20,10 +20,10 @@ struct WheelForce {
 };
 
 struct Wheel {
-  double load = 0.0, limit = 0.0;  ///< N, normal load and highest friction
-  double half = 0.0;               ///< m, half length of the contact
+  double load = 0.0, limit = 0.0;  ///< normal load and highest friction, N
+  double half = 0.0;               ///< half length of the contact, m
   double stiffness = 0.0;          ///< N per unit of creepage (sideways slip over rolled distance)
-  double low_speed = 0.0;          ///< m/s, smallest speed by which the slip is divided to give the creepage
+  double low_speed = 0.0;          ///< smallest speed by which the slip is divided to give the creepage, m/s
   int cells = 32;
 
   double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which the whole contact slips
@@ -53,9 +53,9 @@ struct SlipFormula : Wheel {
 
 /// Lumped tyre model of Canudas de Wit and Tsiotras (CDC 1999), with Coulomb friction.
 struct LuGreTyre : Wheel {
-  double deflection = 0.0;  // m, deflection of the bristle
+  double deflection = 0.0;  // deflection of the bristle, m
   WheelForce step(double aside, double rolled, double) {
-    const double spring = 7.0 / 6.0 * stiffness / (2.0 * half);  // N/m, stiffness of the bristle
+    const double spring = 7.0 / 6.0 * stiffness / (2.0 * half);  // stiffness of the bristle, N/m
     const double rate = std::fabs(aside) * spring / limit + 7.0 / 6.0 * std::fabs(rolled) / (2.0 * half);
     if (rate > 0.0) deflection = deflection * std::exp(-rate) - aside / rate * std::expm1(-rate);
     return {spring * deflection, 0.0};
@@ -67,7 +67,7 @@ struct Fastsim : Wheel {
   std::vector<Traction> tractions = {};
   WheelForce step(double aside, double rolled, double dt) {
     const double slip = creepage(aside, rolled, dt), width = 2.0 * half / cells;
-    const double stiff = stiffness / (2.0 * half * half);  // N/m^2, force per length and deflection
+    const double stiff = stiffness / (2.0 * half * half);  // force per length and deflection, N/m^2
     WheelForce sum;
     double traction = 0.0;
     tractions.clear();

@@ -62,7 +62,7 @@ class cAlgorithmFingerProxy {
  protected:
   virtual void testFrictionAndMoveProxy(const cVector3d& goal, const cVector3d& proxy, cVector3d&,
                                         cGenericObject*) {
-    // Friction without a limit, so the proxy does not move; a subclass overrides it.
+    // Leaves the proxy in place, as friction without a limit does; a subclass overrides it.
     m_nextBestProxyGlobalPos = proxy;
     (void)goal;
   }
@@ -91,7 +91,7 @@ class cAlgorithmFingerProxy {
   unsigned int m_numCollisionEvents = 0;
 
  private:
-  /// Moves the proxy out of one object after the other, along their normals.
+  /// Moves the proxy (the point that stays outside) out of one object after the other, along their normals.
   void find_proxy() {
     Eigen::Vector3d goal = eigen(m_deviceGlobalPos);
     m_numCollisionEvents = 0;

@@ -56,7 +56,7 @@ struct cMaterial {
 
 class cGenericObject {
  public:
-  /// Distance of a point from the surface, both in the object's frame, negative inside; sets the normal.
+  /// Returns a point's distance from the surface, in the object's frame, negative inside. Sets the normal.
   using Distance = std::function<double(const Eigen::Vector3d&, Eigen::Vector3d&)>;
 
   explicit cGenericObject(Distance shape) : distance(std::move(shape)) {}

@@ -21,7 +21,7 @@ def motions(ids: "numpy.ndarray[numpy.uint64]", normal_load: "numpy.ndarray[nump
 
 
 def _computed(of, name, outputs):
-    """Returns the column, or the value of one record; raises bristle.Error where a step has not written it."""
+    """Returns the column, or the value of one record; raises bristle.Error where no step has written it."""
     # A step leaves NaN in outputs that the patch does not compute. `snaps` is a whole number and cannot be NaN, so for
     # it the column of another output is tested.
     missing = numpy.isnan(of["mean" if outputs == "mean" else "dissipated"])
@@ -37,7 +37,7 @@ def _output(name, outputs, doc):
 
 
 class _Outputs:
-    """Outputs that a patch computes only if asked."""
+    """Names of outputs that a patch computes only if asked."""
 
     mean = _output("mean", "mean", "N, force on the moving body averaged over the step.")
     dissipated = _output("dissipated", "energy", "J, lost in snaps in this step.")

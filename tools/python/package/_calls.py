@@ -26,7 +26,7 @@ def _is(*types):
     return lambda value: isinstance(value, types)
 
 
-# Words for a type of an argument, and what accepts a value of it.
+# For each type of an argument: its name in words, and a test whether a value is accepted for it.
 _TYPES = {
     "float": ("a number", lambda value: not isinstance(value, (str, bytes)) and _works(float, value)),
     "int": ("a whole number", lambda value: not isinstance(value, (str, bytes, float)) and _works(int, value)),
@@ -44,7 +44,7 @@ _TYPES = {
 
 
 def _parts(kind):
-    """Returns the name of a type and the types in its brackets."""
+    """Returns the name of a type, and the types in its brackets, from its text: "dict[str, int]"."""
     if not isinstance(kind, ast.Subscript) or ast.unparse(kind) in _TYPES:
         return ast.unparse(kind), []
     return ast.unparse(kind.value), kind.slice.elts if isinstance(kind.slice, ast.Tuple) else [kind.slice]
@@ -80,7 +80,7 @@ def _words(kind):
 
 
 def _wrong(signature, arguments, keywords):
-    """Returns what is wrong with the first argument that does not fit the signature, or None. Raises TypeError for an
+    """Returns a text on the first argument that does not fit the signature, or None. Raises TypeError for an
     argument that is missing or has another name."""
     given = signature.bind(*arguments, **keywords).arguments
     kinds = {name: parameter.annotation for name, parameter in signature.parameters.items()
@@ -98,7 +98,7 @@ def _wrong(signature, arguments, keywords):
 
 
 def explain(function, text, arguments, keywords):
-    """Returns the line for a call that pybind11 refused with `text`; `function` is the __self__ of what was called."""
+    """Returns the line of error for a call that pybind11 refused with `text`; `function` is the called C function."""
     name, text = text.partition("(")[0], text.partition("\nInvoked with: ")[0]
     if " constructor " in text.partition("\n")[0]:
         name, arguments = type(arguments[0]).__name__, arguments[1:]
@@ -120,7 +120,7 @@ def explain(function, text, arguments, keywords):
 
 
 def checked(function):
-    """Makes a function of Python name the argument that does not fit its annotations, once it has failed."""
+    """Makes a function written in Python name the argument that does not fit its annotations, after it has failed."""
 
     @functools.wraps(function)
     def call(*arguments, **keywords):

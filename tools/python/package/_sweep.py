@@ -93,8 +93,8 @@ class SweepTable:
 
 
 def _column(cells, kind):
-    """Makes an array of cells. A missing result (None) becomes NaN; in whole numbers and hashes, of rows that were
-    refused, 0."""
+    """Makes an array of a column's cells. A missing result (None) becomes NaN; in whole numbers and hashes, of rows that
+    were refused, 0."""
     if kind == "hash":
         cells = [int(cell, 16) if cell is not None else 0 for cell in cells]
     elif kind == "whole":
@@ -199,7 +199,7 @@ _MOST_TRIES = 5  # times that rows are tried whose worker dies, each on up to fo
 
 
 class _Sizes:
-    """Chooses how many rows a task gets, from the time of earlier rows."""
+    """Chooser of the number of rows in a task, from the time that earlier rows took."""
 
     def __init__(self, client, rows):
         self._client, self._left, self._per_row = client, rows, None
@@ -262,7 +262,7 @@ def _rows_by_dask(client, recipe, indices, isa):
 
 
 def _result(future, part, tries):
-    """Returns the rows of a task and their time; None if their worker was lost."""
+    """Returns the rows of a finished task and their time; None if its worker was lost."""
     from distributed.scheduler import KilledWorker
 
     try:

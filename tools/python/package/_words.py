@@ -10,7 +10,7 @@ def _micrometres(metres):
 
 
 def _material_facts(material):
-    """Name and value of what a person asks of a material; raises bristle.Error for one that is out of range."""
+    """Returns the names and values that print shows of a material; raises bristle.Error if one is out of range."""
     material.validate()
     law = material.snap_length
     facts = [("friction over load, sliding slowly", f"{material.kinetic_coefficient():.4g}"),
