@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of unfinished files, which a signal handler deletes. A handler may neither lock nor allocate, so
-/// this is a fixed number of C strings, each owned by an OutputFile.
+/// Names of unfinished output files, which a signal handler deletes. A handler may neither lock nor allocate,
+/// so they are C strings in an array of fixed size; each string is owned by an OutputFile.
 std::array<std::atomic<const char*>, 64> unfinished;
 
 extern "C" void remove_unfinished(int signal_number) {
@@ -35,7 +35,7 @@ extern "C" void remove_unfinished(int signal_number) {
 
 constexpr int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
-/// Installs the handler, except for signals by which a command ends in order.
+/// Installs the handler that deletes unfinished files, for ending signals that have the default action.
 void remove_on_signals() {
   for (const int number : ending) {
     struct sigaction now;
@@ -44,8 +44,8 @@ void remove_on_signals() {
   }
 }
 
-/// Blocks signals while this object lives, so that none comes between making a file and noting its name for
-/// deletion.
+/// Blocks signals while it lives, so that none arrives between the creation of a file and the entry of its
+/// name in the list of files to delete.
 class HeldSignals {
  public:
   HeldSignals() {
@@ -76,9 +76,9 @@ void forget_unfinished(const char* name) {
   }
 }
 
-/// Opens a path that is not a regular file. The error ENXIO means a FIFO without a reader.
+/// Opens an output that is no regular file. ENXIO means a FIFO without a reader, for which it waits.
 int open_special(const std::string& path) {
-  constexpr int pause_ms = 20, patience_ms = 1000;  // ms between trials; ms until a message says so
+  constexpr int pause_ms = 20, patience_ms = 1000;  // time between trials, and time until a message, ms
   int file = -1;
   for (int waited = 0; waited < patience_ms; waited += pause_ms) {
     file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
@@ -97,7 +97,7 @@ int open_special(const std::string& path) {
   return file;
 }
 
-/// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
+/// Returns whether two paths name one file. Devices may be named twice, so they count as different.
 bool is_same(const std::string& a, const std::string& b) {
   struct stat first, second;
   const bool there = ::stat(a.c_str(), &first) == 0;
@@ -124,8 +124,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   open_beside();
 }
 
-/// Opens a temporary file beside the target, with the permissions of the file it will replace. If the target
-/// is a link, the file behind it is replaced.
+/// Opens a temporary file beside the output file, with the permissions of the file that it will replace. If
+/// the output's path is a link, the file that it points to is replaced.
 void OutputFile::open_beside() {
   static std::atomic<unsigned> count{0};
   std::error_code error;
@@ -159,8 +159,8 @@ OutputFile::~OutputFile() {
   forget_unfinished(beside_.c_str());
 }
 
-/// Updates the list of unfinished files, which points to the characters of `beside_`: those of a short string
-/// move with the object.
+/// Swaps two output files and updates the list of unfinished ones. The list points to the characters of
+/// `beside_`, which move with the object if the string is short.
 void OutputFile::swap(OutputFile& other) noexcept {
   for (const OutputFile* each : {this, &other})
     if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());

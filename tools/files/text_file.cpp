@@ -20,9 +20,9 @@ namespace {
   throw UserError(path + ": cannot be read: " + std::strerror(error));
 }
 
-/// Waits until the FIFO has data, or its writer has closed it.
+/// Waits until a FIFO has data or its writer has closed it; says so after a second.
 void wait_for_writer(int file, const std::string& path) {
-  constexpr int patience_ms = 1000;  // ms, wait for a writer before a message says so
+  constexpr int patience_ms = 1000;  // time to wait before a message says so, ms
   struct pollfd wanted = {file, POLLIN, 0};
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {
@@ -36,7 +36,7 @@ void wait_for_writer(int file, const std::string& path) {
 using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 FilePointer open_for_reading(const std::string& path) {
-  // Opens without blocking, because opening a FIFO without a writer would hang without a message.
+  // Opens a file without blocking: opening a FIFO without a writer would hang and give no message.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) fail_read(path, errno);
   FilePointer stream(::fdopen(file, "rb"), &std::fclose);
