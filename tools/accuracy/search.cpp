@@ -26,8 +26,8 @@ constexpr double front_gain = 0.02;
 constexpr double above_floor = 3.0;  // error of a fitted point must exceed the reference's own error by this
                                      // factor
 constexpr double single_rounding = 1e-6;  // relative error of forces in single precision
-constexpr double literal_limit = 0.7;  // step, in mean snap lengths, up to which the paper's rule has an
-                                       // error that is a power of the step
+constexpr double literal_limit = 0.7;     // step, in mean snap lengths, up to which the paper's rule has an
+                                          // error that is a power of the step
 
 // Numbers of the first rounds of seeds for the search and for its reported errors; earlier runs count from 0.
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
