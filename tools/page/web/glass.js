@@ -33,7 +33,7 @@ function makeGlass() {
       const bottom = height - 24;
       clear(view);
       drawBand(context, top, bottom, state.position, scale);
-      const groups = [[], [], [], []];  // bristles of like bend, so that each colour is set once
+      const groups = [[], [], [], []];  // bristles grouped by bend, so that each colour is set once
       for (let i = 0; i < shown; ++i) {
         const bend = bends[i];
         const share = Math.abs(bend) / settings.length;
