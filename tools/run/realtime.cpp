@@ -60,7 +60,7 @@ QueueClock::~QueueClock() {
 }
 
 double QueueClock::now() const noexcept {
-  // Format of the file: "ns run on a core, ns waiting for a core, number of time slices".
+  // Contents of schedstat: ns run on a core, ns waiting for a core, number of time slices.
   char text[64];
   const ssize_t length = file_ >= 0 ? pread(file_, text, sizeof text, 0) : 0;
   if (length <= 0) return 0.0;
@@ -72,7 +72,7 @@ double QueueClock::now() const noexcept {
 }
 
 double stolen_now() {
-  // Format of the line: "cpu  user nice system idle iowait irq softirq steal ...", in clock ticks of the
+  // First line of /proc/stat: "cpu user nice system idle iowait irq softirq steal ...", in clock ticks of the
   // system.
   std::ifstream stat("/proc/stat");
   std::string label;

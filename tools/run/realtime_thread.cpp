@@ -18,8 +18,8 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
   if (options.core && !is_bound()) {
-    // Refuses a real-time priority without a core to bind to: the thread could occupy the core of a worker,
-    // which has the usual priority and then never runs.
+    // Refuses a real-time priority without a core to bind to: the thread might occupy the core of a worker
+    // thread, which has the usual priority and would never run.
     refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
                                    *options.fifo_priority, *options.core));
     return;
@@ -78,8 +78,8 @@ void RealtimeThread::bind(int core) {
 }
 
 void RealtimeThread::lock_memory() {
-  // Locks only memory that is in use. With future memory locked too, an allocation beyond the system's limit
-  // would fail.
+  // Locks only the memory that is in use. If future memory were locked too, an allocation beyond the system's
+  // limit would fail.
   if (mlockall(MCL_CURRENT) == 0) {
     has_locked_memory_ = true;
     return;

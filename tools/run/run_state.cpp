@@ -21,11 +21,11 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t numbers_of_run = 4;  // number of doubles at the head of the state: steps, dt, copies,
+constexpr std::size_t numbers_of_run = 4;  // numbers at the head of a saved run: steps, dt, copies,
                                            // bodies
 constexpr std::size_t numbers_per_way = 4;
 
-/// Converts numbers to little-endian 64-bit floats, as which all but the patches' states is saved.
+/// Converts numbers to little-endian 64-bit floats, the form in which a run (but its patches) is saved.
 std::vector<std::byte> to_bytes(const std::vector<double>& numbers) {
   std::vector<std::byte> bytes;
   for (const double number : numbers) {
@@ -55,7 +55,7 @@ void check_place_of_state(const std::string& path) {
     throw UserError(path + ": is not a file: a state file cannot take its place");
   if (why == 0 || why == ENOENT) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    // Tests whether the path is a folder, since "PATH/." fails on anything else.
+    // Tests "FOLDER/." for write access, which fails if FOLDER is something other than a folder.
     why = access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0 ? 0 : errno;
   }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
@@ -80,7 +80,7 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
   const std::size_t wanted = numbers_of_run + numbers_per_way * ways.size() + places;
   const auto refuse = [&path](const std::string& why) { throw UserError(fmt::format("{}: {}", path, why)); };
   try {
-    // Refuses a file larger than the state of this run could be, before reading it.
+    // Reads no file larger than a saved state of this scene can be; it is refused instead.
     constexpr std::size_t head = 64;
     const bristle::StateFile file =
         bristle::read_state_file(path, stepper.batch().state_size() + 8 * wanted + head);
