@@ -21,9 +21,9 @@
 namespace cli {
 namespace {
 
-constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy in addition to its patch's bristles
+constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch needs beside its bristles
 
-// Bytes that every machine has; a smaller scene is not checked.
+// Bytes of memory that every machine has; a scene that needs less is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 
 /// Returns an upper bound on the bytes of a patch with these options.
@@ -34,8 +34,8 @@ std::uint64_t at_most(const bristle::PatchOptions& o) {
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
-/// Estimates memory by asking the library for the bytes of patches with few bristles, and extrapolates to
-/// many.
+/// Estimator of memory: asks the library for the bytes of patches with few bristles, and extrapolates to the
+/// scene's number.
 class Probe {
  public:
   explicit Probe(const Scene& scene) : scene_(scene) {}
@@ -66,7 +66,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_representative};
     } catch (const bristle::Error&) {
-      return {};  // gives no estimate: the run itself reports the error with its place
+      return {};  // no estimate: the run itself will report the error with its place
     }
   }
 
@@ -77,7 +77,7 @@ class Probe {
       known_;
 };
 
-/// Returns the bytes of free memory, or what a limit of this process leaves if that is less; the largest
+/// Returns the bytes of free memory, or of what a limit on this process leaves, if less. Returns the largest
 /// number if neither is known.
 std::uint64_t free_memory() {
   std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
