@@ -34,12 +34,12 @@ void check_table_file(const std::string& path) {
     throw UserError(fmt::format(
         "--out {}: tables are CSV; in Python bristle.sweep(...).to_xarray().to_netcdf() writes NetCDF",
         path));
-  std::error_code none;  // takes the error for a name that no file can have; opening the file says why
+  std::error_code none;  // ignored: opening the file reports a name that no file can have
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder, none))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
   if (std::filesystem::is_directory(path, none)) throw UserError(fmt::format("--out {}: is a folder", path));
-  // Tries to open regular files only, since the reader of a FIFO would take an empty trial for the whole
+  // Tries to open regular files only: the reader of a FIFO would take an empty trial for the whole
   // table.
   if (!std::filesystem::exists(path, none) || std::filesystem::is_regular_file(path, none))
     OutputFile trial(path);
