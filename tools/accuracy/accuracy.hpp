@@ -33,7 +33,7 @@ struct SettingResult {
   /// Whether this setting was also compared with a run of the same bristles in double precision at the finest
   /// step, with every snap.
   bool paired = false;
-  double predicted_s = 0.0;                         ///< s, predicted time of one run with this setting
+  double predicted_s = 0.0;                         ///< predicted time of one run with this setting, s
   std::vector<RunTime> times;                       ///< times of scene runs with all copies, one per round
   std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference run
   std::vector<std::vector<PatchError>> same_steps;  ///< [run][patch], force error against a reference that
@@ -94,7 +94,7 @@ struct CheapestOf {
   bool found = false;
   Setting setting;
   double error = 0.0;         ///< rms force error of the scene's worst patch
-  double scene_step_s = 0.0;  ///< CPU seconds per step of the scene
+  double scene_step_s = 0.0;  ///< CPU time per step of the scene, s
 };
 
 struct AccuracyResult {
@@ -122,9 +122,9 @@ struct AccuracyResult {
   std::string no_literal;
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
-  std::vector<CheapestOf> cheapest;  ///< cheapest setting of each kind of population
+  std::vector<CheapestOf> cheapest;  ///< cheapest representatives and cheapest infinite brush
   std::vector<FeatureResult> features;
-  double seconds = 0.0;  ///< s, wall time of the study
+  double seconds = 0.0;  ///< wall time that the study took, s
 };
 
 /// CPU time of a scene step, s: a fixed part, plus a part times the number of bristles of a patch.
@@ -146,13 +146,13 @@ struct AccuracyStudy {
   std::optional<ClosedForm> closed_form;
   StepCost cost;                           ///< time of a step of `cut`, in single precision
   double full_over_cut = 1.0;              ///< number of patches of the scene over those of `cut`
-  std::function<void(const char*)> spend;  ///< tells the user what is being measured
+  std::function<void(const char*)> spend;  ///< shows the user the name of what is measured
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
   /// Returns the predicted time (s) of one run, under a setting, of the scene with few copies of patches.
   double predict(const Setting& setting) const;
-  std::uint32_t scene_bristles() const;  ///< number of bristles of the largest patch of the scene
+  std::uint32_t scene_bristles() const;  ///< returns the number of bristles of the scene's largest patch
 };
 
 /// Wall time, in seconds, that each part of a study of accuracy may take.
@@ -177,7 +177,7 @@ void recommend(AccuracyStudy& study, double seconds);
 void compare_populations(AccuracyResult& result);
 void try_features(AccuracyStudy& study, double seconds);
 
-/// Runs the study. Throws UserError.
+/// Runs the whole study of error against time. Throws UserError.
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options);
 
 /// Returns the CPU seconds that a setting takes for one step of the scene.
@@ -199,7 +199,7 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
 std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);
 std::string accuracy_csv(const Scene& scene, const AccuracyResult& result);
 
-/// Runs the subcommand: reads the scene, measures, writes the reports.
+/// Runs the command `bristle accuracy`: reads the scene, measures, writes the reports.
 void accuracy_command(const AccuracyOptions& options);
 
 }  // namespace cli

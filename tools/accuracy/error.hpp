@@ -58,7 +58,7 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // `step` counts steps of the reference
+    std::size_t copy, step;  // `step` counts the reference run's steps
     double force[2];
   };
   std::size_t patches_;

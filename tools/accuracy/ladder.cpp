@@ -186,7 +186,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // 0: one thread per core; the number of threads does not change the result
+  const int threads = 0;  // 0 means one thread per core; the number of threads does not change the result
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;

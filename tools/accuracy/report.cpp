@@ -61,7 +61,7 @@ std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
                      microseconds(c.scene_step_s));
 }
 
-// Returns the heading of the report, which says whether representatives or the infinite brush are cheaper.
+// Returns the reports' sentence on whether representatives or the infinite brush are cheaper.
 std::string populations_text(const AccuracyResult& r) {
   const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
   const std::string wanted = percent(r.recommendation.wanted);

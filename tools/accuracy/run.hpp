@@ -48,8 +48,8 @@ Scene cut_copies(const Scene& scene, std::uint32_t most);
 struct ForceRecord {
   std::size_t steps = 0, copies = 0;
   std::vector<std::size_t> patch_of;        ///< [copy], index of the copy's patch in Scene::patches
-  std::vector<double> end, mean;            ///< N, [step][copy][axis]; `mean` may be empty
-  std::vector<double> position;             ///< m, [step][copy][axis]; empty in scenes without bodies
+  std::vector<double> end, mean;            ///< forces by [step][copy][axis], N; `mean` may be empty
+  std::vector<double> position;             ///< positions by [step][copy][axis], m; empty without bodies
   std::vector<double> work_end, work_mean;  ///< [copy], work of the end and of the mean force, J
 
   std::size_t at(std::size_t step, std::size_t copy) const noexcept { return 2 * (step * copies + copy); }
@@ -66,7 +66,7 @@ struct SettingRun {
   RunTime time;
 };
 
-/// Runs the whole scene, or only its first `steps`. Records forces only if `keep` is set.
+/// Runs the whole scene, or only its first `steps` steps. Records forces only if `keep` is set.
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
                        std::uint64_t steps = ~std::uint64_t{0});
 

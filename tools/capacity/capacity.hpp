@@ -28,7 +28,7 @@ struct CapacityOptions {
 /// Steady motion under which steps are timed. Patches first slide 32 mean snap lengths. Lengths below are in
 /// mean snap lengths.
 enum class Regime {
-  rest,        ///< no motion
+  rest,        ///< no motion at all
   tremor,      ///< motion to and fro by 0.05 mean snap lengths; once it has settled no bristle snaps
   presliding,  ///< steps of 0.003 mean snap lengths; each bristle snaps once in 333 steps
   one_snap,    ///< steps of 1.0 mean snap length; a bristle snaps once on average, at most twice
@@ -98,7 +98,7 @@ struct CapacityRow {
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  /// Ns per bristle and step: median and quartiles.
+  /// Time per bristle and step, ns: median and quartiles.
   double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;
   /// Time of this loop over that of the library: median and quartiles.
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
@@ -124,9 +124,9 @@ const char* bound_of(std::string_view target) noexcept;
 /// Step times of patches of infinitely many bristles, in one motion.
 struct InfiniteRow {
   std::string motion;  ///< name of the motion: "rest", "tremor", "straight" or "zigzag"
-  double step = 0.0;   ///< mean snap lengths per step
+  double step = 0.0;   ///< displacement per step, in mean snap lengths
   std::string kernel;
-  std::uint32_t resolution = 0;  ///< pieces of path per mean snap length
+  std::uint32_t resolution = 0;  ///< pieces of path per mean snap length of an infinite patch
   std::uint64_t patches = 0;
   std::uint64_t bytes_per_patch = 0;
   double ns_per_patch = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< time of a patch's step: median and quartiles
@@ -140,8 +140,8 @@ struct CapacityResult {
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<InfiniteRow> infinite;
-  std::vector<CapacityRow> contacts;  ///< as `rows`, but counting infinite patches instead of
-                                      ///< bristles
+  std::vector<CapacityRow> contacts;  ///< as `rows`, but numbers of infinite patches instead of bristles that
+                                      ///< meet the deadline
 };
 
 /// Friction loop whose time is compared with others. The loops run in turns, so that disturbances by other
@@ -164,7 +164,7 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
 /// Function that shows, in a progress line, the name of what is measured next.
 using Report = std::function<void(const std::string& what)>;
-/// Measures the speed targets. In targets.cpp.
+/// Measures the library's speed targets. Defined in targets.cpp.
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
 
 /// Path of a step, in mean snap lengths, at which sliding infinite patches are timed. In steady straight

@@ -102,7 +102,7 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // no longer run met the deadline, since other programs disturb the machine
+    row_.unconfirmed = true;  // only short runs met the deadline, as other programs disturb the machine
   }
 
   const CapacityOptions& options_;

@@ -428,7 +428,7 @@ class Targets {
         p50.push_back(1e3 * times.p50_s);
         p99.push_back(1e3 * times.p99_s);
       }
-      // Keeps the best of several runs, because other programs disturbed the rest.
+      // Takes the best of the runs, because other programs disturbed the other runs.
       rows_.push_back(
           {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
     };

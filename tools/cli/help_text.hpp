@@ -1,4 +1,4 @@
-// Formats --help within 80 columns.
+// Formats the text of --help within 80 columns.
 #pragma once
 
 #include <CLI/CLI.hpp>

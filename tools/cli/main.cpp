@@ -683,7 +683,7 @@ struct CommandEntry {
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< whether the command has the option --wide
+  bool prints_figures = true;  ///< whether the command prints figures, and so has the option --wide
 };
 
 /// Commands in the order in which --help lists them. The manual comes last, since it needs the names of the
@@ -709,7 +709,7 @@ constexpr CommandEntry entries[] = {
 
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
-  app.formatter(std::make_shared<cli::HelpText>());  // set before the subcommands are added, which inherit it
+  app.formatter(std::make_shared<cli::HelpText>());  // set before subcommands exist, which inherit it
   bool version = false;
   // Runs the action of --version as soon as it is read, so that a command is not required.
   app.add_flag_callback(

@@ -9,7 +9,7 @@
 namespace cli {
 
 struct ManualPage {
-  std::string name;  ///< name such as "bristle-run"
+  std::string name;  ///< name of the page, such as "bristle-run"
   std::string roff;
 };
 

@@ -21,7 +21,7 @@ struct Phenomenon {
   std::string literature;  ///< what the literature reports, and who
   std::string measured;    ///< meaning of the number that decides the verdict
   std::string unit;
-  std::string passes;  ///< criterion on the measured number, as text
+  std::string passes;  ///< which measured numbers count as a pass
 };
 
 /// Verdict on whether one model shows one phenomenon, with the measured value.
@@ -120,8 +120,8 @@ Experiment ratchet_experiment();
 struct CostRow {
   std::string model;
   std::string motion;
-  double ns = 0.0;               ///< ns, median over the rounds of measurement
-  double low = 0.0, high = 0.0;  ///< ns, lower and upper quartile over the rounds
+  double ns = 0.0;               ///< median over the rounds of measurement, ns
+  double low = 0.0, high = 0.0;  ///< lower and upper quartile over the rounds, ns
 };
 std::vector<CostRow> measure_cost(const ExperimentInput& input);
 /// Returns the parameters of measure_cost(), which times the steps of the models.

@@ -53,7 +53,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
   for (const int way : {1, -1}) {
     double& steady = way > 0 ? found.up : found.down;
     for (long k = 1; k <= steps; ++k) {
-      joint.set_torques(weight + friction, -weight);  // the motor's torque balances weight and friction
+      joint.set_torques(weight + friction, -weight);  // balances weight and friction by the motor's torque
       const double before = friction;
       const rivals::Force force = joint.step({way * step, 0.0}, dt, s.number("load"));
       friction = -force.end.x;
@@ -75,7 +75,7 @@ double hold_arm(const ExperimentInput& input, const std::string& model, Experime
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
-  SlidingBlock arm(0.01);             // arm with its moment of inertia, kg m^2
+  SlidingBlock arm(0.01);             // arm of the joint as a body with this moment of inertia, kg m^2
   constexpr std::size_t cycles = 10;  // number of cycles; the torque rises from 0 during the first
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {

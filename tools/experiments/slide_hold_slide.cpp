@@ -49,7 +49,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
 }
 
 struct Line {
-  double slope = 0.0, worst = 0.0;  // line's slope; largest distance of a measured point from it
+  double slope = 0.0, worst = 0.0;  // slope of the line; largest distance of a measured point from it
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {

@@ -13,7 +13,7 @@
 namespace cli {
 namespace {
 
-constexpr double dt = 1e-3;  // s, length of a step; no model in this experiment depends on time
+constexpr double dt = 1e-3;  // time step, s; no model in this experiment depends on time
 
 /// Function from displacement (m) and load (N) to the force against it (N); `keeps`: changes the state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;

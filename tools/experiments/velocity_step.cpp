@@ -17,7 +17,7 @@ struct Step {
   std::vector<double> friction;  // friction over kinetic friction, after each step of the path
 };
 
-// Response to a step up in speed and to the step back down.
+// Friction in a step up in speed, and in the step back down.
 struct Steps {
   Step up, down;
 };

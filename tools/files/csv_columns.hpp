@@ -36,7 +36,7 @@ inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, m
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
-  /// Largest magnitude of a value, SI units.
+  /// Largest magnitude allowed for a value in this column, SI units.
   double most = std::numeric_limits<double>::max();
   /// Other names under which files may have this column, in lower case.
   std::span<const std::string_view> aliases = {};

@@ -32,9 +32,9 @@ struct PlainCsv {
   std::string text;                  ///< converted text from the header on; line numbers stay
   std::size_t header_line = 1;       ///< line number of the header in the file; 0: none
   std::string header;                ///< header line as it stands in the file
-  std::vector<std::string> headers;  ///< for each kind, its header in the file; empty: no such
-                                     ///< column
-  std::vector<std::string> units;    ///< for each kind, the name of its unit; empty: none stated
+  std::vector<std::string> headers;  ///< for each kind of column, its header in the file; empty: none
+                                     ///< there
+  std::vector<std::string> units;    ///< for each kind of column, the unit's name; empty: none stated
   std::vector<std::string> notes;    ///< remarks for the user on other deviations in format
   bool ours = true;                  ///< whether the file is a motion file as it stands
 };

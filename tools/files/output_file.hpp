@@ -42,7 +42,7 @@ class OutputFile {
  private:
   void swap(OutputFile& other) noexcept;
   void open_beside();
-  [[noreturn]] void fail() const;  ///< throws a UserError that explains errno
+  [[noreturn]] void fail() const;  ///< throws a UserError that explains the present errno
 
   std::string path_, beside_;
   std::FILE* file_ = nullptr;

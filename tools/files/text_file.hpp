@@ -26,7 +26,7 @@ void hold_standard_streams() noexcept;
 /// Prints a message for people to stderr. Ignores failure, which could not be reported anyway.
 void print_note(const std::string& text) noexcept;
 
-/// Prints the whole text to stdout and flushes. Throws UserError, for instance on a full disk.
+/// Prints a text to stdout in full and flushes. Throws UserError, for instance on a full disk.
 void print_text(const std::string& text);
 
 }  // namespace cli

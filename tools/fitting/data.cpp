@@ -58,7 +58,7 @@ void append(std::vector<double>& to, const std::vector<double>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-// ------------------------------------------------------------------------------------------ position
+// ------------------------------------------------------------------- functions on measured positions
 
 /// Returns whether successive moves of the position are equal over long runs, as those of a programmed stage
 /// are. With an encoder, moves change at every other sample by counts.
@@ -104,8 +104,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   if (runs_evenly(moves, smallest)) return {};
   const std::size_t repeats = moves.size() - sizes.size();
   if (repeats * 50 <= moves.size()) return {};
-  // Refines the length of a count from the smallest moves to the largest: each move is a multiple of it, and
-  // the more moves have been used, the surer is the multiple of a larger one.
+  // Refines the encoder's count (a length) from the smallest moves on: each larger move is a whole multiple
+  // of it, and the more moves have been used, the surer that multiple is.
   const bool many = sizes.size() >= 50;  // many moves are not all near whole counts by chance
   const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
@@ -309,7 +309,7 @@ double longest_rest(const std::vector<PathPoint>& path, double slack) {
   return longest;
 }
 
-// -------------------------------------------------------------------------------------------- force
+// ----------------------------------------------------- functions on the measured force and its sign
 
 /// Returns the share of the travelled distance that lies in the less travelled direction.
 double share_back(const FitColumns& c, const std::vector<double>& x) {
@@ -388,7 +388,7 @@ void settle_sign(FitData& data, ForceSign sign) {
   }
 }
 
-// --------------------------------------------------------------------------------------------- load
+// --------------------------------------------------------------------- functions on the normal load
 
 void settle_load(FitData& data, std::optional<double> given) {
   const FitColumns& c = data.columns;

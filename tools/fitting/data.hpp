@@ -43,7 +43,7 @@ struct WrittenColumn {
 };
 
 struct FitColumns {
-  std::string name;  ///< name of the file
+  std::string name;  ///< name of the file of measured friction
 
   /// Columns in SI units. v is empty if the file has no speed; x is the integral of v if it has no position.
   std::vector<double> t, x, v, load, force;
@@ -57,7 +57,7 @@ struct FitColumns {
   bool replayable = false;  ///< whether `bristle run` can read the file as it is
   std::vector<std::string> ignored_columns;
   std::vector<std::size_t> parts;       ///< for joined files, the first row of each but the first
-  std::vector<PathPoint> turns;         ///< turning points known besides the rows, by time; loads unset
+  std::vector<PathPoint> turns;         ///< turning points known besides rows, by time, without loads
   double quantum = 0.0;                 ///< encoder count that was already removed from positions, m
   std::vector<std::string> understood;  ///< sentences that tell how the file was understood
   std::vector<WrittenColumn> written;   ///< time, path, load and force in the file's own units
@@ -77,7 +77,7 @@ struct FitData {
 
   /// Velocity for terms that depend on speed, m/s; in the plane, all x components, then all y.
   std::vector<double> velocity;
-  std::vector<PathPoint> path;  ///< samples, with turning points between them
+  std::vector<PathPoint> path;  ///< samples of the motion, with turning points between them
 
   /// Whether the load varies so little that the fit takes it as constant.
   bool steady_load = false;
@@ -101,7 +101,7 @@ struct FitData {
   double length() const { return columns.t.back() - columns.t.front(); }
 };
 
-/// Parses columns of measured friction. Throws UserError naming file, line and column.
+/// Parses the columns of a file of measured friction. Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
 
 /// Parses the force's file and, from the file reading.position, the motion; merges them to one record. Throws
@@ -140,8 +140,8 @@ FitData without_rests(const FitData& data);
 
 /// Leaves out samples near where contact began, at most half of the record. Kept bristles are all straight
 /// again there and snap together, so that a position error of one encoder count falsifies the presliding
-/// length by more than the samples suggest. The zone is twenty counts wide. Of 24 test records, 14 had the
-/// true length in its interval with one count, 20 or 21 with 16 or 25.
+/// length by more than the samples suggest. The zone is twenty counts wide: for 24 records, the fitted
+/// interval held the true length 14 times with one count, 20 or 21 times with 16 or 25.
 FitData without_origin(const FitData& data);
 
 /// Returns a record of at most `most` evenly chosen samples and the turning points between them. Sign, noise

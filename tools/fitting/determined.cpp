@@ -31,7 +31,7 @@ constexpr double longer = 3.0;            // factor on the presliding length to 
                                           // fit
 constexpr double clearly_worse = 8.0;     // loss in twice the log likelihood that refutes longer
                                           // bristles
-constexpr double fewest_informing = 4.0;  // number of samples that must share in a parameter
+constexpr double fewest_informing = 4.0;  // number of samples below which a parameter is undetermined
 
 /// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
 /// fourth powers of its weights, a column of J (J'J)^-1. Least squares would trust a single sample.

@@ -35,7 +35,7 @@ struct FitOptions {
   std::vector<double> quantiles;
   std::optional<double> residual;    ///< residual over presliding length; fixed if given, 0 with the rule
                                      ///< keep
-  std::optional<double> renewal;     ///< bristles renewed per snap; fixed if given, 0 with the rule
+  std::optional<double> renewal;     ///< bristles renewed for each snap; fixed if given, 0 with the rule
                                      ///< keep
   std::optional<double> compliance;  ///< compliance of the contact's stage, m/N; fixed if given
   std::optional<double> delay;       ///< delay of the force sensor, s; fixed if given
@@ -90,7 +90,7 @@ enum FitParameter : unsigned {
   fit_drift,                ///< drift of the force sensor, N/s
   fit_offset_y,             ///< offset of the sensor's second axis, N
   fit_drift_y,              ///< drift of the sensor's second axis, N/s
-  fit_parameters            ///< number of parameters above
+  fit_parameters            ///< number of fitted parameters, those above
 };
 using FitValues = std::array<double, fit_parameters>;
 

@@ -31,7 +31,7 @@ JointLog parse_joint_log(std::string_view text, const std::string& name, const F
 struct JointEstimate {
   std::string name, unit;
   double value = 0.0;
-  double low = 0.0, high = 0.0;  ///< limits of the 95 % interval
+  double low = 0.0, high = 0.0;  ///< limits of the parameter's 95 % interval
   bool determined = false;       ///< whether the log distinguishes the parameter from 0
 };
 
@@ -46,7 +46,7 @@ struct JointPart {
 struct JointFit {
   std::string model;
   std::vector<JointEstimate> numbers;
-  bristle::JointMaterial material;  ///< material, if the model is the brush
+  bristle::JointMaterial material;  ///< fitted material, if the model is the brush
 
   /// Rms error of the torque on the fitted part and on the rest of the log, N m.
   double fitted_rms = 0.0, judged_rms = 0.0;

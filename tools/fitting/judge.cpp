@@ -33,7 +33,7 @@ struct RivalModel {
 
 /// Returns a rival model's friction along the path (N, by the body), without viscous friction and offset.
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
-  if (start != StartState::straight) {  // begins with a long slide before the record
+  if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i) {
       rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),

@@ -12,8 +12,8 @@ namespace cli {
 /// Root mean square residuals (N) of all samples, and of samples near and far from turns; NaN: none such.
 struct Residuals3 {
   double all = 0.0;
-  double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn
-  double sliding = 0.0;   ///< rms residual farther than that from a turn
+  double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N
+  double sliding = 0.0;   ///< rms residual farther than that after a turn, N
 };
 
 struct Judgement {
@@ -27,7 +27,7 @@ struct Judgement {
 
 struct Judgements {
   double until = 0.0;              ///< end of the part to which models are fitted, s
-  double presliding_length = 0.0;  ///< presliding length, m; twice it after a turn, samples count as reversal
+  double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
   std::vector<Judgement> models;
 };

@@ -10,7 +10,7 @@ namespace cli {
 /// Returns an x that minimises |a x - b|; unknowns whose columns depend on other columns are 0.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
-/// Returns the shortest x that minimises |a x - b|.
+/// Returns, of all x that minimise |a x - b|, the shortest.
 Eigen::VectorXd solve_shortest(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
 /// Returns x that minimises x' normal x - 2 x' side with its first `count` components >= 0 (the method of

@@ -99,7 +99,7 @@ class FitModel {
   std::vector<PathPoint> bent_path_;  // path of the contact, along which brush_ steps
   PathForce brush_;
   std::vector<Ring> rings_;
-  double square_lever_ = 1.0;  // mean square lever of the rings, weighted by load
+  double square_lever_ = 1.0;  // mean of the rings' squared levers, weighted by load
   Past past_;
   FitFrame frame_;
   std::vector<double> speed_;  // speed of the contact at the samples, m/s

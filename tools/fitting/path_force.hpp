@@ -22,7 +22,7 @@ struct PathPoint {
   bool begins = false;  ///< whether a new record begins here, with a brush that has forgotten the last
 };
 
-/// State of the bristles at the first point.
+/// State of the bristles at the first point of a path.
 enum class StartState : unsigned char {
   straight,  ///< bristles are straight, as when the contact has just been made
   forward,   ///< state after a long slide towards +x (in the plane, along the first motion of the record)
@@ -84,7 +84,7 @@ enum class Detail : unsigned char {
 /// Ring of a turning contact, all of whose points move equally far.
 struct Ring {
   double lever = 1.0;  ///< radius of the ring over the radius of the record's path and force
-  double share = 1.0;  ///< share of the load that the ring carries
+  double share = 1.0;  ///< share of the load that the ring bears
 };
 /// Returns the rings into which a contact is cut: one of lever 1 if it slides as a whole; for a turning disc
 /// under even pressure, rings at Gauss points, which give its stiffness and sliding friction exactly.

@@ -64,7 +64,7 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
 /// Returns whether a row (a parameter) of the report has a meaning for this record.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // rows of friction towards +x and -x
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // a row of friction towards +x or -x
   return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
 }
 

@@ -15,7 +15,7 @@ struct Comparison {
   std::vector<std::string> models;
   std::string panel, phenomenon;
   std::size_t x, y;                                     ///< columns of a result's row that are plotted
-  std::vector<std::pair<const char*, double>> shorter;  ///< parameters lowered so that the run is short
+  std::vector<std::pair<const char*, double>> shorter;  ///< parameters set lower, so that the run is short
 };
 
 const std::array<Comparison, comparisons>& all() {

@@ -100,7 +100,7 @@ BRISTLE_PAGE(samples_remembered) int samples_remembered() {
   return static_cast<int>(page::Block::remembered);
 }
 
-/// Returns the bends (m) of `count` bristles; the number is 0 for bristles that the patch lacks.
+/// Returns the bends (m) of the first `count` bristles; 0 for bristles that the patch lacks.
 BRISTLE_PAGE(bends) const double* bends(int count) {
   static double values[512];
   const auto wanted = static_cast<std::size_t>(std::clamp(count, 0, 512));

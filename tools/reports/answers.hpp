@@ -8,7 +8,7 @@
 
 namespace cli {
 
-// Functions for reports of `bristle accuracy` (schema bristle-accuracy-1).
+// Put reports of `bristle accuracy` (schema bristle-accuracy-1) into words.
 std::string how_wrong_is_fast(const Json& accuracy);
 std::string what_to_choose(const Json& accuracy);
 std::string what_to_leave_out(const Json& accuracy);
@@ -18,7 +18,7 @@ std::string accuracy_answer(const Json& accuracy);
 /// Returns a setting of an accuracy study in words: "13,000 bristles a patch, steps of 1.00 ms, ...".
 std::string setting_in_words(const Json& setting);
 
-// Functions for reports of `bristle stability` (schema bristle-stability-1).
+// Put reports of `bristle stability` (schema bristle-stability-1) into words.
 std::string is_mine_stable(const Json& stability);
 std::string stability_answer(const Json& stability);
 

@@ -8,9 +8,9 @@
 namespace cli {
 
 struct Conditions {
-  std::string version;  ///< version of the library
+  std::string version;  ///< version of the measured library
   std::string commit;
-  std::string flags;  ///< compiler, and the flags of the build
+  std::string flags;  ///< name of the compiler, and the flags of the build
   std::string cpu;
   int cores = 1;
   std::string time;  ///< time of the measurement, UTC, as 2026-01-31T12:00:00Z

@@ -1,4 +1,4 @@
-// Formats numbers for people.
+// Formats numbers for the tables and sentences of reports.
 #pragma once
 
 #include <string>

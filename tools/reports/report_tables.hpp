@@ -18,7 +18,7 @@ std::string text_of(const Json& json, const char* key);
 JsonColumn text_column(std::string header, const char* key);
 JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
 
-// Tables of `bristle capacity` (schema bristle-capacity-1).
+// Make the tables of `bristle capacity` from its JSON (schema bristle-capacity-1).
 Table targets_table(const Json& capacity);
 Table capacities_table(const Json& capacity);
 Table comparisons_table(const Json& capacity);
@@ -32,13 +32,13 @@ bool was_busy(const Json& row, double deadline_s);
 /// Returns the result of a capacity report in a sentence that also says whether to trust it.
 std::string capacity_answer(const Json& capacity);
 
-// Tables of `bristle accuracy` (schema bristle-accuracy-1).
+// Make the tables of `bristle accuracy` from its JSON (schema bristle-accuracy-1).
 Table settings_table(const Json& accuracy, bool front_only);
 Table slopes_table(const Json& accuracy);
 Table scene_features_table(const Json& accuracy);
 std::string setting_bristles(const Json& setting);
 
-// Tables of `bristle stability` (schema bristle-stability-1).
+// Make the tables of `bristle stability` from its JSON (schema bristle-stability-1).
 Table maps_table(const Json& stability);
 Table varied_table(const Json& stability);
 /// Returns the table of stopping distances: a row for each dimensionless stiffness k and true distance, a

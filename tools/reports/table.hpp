@@ -17,7 +17,7 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< colour or weight on a terminal
+  CellStyle style = CellStyle::plain;  ///< colour and weight on a terminal: plain, good or bad
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
@@ -39,7 +39,7 @@ class Table {
   /// Returns the table as text within the width of text_layout(). Headers and texts break over lines; columns
   /// that find no room follow in a further block, which repeats the first column.
   std::string text() const;
-  /// Returns the width, in characters, of the table's longest line if no text is broken.
+  /// Returns the width of the table's longest line, in characters, if no text is broken.
   std::size_t natural_width() const;
   /// Returns the table as CSV (RFC 4180, but lines end in \n), without its lines of text.
   std::string csv() const;

@@ -28,11 +28,11 @@ namespace {
 /// Row of a bed's path (a bed is the contact of an elastic body): its displacement since the beginning, at
 /// time t. Linear between rows.
 struct BedRow {
-  double t = 0.0;                 ///< s
-  double x = 0.0, y = 0.0;        ///< m
-  double spin = 0.0;              ///< rad
-  double rolled[2] = {0.0, 0.0};  ///< m
-  double load = 0.0;              ///< N
+  double t = 0.0;                 ///< time of the row, s
+  double x = 0.0, y = 0.0;        ///< displacement, m
+  double spin = 0.0;              ///< turn about the normal, rad
+  double rolled[2] = {0.0, 0.0};  ///< rolled distance, m
+  double load = 0.0;              ///< normal load, N
 };
 
 struct SceneBed {
@@ -44,7 +44,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< settings of the scene; its patches are empty, as beds are kept apart
+  Scene scene;  ///< scene without its beds, which `beds` has, and so without patches
   std::vector<SceneBed> beds;
 };
 

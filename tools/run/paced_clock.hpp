@@ -14,7 +14,7 @@ class PacedClock {
   /// sleeping, which occupies a core but wakes closer to that time.
   PacedClock(double period_s, double busy_wait_s);
 
-  /// Starts a new grid, whose first time is now.
+  /// Starts a new grid of times, the first of which is now.
   void start() noexcept;
   /// Sleeps until the next grid time that has not passed. Returns the number of grid times skipped. Returns
   /// early after a stop signal (see stop_requested()).

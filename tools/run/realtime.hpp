@@ -44,7 +44,7 @@ struct RealtimeResult {
   std::vector<std::string> refused;
   PacedLoopResult ours, bare;
   std::uint64_t held_up = 0;  ///< number of ticks skipped for this program's bookkeeping, not for steps
-  bool stopped = false;       ///< whether a signal ended the run early
+  bool stopped = false;       ///< whether a signal (Ctrl-C) ended the run early
 };
 
 /// Clock of the time for which this thread was ready to run while its core did something else (Linux's

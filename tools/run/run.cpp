@@ -291,7 +291,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // counts only the ticks that the machine made late
+      left_out -= by_tool;  // counts only the skipped ticks that the machine is to blame for
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);

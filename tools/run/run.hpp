@@ -1,4 +1,4 @@
-// Steps a scene: the command `bristle run`.
+// Steps a scene and reports forces and step times: the command `bristle run`.
 #pragma once
 
 #include <cstdint>
@@ -93,7 +93,7 @@ struct RunResult {
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;
-  std::uint64_t bristles = 0;          ///< number of representatives in all patches
+  std::uint64_t bristles = 0;          ///< number of representatives in all patches together
   std::uint64_t infinite_patches = 0;  ///< number of patches with an infinite brush
   std::uint64_t memory_bytes = 0;
   std::uint64_t state_hash = 0;

@@ -25,7 +25,7 @@ struct SolveStatistics {
 /// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
 class BodyMotion {
  public:
-  /// Makes a body at its initial place. `patches` has the indices of its patches in the batch's motions.
+  /// Makes the motion of a body. `patches` has the indices of its patches in the batch's motions.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
   /// Returns the normal load (N) on each of the body's patches at time t.

@@ -36,7 +36,7 @@ struct PrescribedMotion {
   double turn_per_copy = 0.0;               ///< turns by which copy i's directions differ from copy i - 1's
   double delay_per_copy = 0.0;              ///< time by which copy i moves later than copy i - 1, s
 
-  /// Returns the rows of keyframes or of the motion file; empty for other motions. Between rows the motion is
+  /// Returns the rows of keyframes or of a motion file; empty for other motions. Between rows the motion is
   /// linear; after the last row it stays constant.
   const std::vector<MotionRow>& rows() const noexcept { return trace ? trace->rows : keyframes; }
   /// Returns the position (m) of the first copy at a time t >= 0.

@@ -33,7 +33,7 @@ constexpr Range turns{-1e6, 1e6, false, "turns"};
 constexpr Range any_positive{0.0, 1e300, true, ""};
 constexpr Range any_not_negative{0.0, 1e300, false, ""};
 
-// ----------------------------------------------------------------------------------------- materials
+// -------------------------------------------------------------------- readers of [[material]] tables
 
 bristle::SnapLength read_snap_length(const TomlTable& table) {
   const Range length{0.0, 1.0, false, "m"};
@@ -206,7 +206,7 @@ SceneMaterial read_material(TomlTable table) {
   return result;
 }
 
-// ------------------------------------------------------------------------------------------- patches
+// ----------------------------------------------------------------------- readers of [[patch]] tables
 
 /// Index by name of all tables of one kind; a scene may have hundreds of thousands of tables.
 class Names {
@@ -331,7 +331,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   return patch;
 }
 
-// ------------------------------------------------------------------------------------------- motions
+// ---------------------------------------------------------------------- readers of [[motion]] tables
 
 std::vector<LoadStep> read_load_steps(const TomlTable& parent, std::string_view key, const Range& range) {
   std::vector<LoadStep> steps;
@@ -451,7 +451,7 @@ void check_axes(const ScenePatch& patch, const std::string& where) {
   }
 }
 
-// -------------------------------------------------------------------------------------------- bodies
+// ------------------------------------------------------------------------ readers of [[body]] tables
 
 std::vector<ForceRow> read_force(const TomlTable& parent) {
   std::vector<ForceRow> rows;
@@ -528,7 +528,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
   return body;
 }
 
-// --------------------------------------------------------------------------------------------- scene
+// ------------------------------------------------------------------------ readers of the whole scene
 
 void check_all_moved(const Scene& scene) {
   std::vector<bool> moved(scene.patches.size(), false);

@@ -42,22 +42,22 @@ struct ScenePatch {
 };
 
 struct ForceRow {
-  double t = 0.0;            ///< s
-  double force[2] = {0, 0};  ///< N
+  double t = 0.0;            ///< time of the row, s
+  double force[2] = {0, 0};  ///< pushing force, N
 };
 
 struct ForceSine {
-  double amplitude[2] = {0.0, 0.0};  ///< N
-  double frequency = 1.0;            ///< Hz
-  double phase = 0.0;                ///< turns
-  double from = 0.0, until = 0.0;    ///< s
+  double amplitude[2] = {0.0, 0.0};  ///< amplitude of the force, N
+  double frequency = 1.0;            ///< frequency of the sine, Hz
+  double phase = 0.0;                ///< phase at `from`, in turns
+  double from = 0.0, until = 0.0;    ///< beginning and end, s
 };
 
 /// Rigid body that slides on patches without turning, pushed by a force that the scene prescribes.
 struct SceneBody {
   std::string name;
-  double mass = 1.0;                 ///< kg
-  double gravity = 9.80665;          ///< m/s^2
+  double mass = 1.0;                 ///< mass of the body, kg
+  double gravity = 9.80665;          ///< gravity on the body, m/s^2
   std::vector<LoadStep> extra_load;  ///< normal load beside the body's weight, N
   double velocity[2] = {0.0, 0.0};   ///< initial velocity, m/s
   std::vector<ForceRow> force;       ///< pushing force over time, N; linear between rows, two rows at one

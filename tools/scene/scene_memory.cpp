@@ -26,7 +26,7 @@ constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch 
 // Bytes of memory that every machine has; a scene that needs less is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 
-/// Returns an upper bound on the bytes of a patch with these options.
+/// Returns an upper bound on the bytes of memory of a patch with these options.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
@@ -54,7 +54,7 @@ class Probe {
   }
 
  private:
-  static constexpr std::uint32_t few = 256;  // number of bristles in a block of memory
+  static constexpr std::uint32_t few = 256;  // number of bristles of a trial patch, and of a block
   static constexpr std::uint64_t block = 72;
   struct Bytes {
     std::uint64_t patch = 0, per_bristle = 0;

@@ -15,7 +15,7 @@ namespace cli {
 
 /// Copy of a scene's patch, which is one patch of the batch.
 struct SceneCopy {
-  std::size_t patch = 0;  ///< index into Scene::patches
+  std::size_t patch = 0;  ///< index of its patch in Scene::patches
   std::string name;
   double delay = 0.0;  ///< time by which the copy moves later, s
 

@@ -8,7 +8,7 @@ namespace cli {
 
 /// Returns sin(2 pi turns), within 2e-16 of the true value for |turns| < 2^40.
 inline double sine_of_turns(double turns) noexcept {
-  const double phase = turns - std::floor(turns);  // exact, in [0, 1)
+  const double phase = turns - std::floor(turns);  // phase of the sine in turns, exact, in [0, 1)
   const double quarter = std::floor(4.0 * phase + 0.5);
   const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // angle of at most pi / 4 in magnitude
   const double a2 = a * a;
@@ -35,7 +35,7 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // quarter 0, or 4 just below a whole turn
+      return sine;  // quarter is 0, or 4 just below a whole turn
   }
 }
 

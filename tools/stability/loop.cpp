@@ -35,7 +35,7 @@ struct Hold {
 Hold hold_of(double mass, double device_damping, double dt) {
   const double a = device_damping * dt / mass;
   if (a < 1e-9) return {dt, 0.5 * dt * dt / mass, 1.0, dt / mass};
-  const double fall = -std::expm1(-a);  // 1 - e^-a
+  const double fall = -std::expm1(-a);  // 1 - exp(-a), a: damping exponent of a step
   const double x_of_v = dt * fall / a;
   return {x_of_v, (dt - x_of_v) / device_damping, 1.0 - fall, fall / device_damping};
 }

@@ -60,7 +60,7 @@ struct LoopSetup {
   double dt_s = 1e-3;
   double stiffness = 0.0;           ///< stiffness K of all bristles at the largest load, N/m
   double damping = 0.0;             ///< damping C of the bristles at rest and largest load, N s/m
-  double stribeck_velocity = 1e12;  ///< speed over which that damping fades, m/s; default: never
+  double stribeck_velocity = 1e12;  ///< speed over which the bristles' damping fades, m/s; default: never
   double device_damping = 0.0;      ///< damping b of the device, N s/m
   double quantum_m = 0.0;           ///< count of the encoder, m; 0: exact positions
   double mean_snap_length = 1e-5;   ///< mean snap length, m; lengths are uniform from 0.5 to 1.5 of it
@@ -72,18 +72,18 @@ struct LoopSetup {
   /// Whether the mass (with two axes) also gets the start velocity sideways after a quarter of the run.
   bool turn = false;
   double smallest_load = 1.0;       ///< lowest load over largest load; 1: constant load
-  std::uint64_t steps = 8000;       ///< number of steps of the whole run
+  std::uint64_t steps = 8000;       ///< number of time steps of the whole run
   std::uint64_t load_period = 500;  ///< number of steps in one swing of the load
   bool stop_early = true;           ///< whether the run ends once the mass rests or its motion is unbounded
   bristle::Population population = bristle::Population::representatives;
 
-  /// Returns the friction of steady sliding at the largest load, without dampers, N.
+  /// Returns the friction force of steady sliding at the largest load, without dampers, N.
   double kinetic_n() const noexcept;
 };
 
 enum class Verdict {
   settles,  ///< the motion dies away or is negligible
-  grows,    ///< the motion grows, either without snaps or without bound
+  grows,    ///< the motion grows, up to now without snaps, or without bound
   rings     ///< bristles keep snapping, and the motion keeps its amplitude
 };
 const char* to_string(Verdict verdict) noexcept;

@@ -51,7 +51,7 @@ struct PullRow {
   SpringPull pull;
   Scheme scheme = Scheme::predictor;
   double theory = 0.0, measured = 0.0;  ///< critical stiffness by theory and by simulation, N/m
-  PullResult soft;                      ///< simulation on a spring of a quarter of that stiffness
+  PullResult soft;                      ///< simulation on a spring with a quarter of the critical stiffness
 };
 std::vector<SpringPull> pulls();
 PullRow pull_row(const SpringPull& pull, Scheme scheme);

@@ -13,7 +13,7 @@ namespace cli {
 
 struct StabilityOptions {
   bool quick = false;
-  int threads = 0;   ///< number of threads; 0: one per core
+  int threads = 0;   ///< number of threads that run cases; 0: one per core
   std::string json;  ///< JSON report to write; empty: none, "-": stdout
   std::string csv;   ///< CSV file of the maps, which tools/plots/stability.gp plots; empty: none
 
@@ -39,7 +39,7 @@ struct MapCell {
   double second = 0.0;  ///< dimensionless damping: of the patch, C T/m; for a device its own, b T/m
   bool linear_stable = false;
   LoopResult sticking, sliding;        ///< results of a run begun by a small push in sticking, and in sliding
-  Verdict verdict = Verdict::settles;  ///< the worse of the verdicts of both runs
+  Verdict verdict = Verdict::settles;  ///< the worse verdict of the two runs: settles, rings, grows
   bool unbounded = false;
   Why why = Why::agree;
 };
@@ -50,7 +50,7 @@ struct SchemeMap {
   std::uint64_t agreeing() const;
 };
 
-/// Coarse stability map of a scheme: with two axes, and with a swinging load.
+/// Coarse stability map of a scheme for two axes, or for a swinging load.
 struct VariedMap {
   Scheme scheme = Scheme::semi_implicit;
   /// Map with two axes, where the motion turns sideways while sliding: number of cells, and number of those
@@ -72,9 +72,9 @@ struct StopRow {
 /// it slides.
 struct RestRow {
   Scheme scheme = Scheme::predictor;
-  double seconds = 0.0;         ///< simulated time, s
-  double first_second_m = 0.0;  ///< motion in the first second, while the block settles, m
-  double creep_m = 0.0;         ///< motion after the first second, m
+  double seconds = 0.0;         ///< simulated time of the rest on the slope, s
+  double first_second_m = 0.0;  ///< motion down the slope in the first second, while settling, m
+  double creep_m = 0.0;         ///< motion down the slope after the first second, m
   double creep_over_snap_length = 0.0;
 };
 
@@ -124,7 +124,7 @@ const std::vector<Scheme>& mapped_schemes();
 /// Returns the parameters of one cell of a map. `second` is the damping c or beta; with `sliding` the run
 /// starts in steady sliding.
 LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const StabilityOptions& options);
-/// Runs the cases beside the maps. These functions are defined in cases.cpp.
+/// Runs single cases beside the stability maps. These functions are in cases.cpp.
 std::vector<CaseRow> stability_cases();
 std::vector<StopRow> stopping_distances(bristle::SnapRule rule);
 double late_force_damping(bool mean);

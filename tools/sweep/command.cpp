@@ -1,4 +1,4 @@
-// Runs the command `bristle sweep`.
+// Runs the command `bristle sweep`, a parameter study over a scene.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -34,7 +34,7 @@ void check_table_file(const std::string& path) {
     throw UserError(fmt::format(
         "--out {}: tables are CSV; in Python bristle.sweep(...).to_xarray().to_netcdf() writes NetCDF",
         path));
-  std::error_code none;  // ignored: opening the file reports a name that no file can have
+  std::error_code none;  // ignored, since opening the file will report a bad name
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder, none))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));

@@ -36,7 +36,7 @@ class BristleGlass {
 
   const std::vector<Hair>& hairs() const { return hairs_; }
   bool shows_cohorts() const { return cohorts_; }
-  bool by_age = false;  ///< whether hairs are coloured by age instead of by bending
+  bool by_age = false;  ///< whether hairs have colours by age, not by bending
 
   /// Returns the place of an age (s) on the colour scale: from 0 for 10 ms to 1 for 100 s.
   static float age_colour(float age_s);

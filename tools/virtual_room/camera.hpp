@@ -1,4 +1,4 @@
-// Camera: an eye that orbits a point, z up.
+// Camera as an eye that orbits a point; z points up.
 #pragma once
 
 #include <Eigen/Dense>

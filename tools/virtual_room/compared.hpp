@@ -72,7 +72,7 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
   return other;
 }
 
-// ------------------------------------------------------------------------------------------- the carriage
+// ------------------------------------------------------ motion of the carriage that moves compared blocks
 
 /// Cycles of the carriage per second in the rubbing scene, and their amplitude in presliding lengths.
 inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
@@ -119,7 +119,7 @@ inline double carriage_place(const Settings& s, double t) {
   return s.compare == Comparison::rest ? rest_phase(t).place : 0.0;
 }
 
-// ----------------------------------------------------------------------------------- what is said of each
+// --------------------------------------------------------- figures that are shown for each compared block
 
 /// Meter of the highest friction of a block that a carriage moves: the strength of its contact.
 class Strength {

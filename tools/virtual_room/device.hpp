@@ -30,7 +30,7 @@ class Device {
   /// Sends a force to the hand, N. The force is zero while the room pauses, and in the last call before the
   /// room ends or changes the device.
   virtual void write(const double (&force)[3]) noexcept = 0;
-  /// Tells the device that the simulation restarts at time 0.
+  /// Tells the device that the simulated time restarts at 0.
   virtual void restart() noexcept {}
 };
 

@@ -43,7 +43,7 @@ class TripleBuffer {
   }
   const T& latest() const noexcept {
     return slots_[reading_].value;
-  }  ///< value that stays valid until refresh()
+  }  ///< newest value; it stays valid until refresh()
      ///@}
 
  private:

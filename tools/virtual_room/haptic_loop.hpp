@@ -16,7 +16,7 @@ namespace room {
 
 struct LoopOptions {
   double rate_hz = 1000.0;      ///< rate of ticks, 1000 to 10000 Hz
-  Settings settings;            ///< settings at time 0
+  Settings settings;            ///< settings of the room at time 0
   std::vector<Change> changes;  ///< changes of settings at given times, from a script
   RoomMeasures measures;
   std::string record_to = "recording";  ///< file name, without ending, of what Act::record writes
@@ -31,7 +31,7 @@ class HapticLoop {
   /// Allocates all patches. A null `device` means the mouse, whose hand arrives by exchange().mouse. Throws
   /// bristle::Error or cli::UserError.
   explicit HapticLoop(const LoopOptions& options, std::unique_ptr<Device> device = nullptr);
-  ~HapticLoop();  ///< stops the loop
+  ~HapticLoop();  ///< stops the loop, if it runs
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 

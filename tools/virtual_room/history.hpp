@@ -62,7 +62,7 @@ class TimeHistogram {
  public:
   static constexpr int per_decade = 12, decades = 5;
   static constexpr int classes = per_decade * decades;
-  static constexpr double least = 1e-7;  ///< lower end of the first class, s
+  static constexpr double least = 1e-7;  ///< lower end of the first class of times, s
 
   void add(double seconds);
   void clear() {

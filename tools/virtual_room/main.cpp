@@ -157,7 +157,7 @@ int main(int argc, char** argv) {
   add_picture_options(app, options);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help or --version
+  } catch (const CLI::Success& asked) {  // thrown for --help and --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());

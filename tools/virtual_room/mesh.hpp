@@ -22,11 +22,11 @@ struct Triangles {
 
 /// Makes a box with rounded edges. `half` has the half lengths along x, y and z.
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
-Triangles make_sphere(int around);  ///< makes a sphere of radius 1
+Triangles make_sphere(int around);  ///< makes a sphere of radius 1; `around` vertices per ring
 
 /// Makes a rod along z, with radius 1 at z = 0 and end_radius at z = 1.
 Triangles make_rod(int around, float end_radius);
-Triangles make_rectangle();  ///< makes a square, x and y from -1 to 1, normal z
+Triangles make_rectangle();  ///< makes a square in x and y from -1 to 1, with its normal along z
 Triangles make_coil(const Eigen::Vector3f& from, const Eigen::Vector3f& to, int turns, float radius,
                     float thickness);
 

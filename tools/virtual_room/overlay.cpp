@@ -157,7 +157,7 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   }
 }
 
-// Draws the colour scale of the hairs: from straight to about to snap.
+// Draws the colour scale of hairs that are coloured by age: from 10 ms to 100 s.
 void draw_age_scale(const Pen& pen, float x, float y, float width) {
   // Colours of the scale as they appear: square roots of the shader's, under the light on the hairs.
   static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
@@ -213,7 +213,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
           pen.fonts.text);
     return;
   }
-  // Draws the mean snap length as a scale bar on the glass's floor, at the scale at which hairs lean.
+  // Says below the magnifying glass how many bristles it shows, in fewer words where room is short.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
   std::string shown =
       glass.shows_cohorts()

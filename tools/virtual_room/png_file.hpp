@@ -35,7 +35,7 @@ class Film {
  private:
   int width_ = 0, height_ = 0;
   std::string header_;               // data of the PNG chunk IHDR, for all pictures
-  std::vector<std::string> pixels_;  // compressed pixels of each picture
+  std::vector<std::string> pixels_;  // compressed pixels of each of the pictures
 };
 
 }  // namespace room

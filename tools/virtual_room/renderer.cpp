@@ -218,7 +218,7 @@ struct Renderer::Impl {
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
   Matrix4f light_camera;
-  Affine3f tilt;  // transform from room to world axes
+  Affine3f tilt;  // transform from the room's axes to the world's
   Affine3f block_place;
   std::vector<Body> bodies, shadowless, clear, ghosts;
 
@@ -293,7 +293,7 @@ struct Renderer::Impl {
     return shape;
   }
 
-  // ------------------------------------------------------------------------------------ what is there
+  // ----------------------------------------------------------- functions that list the bodies to draw
   void place_room(const Camera& camera) {
     const Vector3f half = half_room();
     const float thick = 0.006f;
@@ -472,7 +472,7 @@ struct Renderer::Impl {
     bodies.back().by_block = bodies.back().by_tool = bodies.back().by_room = false;
   }
 
-  // ---------------------------------------------------------------------------------------- drawing
+  // ---------------------------------------------------------- functions that draw the listed bodies
   void draw_shadow() {
     shadow.begin();
     depth.use();
@@ -653,7 +653,7 @@ void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trail
   i.place_all(room, trails, camera);
   if (picture.shadows) i.draw_shadow();
   Picture drawn = picture;
-  if (picture.half_resolution && !i.board.has_many_samples()) {  // several samples cannot be scaled
+  if (picture.half_resolution && !i.board.has_many_samples()) {  // only with one sample per pixel
     drawn.width = (picture.width + 1) / 2;
     drawn.height = (picture.height + 1) / 2;
     for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,

@@ -34,7 +34,7 @@ struct Settings {
   double growth_per_decade = 0.0;
   double ageing_time = 0.1;  ///< time of rest after which static friction grows, s
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  /// Friction towards +x over friction towards -x on a floor with a nap (bristle::Lay::to_over_fro). A nap
+  /// Friction towards +x over friction towards -x, on a floor with a nap (bristle::Lay::to_over_fro). A nap
   /// other than 1 needs the rule slide; then peak and growth_per_decade are ignored.
   double nap = 1.0;
 
@@ -147,13 +147,13 @@ struct LoopStatistics {
 struct Snapshot {
   std::uint64_t tick = 0;
   double time = 0.0;   ///< simulated time at the end of the tick, s
-  double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
+  double speed = 1.0;  ///< speed of simulated time over real time; below 1: slow motion
   bool paused = false, recording = false;
   bool held = false;  ///< whether the hand's spring pulls the tool; if not, the hand is at the tool
 
   /// Position of the block, m; its orientation as a quaternion w, x, y, z.
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};
-  double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< velocity (m/s) and spin (rad/s)
+  double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< block's velocity, m/s; spin, rad/s
 
   /// Creep of the first block down the slope (m), free of its swing, counted from 6 s on, when it settled.
   double moved = 0.0;
@@ -179,7 +179,7 @@ struct Snapshot {
   /// Stiffness over load of a sticking contact that follows from the settings, 1/m.
   double stiffness_per_newton = 0.0;
   double bristle_stiffness = 0.0;  ///< stiffness sigma0 of one bristle, N/m
-  Settings settings;               ///< settings in force
+  Settings settings;               ///< settings that are in force
   char message[128] = {};          ///< line of text for the user, or ""
   LoopStatistics loop;
 };

@@ -15,7 +15,7 @@ struct Change {
 };
 
 struct Script {
-  Settings settings;            ///< settings at time 0
+  Settings settings;            ///< settings of the room at time 0
   std::vector<Change> changes;  ///< changes in order of time, each with all settings
   HandMotion hand;
   double seconds = 0.0;                     ///< length of the run, s; default: up to the last row or change

@@ -33,7 +33,7 @@ struct PullPlaces {
 /// Returns the slow pull after a reset: its force reaches the peak after two seconds and grows for two more.
 /// At the end the hand lets go. `peak` is friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
-  constexpr double to_peak = 2.0;  // s, time from the reset to the peak of the force
+  constexpr double to_peak = 2.0;  // time from the reset to the peak of the force, s
   const PullPlaces places(s, peak, m);
   HandMotion motion;
   motion.rows = {places.at(0.0, places.touching - places.gap), places.at(places.approach, places.touching),

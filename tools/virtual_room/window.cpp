@@ -1,4 +1,4 @@
-// Shows the room in a GLFW window, with the mouse as a hand, and keys.
+// Shows the room in a window of the library GLFW, with the mouse as a hand, and keys.
 #define GLFW_INCLUDE_NONE  // epoxy declares OpenGL instead of GLFW
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -266,7 +266,7 @@ class RoomWindow {
   void begin_tour() {
     Settings to = settings_of(Comparison::none);
     to.bristles = view_->gui.settings.bristles;
-    to.presliding_length = 4e-3;  // so long that one sees the bristles bend
+    to.presliding_length = 4e-3;  // mean bend at a snap, m: so long that one sees the bristles bend
     change_settings(to);
     act(Act::tour);
     touring_ = tour_begins_ = touched_ = true;

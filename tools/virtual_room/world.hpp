@@ -58,9 +58,9 @@ class World {
   struct PatchForce {
     std::size_t patch;
     int key;
-    double force[2], load;  ///< friction and normal load, N
-    double point[2];        ///< displacement since the touch began, m
-    double bristles;        ///< representatives in contact
+    double force[2], load;  ///< friction and normal load of the contact, N
+    double point[2];        ///< displacement of the block along the patch's axes since the touch began, m
+    double bristles;        ///< number of representatives in contact
     bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;

@@ -108,7 +108,7 @@ async function main() {
   choose('contact', (value) => settings.setContact(value));
 
   let last = performance.now();
-  let owed = 0;  // steps of 1 ms that are due but not done
+  let owed = 0;  // steps of 1 ms that are due but not yet done
   function picture(now) {
     // Limits the steps due, so that a machine too slow for real time runs slower instead of falling behind for ever.
     owed = Math.min(owed + (now - last) * speed, 50);
