@@ -34,7 +34,7 @@ struct SettingResult {
   /// step, with every snap.
   bool paired = false;
   double predicted_s = 0.0;                         ///< predicted time of one run with this setting, s
-  std::vector<RunTime> times;                       ///< times of scene runs with all copies, one per round
+  std::vector<RunTime> times;                       ///< run times with all copies of patches, one per round
   std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference run
   std::vector<std::vector<PatchError>> same_steps;  ///< [run][patch], force error against a reference that
                                                     ///< has the scene's own time step
@@ -138,7 +138,7 @@ struct AccuracyStudy {
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
 
   const AccuracyOptions& options;
-  const Scene& scene;  ///< scene as read from its file
+  const Scene& scene;  ///< the whole scene, as read from its file
   Scene cut;           ///< scene with few copies of each patch, to measure errors
   bool is_cut = false;
   Reference fine, same_steps;

@@ -13,7 +13,7 @@ namespace cli {
 /// Errors of one patch of the scene file, over all its copies and the whole run. Forces are divided by the
 /// rms force of the reference run.
 struct PatchError {
-  double rms = 0.0;     ///< root mean square of the force difference
+  double rms = 0.0;     ///< root mean square of the force's difference
   double max = 0.0;     ///< highest force difference at any step
   double energy = 0.0;  ///< relative difference of the work done on the patch, without sign
   double path = 0.0;    ///< largest difference of a body's position from the reference, m
@@ -25,7 +25,7 @@ class Reference {
  public:
   /// Adds a run. Alternate runs go to two halves, whose difference gives the standard error of the mean.
   void add(const ForceRecord& record);
-  /// Computes the means of all added runs. Call it after the last one.
+  /// Computes the means of all runs that were added. Call it after the last add().
   void finish();
 
   const ForceRecord& mean() const noexcept { return mean_; }

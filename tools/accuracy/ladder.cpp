@@ -18,7 +18,7 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the study's time for its first round of runs
+constexpr double first_round_share = 0.4;  // share of the time for all rounds that the first may take
 constexpr std::uint64_t pilot_steps = 20'000;
 constexpr double enough_timed_s = 0.2;  // run time of a setting, s, above which disturbances by other
                                         // programs are negligible

@@ -17,9 +17,9 @@ struct CapacityOptions {
   double deadline_s = 1e-3;
   bool quick = false;
   bool targets = false;      ///< whether only the speed targets are measured
-  std::vector<int> threads;  ///< numbers of threads to measure; empty: 1, and all cores
-  std::string isa;           ///< instruction set; empty: the library's choice
-  std::string json;          ///< report to write; empty: none, "-": stdout
+  std::vector<int> threads;  ///< numbers of threads to measure; empty: one, and as many as cores
+  std::string isa;           ///< instruction set, as "avx2"; empty: the library's choice
+  std::string json;          ///< JSON report to write; empty: none, "-": stdout
 
   /// CSV file of step time against number of bristles, which tools/plots/capacity.gp plots; empty: no file.
   std::string csv;
@@ -56,7 +56,7 @@ struct CapacityCase {
   int threads = 1;
   std::optional<double> step = {};              ///< displacement per step in mean snap lengths; none: that of
                                                 ///< the motion `regime`
-  std::optional<bristle::SnapLength> law = {};  ///< law of snap lengths; none: uniform
+  std::optional<bristle::SnapLength> law = {};  ///< law of the snap lengths; none: uniform
 
   /// Whether the material is the default one: lognormal snap lengths, residual bend, shared renewal.
   bool default_material = false;
@@ -149,7 +149,7 @@ struct CapacityResult {
 struct Contestant {
   std::string name;
   std::function<double()> step;  ///< runs a step; its result keeps the compiler from removing the loop
-  std::vector<double> ns;        ///< time per bristle and step, a value per round
+  std::vector<double> ns;        ///< measured times per bristle and step, a value per round
 };
 /// Times the loops in turns. Returns for each its time, and the ratio of that time to the first loop's.
 /// Defined in compare.cpp.

@@ -33,7 +33,7 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times `steps` successive steps without pauses.
+/// Times each of `steps` successive steps, without pauses between them.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps);
 
 }  // namespace cli

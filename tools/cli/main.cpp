@@ -152,7 +152,7 @@ std::vector<int> parse_threads(const std::string& text) {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-/// Parses assignments such as "x=Position,force=Fx".
+/// Parses assignments of an option such as --columns: "x=Position,force=Fx".
 Assignments parse_assignments(const std::string& text, const char* option) {
   Assignments all;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -182,7 +182,7 @@ double parse_within(const std::string& text, std::span<const cli::Unit> units, c
       fmt::format("{} is '{}'; allowed: {} to {} {}", option, text, low, high, units.front().name));
 }
 
-/// Adds an option that names a file, or several.
+/// Adds an option whose value is the name of a file, or several names.
 template <class Value>
 CLI::Option* add_file(CLI::App* command, const char* option, Value& value, const std::string& description) {
   return command->add_option(option, value, description)->type_name(cli::file_value);

@@ -14,7 +14,7 @@ struct ExperimentOptions {
   std::vector<std::string> set;     ///< settings "key=value"; with "all": "experiment.key=value"
   std::string config;               ///< TOML file with settings; empty: none
   std::vector<std::string> models;  ///< names of friction models to run; empty: all
-  std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
+  std::string csv, json, plot;      ///< report files; empty: none, "-": stdout (not for plot)
   std::string markdown;             ///< Markdown page to write with all results, with "all"
   bool no_cost = false;             ///< whether run times of models are left out, with "all"
 };

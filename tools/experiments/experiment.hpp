@@ -19,7 +19,7 @@ struct Phenomenon {
   std::string id;          ///< name of the phenomenon, such as "drift_per_cycle"
   std::string title;       ///< title such as "no drift under a wavering force"
   std::string literature;  ///< what the literature reports, and who
-  std::string measured;    ///< meaning of the number that decides the verdict
+  std::string measured;    ///< meaning of the measured number that decides
   std::string unit;
   std::string passes;  ///< which measured numbers count as a pass
 };

@@ -76,7 +76,7 @@ double hold_arm(const ExperimentInput& input, const std::string& model, Experime
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
   SlidingBlock arm(0.01);             // arm of the joint as a body with this moment of inertia, kg m^2
-  constexpr std::size_t cycles = 10;  // number of cycles; the torque rises from 0 during the first
+  constexpr std::size_t cycles = 10;  // number of load cycles; in the first the torque rises from 0
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);

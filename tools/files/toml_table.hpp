@@ -44,13 +44,13 @@ class TomlTable {
   /// Reads a word that must be one of `names`. Returns its index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;
-  /// Reads an array of texts; empty if the table lacks the key.
+  /// Reads an array of texts; returns an empty one if the table lacks the key.
   std::vector<std::string> texts(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, const Range& range) const;
   /// Reads an array of two numbers; a single number means that the second is 0.
   void pair(std::string_view key, const Range& range, double (&to)[2]) const;
   TomlTable table(std::string_view key) const;
-  /// Reads an array of tables; empty if the table lacks the key.
+  /// Reads an array of tables; returns an empty one if the table lacks the key.
   std::vector<TomlTable> tables(std::string_view key) const;
 
   /// Returns the place of the table, or of one of its keys, for messages: "file:line: what".

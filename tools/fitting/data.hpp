@@ -27,7 +27,7 @@ struct FitReading {
   std::optional<double> speed;   ///< constant speed, m/s, if the file has neither position nor speed
   std::optional<double> stroke;  ///< length of strokes to and fro at `speed`, m; none: one way
   std::string position;          ///< file of another logger that has the motion; empty: none
-  double clock = 0.0;            ///< time added to that logger's clock, s
+  double clock = 0.0;            ///< time added to the clock of the file `position`, s
   std::optional<double> radius;  ///< radius by which angle and torque become path and force, m
   bool disc = false;             ///< whether the contact is a full disc of this radius; if not, a ring
   double clip_load = 0.0;        ///< loads from -clip_load to 0 count as 0, N

@@ -22,7 +22,7 @@ constexpr double widest_deviation = 0.5;
 constexpr double widest_scale = 1.2;
 // Standard deviation of the sensor's offset, over the rms force, above which it counts as undetermined.
 constexpr double widest_offset = 0.25;
-// Factor by which intervals widen if two terms of the fit are too alike to tell their laws apart.
+// Factor of widening above which two terms of a fit differ by less than the error of their laws.
 constexpr double nearly_alike = 5.0;
 constexpr double widest_asymmetry = 0.1;
 // Range of the motion, in presliding lengths, below which the record may show no sliding.

@@ -40,7 +40,7 @@ struct FitOptions {
   std::optional<double> compliance;  ///< compliance of the contact's stage, m/N; fixed if given
   std::optional<double> delay;       ///< delay of the force sensor, s; fixed if given
 
-  /// Whether to fit the friction of a joint (joint.hpp), with the options below.
+  /// Whether to fit the friction of a geared joint (joint.hpp), with the two options below.
   bool joint = false;
   std::optional<double> torque_constant;  ///< motor torque per current, N m/A
 

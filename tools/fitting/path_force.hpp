@@ -24,7 +24,7 @@ struct PathPoint {
 
 /// State of the bristles at the first point of a path.
 enum class StartState : unsigned char {
-  straight,  ///< bristles are straight, as when the contact has just been made
+  straight,  ///< bristles are straight, as in a contact just made
   forward,   ///< state after a long slide towards +x (in the plane, along the first motion of the record)
              ///< motion)
   backward   ///< state after a long slide towards -x (in the plane, against the first motion)

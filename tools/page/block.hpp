@@ -11,7 +11,7 @@ namespace page {
 
 struct BlockSettings {
   bristle::Coefficients coefficients;
-  bool infinite = false;           ///< whether the contact is computed as an infinite brush
+  bool infinite = false;           ///< whether the contact has an infinite brush
   std::uint32_t bristles = 1000;   ///< number of representative bristles, all in contact
   double normal_load = 1.0;        ///< normal load, N
   double mass = 0.1;               ///< mass of the block, kg

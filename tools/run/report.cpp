@@ -156,7 +156,7 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
   return table.text() + more_rows(r.patches.size());
 }
 
-/// Returns the table of the patches' energies; empty if no patch computes them.
+/// Returns a table of the patches' energies; "" if no patch computes energies.
 std::string energy_table(const Scene& scene, const RunResult& r) {
   Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {

@@ -28,7 +28,7 @@ struct SceneMaterial {
 /// Contact patch of a scene. It is moved either by a prescribed motion or by a body.
 struct ScenePatch {
   std::string name;
-  std::size_t material = 0;  ///< index into Scene::materials
+  std::size_t material = 0;  ///< index of its material in Scene::materials
   bristle::PatchOptions options;
   std::uint32_t count = 1;            ///< number of copies; copy i has the seed `seed + i`, the name "name.i"
   int priority = 0;                   ///< under a time budget, patches of low priority lose bristles first

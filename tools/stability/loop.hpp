@@ -20,7 +20,7 @@ enum class Scheme {
   semi_implicit_mean,  ///< as semi_implicit, but with the step's mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements
-  linear_always,       ///< implicit Euler with constant stiffness, without force limit
+  linear_always,       ///< implicit Euler with a constant stiffness, without a limit of force
   hold,                ///< end force held over the next step; damping force from the true velocity
   hold_difference,     ///< as hold, but damping force from the difference of two positions
   device,              ///< end force held over the next step by a device with damping b and an encoder

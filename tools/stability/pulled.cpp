@@ -51,7 +51,7 @@ double steady_force(const SpringPull& pull) {
 // change of their birth rate n0 + n1, and from it the force.
 Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
-  double number = 0.0;  // mean age of bristles at their snap, 1 / n0 (birth rate)
+  double number = 0.0;  // mean age of bristles at their snap: 1 / birth rate n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
   for (const Life& life : lives(pull)) {
     const double a = life.age;

@@ -35,7 +35,7 @@ double critical_stiffness(const SpringPull& pull);
 
 /// Result of simulated steady sliding that was disturbed by a push.
 struct PullResult {
-  double growth = 0.0;   ///< ln of the late over the early amplitude of the speed
+  double growth = 0.0;   ///< ln of the speed's late amplitude over its early one
   double slowest = 0.0;  ///< lowest speed of the mass over the pull's; 0 or less means stick-slip
   double fastest = 0.0;
   double highest_force = 0.0, lowest_force = 0.0;  ///< range of the spring's force in the second half, N

@@ -725,7 +725,7 @@ struct HapticLoop::Impl {
 
   // closing: whether the recording must be closed; failed: whether it failed, not yet told to the user.
   bool closing = false, failed = false;
-  std::string failure;  // error text of the failed recording
+  std::string failure;  // error text of a recording that failed
 
   std::thread haptic_thread, desk_thread;
 };

@@ -20,7 +20,7 @@ constexpr std::uint64_t most_ticks_at_once = 1000;
 
 /// Summary of all ticks of a run without a window, printed as a table: highest forces and so on.
 struct Summary {
-  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, over all ticks
+  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, of all ticks
 
   // Largest distance that the block reached, m.
   double farthest = 0.0;

@@ -10,7 +10,7 @@ namespace room {
 
 /// Functions that draw pictures of a run without a window; both empty if none are drawn.
 struct DrawFrame {
-  std::function<void(const PlotPoint& point)> see;  ///< called for each tick, in order
+  std::function<void(const PlotPoint& point)> see;  ///< takes the point of each tick, in order
 
   /// Draws a picture of the room; `frame` is its number, from 0.
   std::function<void(const Snapshot& room, long frame)> draw_frame;

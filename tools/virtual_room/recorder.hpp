@@ -35,7 +35,7 @@ class Recorder {
   /// Adds the row of a tick; for the haptic thread.
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
-  /// @name Writing thread. All throw cli::UserError. @{
+  /// @name For the writing thread. All throw cli::UserError. @{
   void start_forces(const std::string& path);  ///< starts a recording of forces, without the hand
   void start_all(const std::string& base, const Settings& settings, std::uint64_t revision);
   /// Tells the recorder the settings of a revision, before it drains rows that have that revision.

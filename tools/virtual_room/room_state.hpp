@@ -117,7 +117,7 @@ struct ContactView {
 /// Sample of one patch's bristles, for the magnifying glass. Deflections are along the patch's axes.
 struct BristleView {
   std::uint64_t key = 0;    ///< key of the sampled contact; 0 = none
-  std::uint32_t total = 0;  ///< number of bristles in the patch
+  std::uint32_t total = 0;  ///< number of bristles in the whole patch
   std::size_t count = 0;    ///< number of bristles in the sample
 
   /// Deflections of the sampled bristles along the patch's axes, and their snap lengths, m.
