@@ -8,7 +8,7 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< name of a speed target, or first letters of several
+  std::string_view target;  ///< name of a speed target, or its beginning for several
   const char* by;
 };
 

@@ -130,7 +130,7 @@ void tremor(const ExperimentInput& input, const std::string& model, ExperimentRe
     const double f = std::fabs(contact.move({next - x, 0.0}).x);
     x = next;
     highest = std::max(highest, f);
-    if (t <= 0.5) first = std::max(first, f);  // t in s: the first four swings of 8 Hz
+    if (t <= 0.5) first = std::max(first, f);  // first 0.5 s, which are four swings of 8 Hz
     if (k > steps - steps / 10) last = std::max(last, f);
     if (k % window == 0) {
       result.series.push_back({"tremor", model, {swing, t, highest, 0.0}});

@@ -63,8 +63,8 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
   // Least and greatest immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
   double smallest_fall = INFINITY;            // least fall of friction by a step up in speed, per e-fold
-  double shortest = INFINITY, longest = 0.0;  // least and greatest path over which friction
-                                              // settles
+  double shortest = INFINITY, longest = 0.0;  // least and greatest path over which friction settles after its
+                                              // peak
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Steps found = steps_at(model, s, speeds[i]);

@@ -31,7 +31,7 @@ std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const C
 struct PlainCsv {
   std::string text;                  ///< converted text from the header on; line numbers stay
   std::size_t header_line = 1;       ///< line number of the header in the file; 0: none
-  std::string header;                ///< header line as it stands in the file
+  std::string header;                ///< header line of the CSV file as it stands there
   std::vector<std::string> headers;  ///< for each kind of column, its header in the file; empty: none
                                      ///< there
   std::vector<std::string> units;    ///< for each kind of column, the unit's name; empty: none stated

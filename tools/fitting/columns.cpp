@@ -62,7 +62,7 @@ constexpr const char* expected = "t,x,load,force";
 
 /// What a file has of a measured record: all of it, only the force, or only the motion.
 enum class Holds : unsigned char { record, force, motion };
-// Columns that exclude each other: a file may have one for position, one for speed, one for force.
+// Columns of which a file may have one: for the position, for the speed, for the force.
 constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
 

@@ -181,7 +181,7 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   }
   VectorXd rest = Eigen::Map<const VectorXd>(data.force.data(), of_bins.rows()) - model.force(about.values) +
                   model.derivative(about.values, fit_kinetic);
-  FitPoint bare = about;  // the point, but without lubricant and damper
+  FitPoint bare = about;  // fitted point, but without lubricant and damper
   for (const FitParameter p : {fit_viscous, fit_damping, fit_offset, fit_drift}) {
     if (!contains(about.free, p)) continue;
     rest += about.values[p] / model.scale(about.values, p) * model.derivative(about.values, p);

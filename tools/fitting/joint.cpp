@@ -61,8 +61,8 @@ struct Model {
   /// Computes the friction torque on the joint for each interval between samples, N m; if a matrix is passed,
   /// also its derivatives by the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< number of runs along the log for one friction() with
-                             ///< derivatives
+  int runs_with_slopes = 1;  ///< number of model runs that friction() with derivatives
+                             ///< takes
 };
 
 double size(const std::vector<double>& x) {

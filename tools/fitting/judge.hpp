@@ -13,7 +13,7 @@ namespace cli {
 struct Residuals3 {
   double all = 0.0;
   double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N
-  double sliding = 0.0;   ///< rms residual farther than that after a turn, N
+  double sliding = 0.0;   ///< rms residual farther than two presliding lengths after a turn, N
 };
 
 struct Judgement {

@@ -147,7 +147,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   const std::vector<double>& t = data_.columns.t;
   const std::size_t n = data_.samples();
   for (std::size_t axis = 0; axis < data_.axes; ++axis) {
-    double before = 0.0, seen = 0.0;  // force and sensor output at the previous sample
+    double before = 0.0, seen = 0.0;  // force, and sensor's output, at the previous sample
     for (std::size_t k = 0; k < n; ++k) {
       double& f = force[static_cast<Eigen::Index>(axis * n + k)];
       const double now = f;

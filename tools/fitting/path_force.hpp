@@ -19,7 +19,7 @@ struct PathPoint {
   bool wanted = true;   ///< whether this is a sample, where the force is wanted; if not, a turning point
   double t = 0.0;       ///< time of the point, s; needed if bristles age
   double y = 0.0;       ///< second coordinate, m, for motion in the plane
-  bool begins = false;  ///< whether a new record begins here, with a brush that has forgotten the last
+  bool begins = false;  ///< whether a new record begins here, with a brush that forgot the last one
 };
 
 /// State of the bristles at the first point of a path.

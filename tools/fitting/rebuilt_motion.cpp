@@ -48,7 +48,7 @@ struct Crossings {
 Crossings find_crossings(const std::vector<double>& t, const std::vector<double>& force) {
   Crossings found;
   int side = 0;
-  std::size_t last = 0;  // index of the last row on a plateau
+  std::size_t last = 0;  // index of the last row whose force was on a plateau
   for (std::size_t i = 0; i < force.size(); ++i) {
     const int reached = force[i] > 0.5 ? 1 : force[i] < -0.5 ? -1 : 0;
     if (reached != 0 && reached != side) {
@@ -90,8 +90,8 @@ double find_lag(const std::vector<double>& t, const std::vector<double>& force, 
   std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
   const double rise = rises[rises.size() / 2];
 
-  std::vector<std::pair<double, double>> near;  // pairs for all strokes: time after the crossing over `rise`,
-                                                // and scaled force
+  std::vector<std::pair<double, double>> near;  // for all strokes: time after the crossing over `rise`, and
+                                                // scaled force
   for (std::size_t k = 0; k < crossings.t.size(); ++k) {
     const double from = crossings.t[k] - 6.0 * rise, to = crossings.t[k] + 0.2 * rise;
     for (auto i = std::lower_bound(t.begin(), t.end(), from); i != t.end() && *i < to; ++i)

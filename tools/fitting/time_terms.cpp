@@ -63,8 +63,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   };
   struct Scaled {
     double scale;
-    std::optional<Eigen::VectorXd> column;  // derivative of the force by the parameter; unset: without this
-                                            // term
+    std::optional<Eigen::VectorXd> column;  // derivative of the force by the parameter; unset: term left
+                                            // out
   };
   std::vector<Scaled> ageing{{0.0, {}}}, strengthening{{0.0, {}}}, lubricant{{0.0, {}}};
   if (options_.rule == bristle::SnapRule::redraw) {

@@ -14,7 +14,7 @@ struct Comparison {
   cli::Experiment experiment;
   std::vector<std::string> models;
   std::string panel, phenomenon;
-  std::size_t x, y;                                     ///< columns of a result's row that are plotted
+  std::size_t x, y;                                     ///< indices of the plotted columns of a result's row
   std::vector<std::pair<const char*, double>> shorter;  ///< parameters set lower, so that the run is short
 };
 

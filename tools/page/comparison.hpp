@@ -9,7 +9,7 @@ namespace page {
 /// Result of one friction model in one of the page's comparisons: its curve, and the number that decides.
 struct Compared {
   std::vector<double> points;  ///< points of the curve: x, y, x, y, ...
-  double finding = 0.0;        ///< measured value of the phenomenon
+  double finding = 0.0;        ///< measured value that decides the comparison
   bool shown = false;          ///< whether the model shows the phenomenon, by the experiment's criterion
 };
 

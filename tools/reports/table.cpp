@@ -97,7 +97,7 @@ std::string Table::text_row(const std::vector<Cell>& cells, const std::vector<st
   std::string out;
   for (std::size_t y = 0; y < height; ++y) {
     std::string line;
-    std::size_t ink = 0;  // length in bytes up to the last visible character
+    std::size_t ink = 0;  // length of the line up to its last visible character, bytes
     for (std::size_t i = 0; i < block.size(); ++i) {
       const std::size_t c = block[i], lines = broken[i].size();
       // Aligns headers to the bottom of their line of the table, and cells to the top.

@@ -61,7 +61,7 @@ class Overload {
   std::uint64_t step_ = 0;
   std::string record_path_;
   OutputFile record_;
-  std::map<std::uint64_t, std::size_t> copy_of_;  ///< by a patch's id, the index of the copy
+  std::map<std::uint64_t, std::size_t> copy_of_;  ///< index of a patch's copy, by the patch's id
   OverloadResult result_;
 };
 

@@ -17,14 +17,14 @@ enum class Scheme {
 
   /// Velocity from the last step's end force, then position from the new velocity.
   semi_implicit,
-  semi_implicit_mean,  ///< as semi_implicit, but with the step's mean force
+  semi_implicit_mean,  ///< as semi_implicit (velocity first), but with the step's mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements
   linear_always,       ///< implicit Euler with a constant stiffness, without a limit of force
   hold,                ///< end force held over the next step; damping force from the true velocity
-  hold_difference,     ///< as hold, but damping force from the difference of two positions
+  hold_difference,     ///< end force held over the next step; damping force from two positions
   device,              ///< end force held over the next step by a device with damping b and an encoder
-  device_mean          ///< as device, but with the mean force and without encoder
+  device_mean          ///< device with mean force held over the next step, without encoder
 };
 const char* to_string(Scheme scheme) noexcept;
 /// Returns the condition for stability on a linear spring and damper, as text in k = K T^2/m, c = C T/m and
@@ -63,7 +63,7 @@ struct LoopSetup {
   double stribeck_velocity = 1e12;  ///< speed over which the bristles' damping fades, m/s; default: never
   double device_damping = 0.0;      ///< damping b of the device, N s/m
   double quantum_m = 0.0;           ///< count of the encoder, m; 0: exact positions
-  double mean_snap_length = 1e-5;   ///< mean snap length, m; lengths are uniform from 0.5 to 1.5 of it
+  double mean_snap_length = 1e-5;   ///< mean snap length, m; lengths are uniform from 0.5 to 1.5 means
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   std::uint32_t bristles = 300;
   double start_velocity = 0.0;  ///< initial velocity along the first axis, m/s

@@ -39,7 +39,7 @@ struct PullResult {
   double slowest = 0.0;  ///< lowest speed of the mass over the pull's; 0 or less means stick-slip
   double fastest = 0.0;
   double highest_force = 0.0, lowest_force = 0.0;  ///< range of the spring's force in the second half, N
-  double energy_error = 0.0;  ///< largest energy gained in a step beyond the spring's work, J
+  double energy_error = 0.0;  ///< largest gain of energy in a step beyond the spring's work, J
   double work = 0.0;          ///< work done by the spring, J
 };
 /// Simulates a slow pull. `push` is the spring's extra stretch at the start and `lengths` the distance that

@@ -36,7 +36,7 @@ const char* to_string(Why why) noexcept;
 
 struct MapCell {
   double k = 0.0;       ///< dimensionless stiffness K T^2/m (time step T, mass m)
-  double second = 0.0;  ///< dimensionless damping: of the patch, C T/m; for a device its own, b T/m
+  double second = 0.0;  ///< dimensionless damping: C T/m of the patch or, for a device, its own b T/m
   bool linear_stable = false;
   LoopResult sticking, sliding;        ///< results of a run begun by a small push in sticking, and in sliding
   Verdict verdict = Verdict::settles;  ///< the worse verdict of the two runs: settles, rings, grows

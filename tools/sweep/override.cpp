@@ -73,7 +73,7 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   if (toml::table* table = node.as_table()) {
     if (part.empty()) fail(path, "has an empty part");
     if (last) {
-      if (part == "peak_over_kinetic") table->erase("peak");  // a material has one of the two keys only
+      if (part == "peak_over_kinetic") table->erase("peak");  // erases peak, as only one may be given
       if (part == "peak") table->erase("peak_over_kinetic");
       table->insert_or_assign(part, *holder(value, path).get("v"));
       return;

@@ -428,7 +428,7 @@ std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
       values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
     return values;
   }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // takes keys in reverse order: the last key varies
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // goes from the last key, which varies
                                                     // fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();

@@ -95,9 +95,9 @@ class Study {
   StudyOptions options_;
   std::string scene_file_;  ///< name of the scene's file without its folder
   std::string scene_text_;
-  std::map<std::string, std::string> files_;   ///< by a motion file's name in the scene, its text
-  std::map<std::string, std::string> paths_;   ///< by a motion file's name in the scene, its path
-  std::map<std::string, std::string> stamps_;  ///< by a file's path, its time and size when read
+  std::map<std::string, std::string> files_;   ///< text of each motion file, by its name in the scene
+  std::map<std::string, std::string> paths_;   ///< path of each motion file, by its name in the scene
+  std::map<std::string, std::string> stamps_;  ///< time and size of each file when read, by path
   std::string scene_name_;
   std::vector<VariedKey> varied_, set_, reference_;
   double window_from_ = 0.0, window_until_ = 1e300;  ///< time window in which results are taken, s: beginning

@@ -10,7 +10,7 @@ struct Hand {
   double position[3] = {0, 0, 0};  ///< position of the hand, m
   double force[3] = {0, 0, 0};     ///< force on the tool besides the spring's, N
   bool turns = false;              ///< whether a torsion spring turns the block
-  double angle = 0.0;              ///< angle of that spring's end about the floor's normal, rad
+  double angle = 0.0;              ///< angle of the torsion spring's end about the floor's normal, rad
 };
 
 struct DeviceLimits {

@@ -688,14 +688,14 @@ struct HapticLoop::Impl {
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // hand_recorded: whether the recording has the hand too, not only forces
+  // hand_recorded: whether the recording includes the hand, and not only forces
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force sent to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
-  std::size_t speed = 0;  // index of the present speed in `speeds`
+  std::size_t speed = 0;  // index in `speeds` (of slow motion) of the present speed
   double progress = 0.0;  // slow motion: sum of speeds since the last step; at 1, steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;

@@ -21,7 +21,7 @@ class Moved {
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
-      if (count_ > 0.0) {  // the last pair of taps has ended: computes its mean place
+      if (count_ > 0.0) {  // a pair of taps has ended: takes its mean place
         const double place = sum_ / count_;
         if (pair_ * tap_pair >= since_ + settles && begun_) {
           moved_ = place - from_;

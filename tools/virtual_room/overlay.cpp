@@ -101,7 +101,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
                          const std::string& text, ImU32 colour) {
     float x, y;
     if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
-    if (narrow) {  // stacks labels in a corner of the picture
+    if (narrow) {  // stacks the labels in a free corner of the picture
       const Area& s = layout.picture.scene;
       const bool at_right = layout.picture.glass_radius > 0 && layout.picture.glass_x < s.x + 0.5f * s.width;
       x = at_right ? s.x + s.width - 12 * layout.scale : s.x + 12 * layout.scale;

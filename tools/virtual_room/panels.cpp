@@ -425,7 +425,7 @@ void draw_scrubber(const Layout& layout, GuiState& state) {
   ImGui::SetNextWindowBgAlpha(0.85f);
   ImGui::Begin("back", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
-  float at = 0.0f - state.back_s;  // 0 - x, since -x could be -0, which would be shown
+  float at = 0.0f - state.back_s;  // 0 minus x, since -x might be -0 and be shown so
   ImGui::SetNextItemWidth(-FLT_MIN);
   if (ImGui::SliderFloat("##back", &at, -state.back_most_s, 0.0f, "%.1f s: look back",
                          ImGuiSliderFlags_AlwaysClamp))

@@ -70,8 +70,8 @@ struct Parameters {
   bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
   bool new_patches = false;           ///< whether the patches were just made, with straight bristles
-  rivals::Surface surface;            ///< surface under the block, for rival models
-  rivals::Surface tool_surface;       ///< surface under the tool, for rival models
+  rivals::Surface surface;            ///< surface under the block, as the rival models take it
+  rivals::Surface tool_surface;       ///< surface under the tool, as the rival models take it
   double kinetic = 0.0, peak = 0.0;   ///< friction coefficients that follow from the material
   double presliding_length = 0.0;     ///< mean deflection of a bristle at its snap, m
   double stiffness_per_newton = 0.0;  ///< stiffness of a sticking contact over load, 1/m

@@ -356,7 +356,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
                        {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
   }
-  if (beside.driven) {  // blocks on a carriage: names in the colours of curves, no hand force
+  if (beside.driven) {  // blocks that a carriage moves: names in their curves' colours, no hand force
     legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
   } else {
     legend(frame, draw, fonts, right, y, colours::applied, "applied", used);

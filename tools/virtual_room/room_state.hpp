@@ -46,11 +46,11 @@ struct Settings {
   double slope = 0.0;             ///< tilt of the room about y, rad; positive: down towards +x
   double tapping = 0.0;           ///< force of the taps along the slope, N
   double hand_stiffness = 400.0;  ///< stiffness of the spring between hand and tool, N/m
-  double hand_damping = 2.0;      ///< damping beside that spring, N s/m
+  double hand_damping = 2.0;      ///< damping between hand and tool, N s/m
 
   /// Radius of the tool's contact, a disc under uniform pressure, m; 0: it touches at a point.
   double pad_radius = 0.0;
-  double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: as the surfaces'
+  double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: that of the surfaces
   Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;
@@ -116,7 +116,7 @@ struct ContactView {
 
 /// Sample of one patch's bristles, for the magnifying glass. Deflections are along the patch's axes.
 struct BristleView {
-  std::uint64_t key = 0;    ///< key of the sampled contact; 0 = none
+  std::uint64_t key = 0;    ///< key of the contact that is sampled; 0 = none
   std::uint32_t total = 0;  ///< number of bristles in the whole patch
   std::size_t count = 0;    ///< number of bristles in the sample
 

@@ -51,7 +51,7 @@ inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& 
 /// scene that compares models begins.
 struct TourPart {
   double until_s;    ///< end of the part since the tour began, s
-  const char* says;  ///< text for the user
+  const char* says;  ///< line of text for the user
 };
 inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;
 inline constexpr TourPart tour_parts[] = {

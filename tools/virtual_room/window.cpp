@@ -338,7 +338,7 @@ class RoomWindow {
 
   void obey(const Wishes& wishes) {
     if (wishes.settings) {
-      touring_ = false;  // the tour would replace these settings
+      touring_ = false;  // ends the tour, which would replace the user's settings
       send_settings();
     }
     if (wishes.act != Act::none) act(wishes.act);

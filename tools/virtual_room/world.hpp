@@ -109,7 +109,7 @@ class World {
   bool held_ = false;        // whether the hand has held the tool since the reset
   bool caught_up_ = false;   // whether the spring's end has reached the hand
   Body body_;                // nine velocities of block and tool, and their mass
-  Body coupled_;             // body_ with the hand's spring and normal contacts in its mass
+  Body coupled_;             // body_ plus the hand's spring and normal contacts in its mass
   Touches touches_, found_;  // contacts that act in this tick, and those found at its end, which act in the
                              // next
   std::array<Place, touch_keys> places_{};
