@@ -42,7 +42,7 @@ using bristle::TimeHistogram;
 constexpr std::uint64_t steps_of_part = 1000000;
 constexpr std::uint64_t steps_of_block = 500;
 constexpr int most_repeats = 30;
-constexpr double mean_length = 1e-5;  // m, mean snap length
+constexpr double mean_length = 1e-5;  // mean snap length, m
 constexpr std::uint32_t bristles = 100;
 
 struct Model {
@@ -68,7 +68,7 @@ constexpr Model models[] = {
     {"infinite-fluctuating", as_it_is, SnapRule::redraw, true, 300},
 };
 
-/// Random numbers by SplitMix64 and plain arithmetic, which are equal on every machine.
+/// Random numbers by SplitMix64 and plain arithmetic, so that they are the same on every machine.
 struct Random {
   std::uint64_t state;
 
@@ -80,7 +80,7 @@ struct Random {
   }
   double share() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   unsigned below(unsigned count) { return static_cast<unsigned>((bits() >> 32) * count >> 32); }
-  /// Returns a random number from 2^low to 2^high; all octaves are equally likely.
+  /// Returns a random number from 2^low to 2^high whose logarithm is uniformly distributed over octaves.
   double octaves(int low, int high) {
     return std::ldexp(1.0 + share(), low + static_cast<int>(below(static_cast<unsigned>(high - low))));
   }
@@ -91,9 +91,9 @@ struct Step {
   Motion motion;
 };
 
-/// Random path of a contact, which goes straight, turns, reverses and rests. Displacements are 0, or 1e-6
-/// to 1e6 mean snap lengths; loads, which mostly stay constant, 0, or 1e-6 to 1.5 times max_normal_load; time
-/// steps a microsecond to 17 minutes, mostly a tenth of a millisecond.
+/// Random path of a contact that goes straight, turns, reverses and rests. Displacements are 0, or 1e-6 to
+/// 1e6 mean snap lengths. Loads mostly stay constant; else 0, or 1e-6 to 1.5 times max_normal_load. Time
+/// steps are a microsecond to 17 minutes, mostly a tenth of a millisecond.
 class Path {
  public:
   explicit Path(std::uint64_t part) : random{part * 0xD1B54A32D192ED03u + 1} {}
@@ -145,13 +145,13 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Model, part and step that are running, for the message after a crash.
+/// Model, part and step in progress, which a crash handler prints.
 struct UnderWay {
   const char* model;
   std::uint64_t part, step;
 } under_way{};
 
-/// Patch of one part, with the random path that it follows.
+/// Patch that is stepped in one part of the soak, with the random path that it follows.
 struct Walk {
   PatchBatch batch;
   PatchId id;
@@ -187,7 +187,7 @@ struct Walk {
   }
 };
 
-/// Runs the part `number` up to `steps` steps. `worst` is the longest step time (ns) of earlier parts.
+/// Runs up to `steps` steps of a part. `worst` is the longest step time (ns) of all earlier parts.
 Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std::uint64_t worst) {
   under_way = {model.name, number, 0};
   Walk walk(model, number);
@@ -234,7 +234,7 @@ void print_step(const Step& step, std::uint64_t ns) {
               step.dt, step.motion.displacement[0], step.motion.displacement[1], step.motion.normal_load);
 }
 
-/// Totals over all parts in a model's file.
+/// Totals over all parts recorded in a model's file.
 struct Total {
   std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;
@@ -253,7 +253,7 @@ struct Total {
     for (const auto& [bucket, count] : line.at("histogram").items())
       counts.at(std::stoul(bucket)) += count.get<std::uint64_t>();
   }
-  /// Returns the upper end (ns) of the histogram bucket that contains the quantile `share` of step times.
+  /// Returns the upper end (ns) of the histogram bucket in which the quantile `share` of step times lies.
   std::uint64_t quantile(double share) const {
     double left = share * static_cast<double>(parts * steps_of_part);
     for (int b = 0; b < TimeHistogram::buckets; ++b)
@@ -289,8 +289,8 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  std::uintmax_t whole = 0;  // bytes of the file's whole lines; a killed run may leave a partial line behind
-                             // them
+  std::uintmax_t whole = 0;  // length in bytes of the file's complete lines; a killed run may leave a partial
+                             // line
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
       total.add(nlohmann::json::parse(line));
@@ -317,7 +317,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // Repeats the whole block of steps, as the run did, because the library's state depends on earlier steps.
+  // Repeats the whole block of steps as the run did, since the library's state depends on earlier steps.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());

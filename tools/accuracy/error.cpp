@@ -35,8 +35,8 @@ void scale(ForceRecord& record, double factor) {
   }
 }
 
-// Returns the reference's force over a longer step, made of `parts` reference steps that end with step
-// `last`: its mean force with `mean`, else its force at the end.
+// Returns the force of the reference run over a longer step that consists of `parts` of its own steps and
+// ends with step `last`. Returns the mean force if `mean` is set, else the force at the end.
 double reference_force(const ForceRecord& r, std::size_t last, std::size_t copy, std::size_t axis,
                        std::uint32_t parts, bool mean) {
   if (!mean) return r.end[r.at(last, copy) + axis];
@@ -49,8 +49,8 @@ struct Sums {
   double difference2 = 0.0, reference2 = 0.0, most2 = 0.0, path2 = 0.0, work = 0.0, reference_work = 0.0;
 };
 
-// Returns the closed-form force, along the ramp, on a body that moves at constant speed under constant load.
-// Time t counts by the copy's own clock.
+// Returns the closed-form friction (N, along the motion) on a body that starts at `motion.from` and then
+// moves at constant speed under constant load; t is the time in s.
 double ramp_force(const bristle::Material& m, const PrescribedMotion& motion, double load, double t) {
   const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
   const double moving = std::clamp(t, motion.from, motion.until) - motion.from;
@@ -143,7 +143,7 @@ ClosedForm::ClosedForm(const Scene& scene, double dt_s, std::uint32_t most_parts
       const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
       const double ex = (std::cos(turn) * motion.velocity[0] - std::sin(turn) * motion.velocity[1]) / speed;
       const double ey = (std::sin(turn) * motion.velocity[0] + std::cos(turn) * motion.velocity[1]) / speed;
-      // Spaces the times evenly in their logarithm, because the force curve bends most at its beginning.
+      // Spaces the compared times evenly in log time, because first loading bends the curve early.
       std::size_t last = 0;
       for (std::size_t k = 1; k <= closed_form_times; ++k) {
         const auto row = static_cast<std::size_t>(

@@ -1,4 +1,4 @@
-// Computes the error of a run against a converged reference and against closed forms.
+// Computes errors of a scene's forces: against a converged reference run, and against closed forms.
 #pragma once
 
 #include <cstddef>
@@ -10,28 +10,28 @@
 
 namespace cli {
 
-/// Errors of one [[patch]], over all its copies and the whole run. Forces are divided by the rms force of the
-/// reference.
+/// Errors of one patch of the scene file, over all its copies and the whole run. Forces are divided by the
+/// rms force of the reference run.
 struct PatchError {
-  double rms = 0.0;     ///< root mean square of the force difference
-  double max = 0.0;     ///< highest force difference
-  double energy = 0.0;  ///< absolute value of the relative difference of the work done on the patch
-  double path = 0.0;    ///< m, largest difference of a body's position from the reference
+  double rms = 0.0;     ///< root mean square of the force's difference
+  double max = 0.0;     ///< highest force difference at any step
+  double energy = 0.0;  ///< relative difference of the work done on the patch, without sign
+  double path = 0.0;    ///< largest difference of a body's position from the reference, m
 };
 
-/// Reference that errors are measured against: the mean of fine runs with several seeds, and the standard
-/// error of that mean.
+/// Reference run that errors are measured against: the mean of finely resolved runs with several seeds,
+/// together with the standard error of that mean.
 class Reference {
  public:
-  /// Adds a run. Runs go alternately to two halves, whose difference tells the error of the mean.
+  /// Adds a run. Alternate runs go to two halves, whose difference gives the standard error of the mean.
   void add(const ForceRecord& record);
-  /// Computes the means of all added runs. Call it after the last one.
+  /// Computes the means of all runs that were added. Call it after the last add().
   void finish();
 
   const ForceRecord& mean() const noexcept { return mean_; }
   int runs() const noexcept { return runs_; }
-  /// Returns the standard error of the mean force (rms, per patch): half the difference between the means of
-  /// the two halves.
+  /// Returns the standard error of the mean force, by patch, over the rms force: half the difference between
+  /// the mean forces of the two halves of runs.
   const std::vector<double>& floor() const noexcept { return floor_; }
 
  private:
@@ -40,16 +40,16 @@ class Reference {
   std::vector<double> floor_;
 };
 
-/// Returns the error of `record` per [[patch]]. Each of its steps spans `parts` steps of the reference.
-/// Forces at the end of a step are compared with the reference's force at that time; mean forces (`mean`),
-/// with the reference's mean over that step.
+/// Returns the errors of a recorded run, by patch. Each of its steps lasts `parts` steps of the reference.
+/// Forces at the end of a step are compared with the reference's at that time; with `mean`, forces averaged
+/// over a step with the reference's average over it.
 std::vector<PatchError> compare(const ForceRecord& record, const ForceRecord& reference, std::uint32_t parts,
                                 bool mean);
 
 /// Compares forces with a closed form, which exists for a patch that moves as a ramp under constant load: the
-/// loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms difference at ends
-/// of steps, per [[patch]]; unset without a closed form. `most_parts` keeps the compared times equal for
-/// every step length.
+/// loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms difference by
+/// patch; unset without a closed form. `most_parts`, the longest step in steps of the reference, makes the
+/// compared times the same for every step length.
 class ClosedForm {
  public:
   ClosedForm(const Scene& cut_scene, double reference_dt_s, std::uint32_t most_parts);
@@ -58,7 +58,7 @@ class ClosedForm {
 
  private:
   struct Point {
-    std::size_t copy, step;  // `step` counts steps of the reference
+    std::size_t copy, step;  // `step` counts the reference run's steps
     double force[2];
   };
   std::size_t patches_;

@@ -1,4 +1,4 @@
-// Runs the reference, chooses the settings to try (the ladder), and runs them.
+// Runs the reference of a study of accuracy, chooses the settings to try (the ladder), and runs those.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -18,19 +18,19 @@ namespace cli {
 namespace {
 
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
-constexpr double first_round_share = 0.4;  // share of the time of all rounds that the first one may take
+constexpr double first_round_share = 0.4;  // share of the time for all rounds that the first may take
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // s of run time of a setting beyond which disturbances by the machine
-                                        // are negligible
+constexpr double enough_timed_s = 0.2;  // run time of a setting, s, above which disturbances by other
+                                        // programs are negligible
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
-// Estimated time of a step in double precision over one in single precision, of which only the latter was
-// timed. Errs on the high side.
+// Estimated ratio of the time of a step in double precision to one in single precision. Only single precision
+// is timed in advance, and the estimate is on the high side.
 constexpr double double_costs = 2.0;
 // Number of representatives whose step takes as long as that of an infinite patch with one piece per mean
 // snap length. An infinite patch of resolution r costs r times as much. For planning only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
-// Smallest standard deviation over mean of the snap lengths that Population::infinite accepts.
+// Smallest relative spread (standard deviation over mean) of snap lengths that the infinite brush accepts.
 constexpr double least_infinite_spread = 0.05;
 
 // Rounds a count down to two significant digits.
@@ -47,16 +47,16 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Measures the wall seconds of a step of the scene with few copies, as a fixed part and a part per bristle.
-// Runs the whole scene if it is short. Takes wall time, since the study must finish within a given wall time.
+// Measures the wall time of a step of the scene with few copies as a fixed part and a part per bristle. Wall
+// time, because the whole study has a limit in wall time. A short scene is run in full.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
     setting.bristles = i == 0 ? pilot_few : pilot_many;
     const Scene pilot = apply(study.cut, setting, study.dt(parts), 0);
     cost[i] = std::numeric_limits<double>::infinity();
-    // Repeats short runs, because one interruption would double the time of a run of a few hundred
-    // microseconds.
+    // Repeats the short runs that estimate the cost of a step, because one interruption would double the time
+    // of a run of a few hundred microseconds.
     double spent = 0.0;
     for (int run = 0; run < 3 && spent < enough_timed_s; ++run) {
       const RunTime time = run_setting(pilot, 1, study.options.isa, false, pilot_steps).time;
@@ -117,7 +117,7 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Returns the reason why a scene cannot run with the paper's literal loop; empty if it can.
+/// Returns the reason why a scene cannot run with the paper's rule (a snap loses its overshoot), or "".
 std::string literal_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -129,7 +129,7 @@ std::string literal_obstacle(const Scene& scene) {
   return {};
 }
 
-// Leaves out the most expensive settings, until the rest fits into the time.
+// Drops the most expensive settings from the ladder (the list to try) until the rest fits into `seconds`.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -158,7 +158,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
-  // Adds as second term the time for making the patches, which computes one snap length for each bristle.
+  // Adds as second term the time for making the patches, about 60 ns for the snap length of each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -186,7 +186,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   own.mean = r.own_mean;
   study.cost = step_cost(study, own, r.scene_parts);
   const StepCost fine_cost = step_cost(study, reference_setting(0), 1);
-  const int threads = 0;  // 0: one thread per core; the number of threads does not change the result
+  const int threads = 0;  // 0 means one thread per core; the number of threads does not change the result
   const int runs = study.options.quick ? 4 : 6;
   const double copies = static_cast<double>(study.cut.patch_count());
   const double steps = static_cast<double>(step_count(study.cut)) * r.scene_parts;
@@ -197,12 +197,12 @@ void make_reference(AccuracyStudy& study, double seconds) {
   r.reference_bristles =
       rounded(std::clamp(affordable, 1000.0, static_cast<double>(most_reference_bristles)));
   for (int i = 0; i < runs; ++i) {
-    // Stops only at an even number of runs, since the reference's error is the difference of two equal
+    // Stops the reference runs only after an even number, since their error is computed from two equal
     // halves.
     const double now = bristle::DeadlineMonitor::wall_now();
     if (i > 0 && i % 2 == 0 && now + 2.0 * each > until && now > until - pair_share * seconds) break;
     const Setting setting = reference_setting(r.reference_bristles);
-    // Uses other seeds than the rounds of the ladder of settings, which count from 0.
+    // Uses seeds for the reference that no run of the settings to try uses; those count their rounds from 0.
     const auto round = static_cast<std::uint32_t>(1'000'000 + i);
     for (const std::uint32_t parts : {1u, r.scene_parts}) {
       const SettingRun run =
@@ -306,7 +306,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s);
     }
   }
-  // Plans at least three rounds, because times are reported as medians.
+  // Plans at least three rounds of runs of each setting, because run times are reported as medians.
   fit_into(ladder, seconds, 3, study);
   return ladder;
 }
@@ -323,8 +323,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   }
   if (study.is_cut) {
-    // Takes times from a part of the scene with all copies of each patch, and errors from the whole scene
-    // with a few copies.
+    // Measures times on a part of the run with all copies of each patch, and errors on the whole run with few
+    // copies.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
     const auto steps = static_cast<double>(step_count(full));
@@ -337,8 +337,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // Halves the time for settings if copies of patches were left out, because timing the scene with all copies
-  // takes the other half.
+  // Halves the time for settings if errors are measured on few copies of each patch, because the scene with
+  // all copies is timed in the other half.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
   // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than
@@ -356,7 +356,7 @@ void run_ladder(AccuracyStudy& study, double seconds) {
         study.result.not_run.push_back(setting_name(s.setting, study.dt(s.setting.parts)));
         continue;
       }
-      // Runs cheap settings in every round of seeds, expensive ones in at most three.
+      // Runs cheap settings in every round of seeds, but expensive ones in the first three rounds only.
       const bool dear = round >= 3 && s.predicted_s > share / rounds;
       if (round > 0 && (s.times.empty() || dear || spent > seconds)) continue;
       measure(study, s, static_cast<std::uint32_t>(round), 0.3 * share);

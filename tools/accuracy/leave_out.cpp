@@ -1,5 +1,5 @@
-// Measures what each feature of a scene (or each that it could leave out) costs, by alternate runs with it
-// and without it.
+// Measures what each feature of a scene (such as ageing or double precision) costs in time and gains in
+// accuracy, by alternate runs with and without the feature.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -23,17 +23,17 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-constexpr double fair_rise = 1.1;  // factor up to which errors with and without a feature count as equal
+constexpr double fair_rise = 1.1;  // ratio of errors without and with a feature that counts as equal
 
 struct Trial {
   Trial(const char* its_feature, bool is_used, const Scene& scene)
       : feature(its_feature), used(is_used), with(scene), without(scene) {}
 
   std::string feature;
-  bool used = false;    ///< whether the scene has this feature now
+  bool used = false;    ///< whether the scene, as given, uses the feature
   std::string needed;   ///< reason why the feature cannot be left out; empty if it can
-  Scene with, without;  ///< scenes with and without the feature, all copies: for times
-  bool mean_with = false, mean_without = false;  ///< whether the error is that of the mean force over a step
+  Scene with, without;  ///< scenes with and without the feature, with all copies of patches, for timing
+  bool mean_with = false, mean_without = false;  ///< whether forces are compared as means over a step
   int threads_with = 1, threads_without = 1;
   bool wall = false;  ///< whether wall times are compared, because the feature (threads) saves no CPU time
   std::string note;
@@ -94,8 +94,8 @@ Trial axis_trial(const Scene& scene) {
   return t;
 }
 
-// Returns the material under the other snap rule, with equal friction coefficients if the scene gives
-// coefficients.
+// Returns the material with snap rule `rule`. If the scene gives friction coefficients, they are the same
+// under the new rule.
 SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
   SceneMaterial to = from;
   if (to.coefficients) {
@@ -106,7 +106,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
       to.material = bristle::Material::from_coefficients(*to.coefficients).with_damper_decay(decay);
       return to;
     } catch (const bristle::Error&) {
-      to.coefficients.reset();  // keeps the bristles if the other rule cannot reach the coefficients.
+      to.coefficients.reset();  // keeps the bristles if no material of the rule has these coefficients
     }
   }
   to.material.snap_rule = rule;
@@ -173,7 +173,7 @@ Trial viscous_trial(const Scene& scene) {
   Trial t("viscous term", false, scene);
   for (const SceneMaterial& m : scene.materials) t.used = t.used || m.material.viscous_friction > 0.0;
   for (SceneMaterial& m : t.without.materials) m.material.viscous_friction = 0.0;
-  // Adds a negligible viscous term, as its run time does not depend on its size.
+  // Adds a viscous term to time it; 1e-12 does not change forces, and its run time is that of any size.
   if (!t.used) {
     for (SceneMaterial& m : t.with.materials) m.material.viscous_friction = 1e-12;
   }
@@ -248,7 +248,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
   f.feature = t.feature;
   f.state = !t.used ? "left out already" : t.needed.empty() ? "used" : "needed";
   if (t.needed.empty()) {
-    // Alternates the two scenes in many short turns, so that other work of the machine affects both alike.
+    // Alternates runs with and without a feature many times, so that other programs slow both alike.
     const double step_s = study.cost.fixed_s + study.cost.bristle_s * study.scene_bristles();
     const auto all = step_count(study.scene);
     const double turn_steps = 0.3 * seconds / (2.0 * 9.0 * step_s * study.full_over_cut);
@@ -272,7 +272,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // Takes the error with one number of threads for all, because threads do not change the result.
+    // Reuses the error with threads as the error without: their number does not change the forces.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

@@ -14,11 +14,11 @@
 namespace cli {
 namespace {
 
-// Relative change of friction that people begin to notice: lower and upper estimate.
+// Relative change of friction that people just notice by touch: a lower and an upper estimate.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-constexpr double default_resolution = 8.0;  // pieces of path per mean snap length that resolution 0 stands
-                                            // for
+constexpr double default_resolution = 8.0;  // pieces of path per mean snap length, used if the resolution is
+                                            // 0
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
 
@@ -26,7 +26,7 @@ std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * se
 
 const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
-// Names of a setting's options, for the report. The unchanged scene shows the options of its first patch.
+// Names of a setting's options in the report. The row of the unchanged scene shows its first patch.
 struct Shown {
   const char *population, *rule, *precision, *sampling;
   double resolution;  // pieces of path per mean snap length, for an infinite patch
@@ -39,7 +39,7 @@ Shown shown(const Scene& scene, const Setting& s) {
           o.precision == bristle::Precision::single ? "single" : "double", sampling_name(o.compared), 0.0};
 }
 
-// Returns the time of a step per bristle, ns; unset if all patches are infinite.
+// Returns the time of a step divided by the number of representatives, ns; unset if all patches are infinite.
 std::optional<double> ns_per_bristle(const Scene& scene, const SettingResult& s) {
   const std::uint64_t bristles = total_bristles(scene, s.setting);
   if (bristles == 0) return std::nullopt;
@@ -61,7 +61,7 @@ std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
                      microseconds(c.scene_step_s));
 }
 
-// Returns the heading of the report, which says whether representatives or the infinite brush are cheaper.
+// Returns the reports' sentence on whether representatives or the infinite brush are cheaper.
 std::string populations_text(const AccuracyResult& r) {
   const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
   const std::string wanted = percent(r.recommendation.wanted);

@@ -12,8 +12,8 @@ namespace {
 
 using bristle::DeadlineMonitor;
 
-// Number of steps timed together where patches are few: reading the thread's clock takes as long as a step of
-// a hundred bristles.
+// Number of steps timed together in scenes of few patches, where reading the CPU clock after each step would
+// cost as much as the step itself.
 constexpr std::uint64_t steps_per_chunk = 64;
 constexpr std::size_t few_copies = 64;
 
@@ -150,8 +150,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   changed.dt = dt_s;
   for (ScenePatch& p : changed.patches) {
     bristle::PatchOptions& o = p.options;
-    // Adds a large stride to the seed (it may wrap) for each round. Copies have neighbouring seeds, which
-    // another round must not reuse.
+    // Offsets the seeds of each round of runs by a large stride (modulo 2^32). Copies of a patch have
+    // successive seeds, which a small stride would use again.
     o.seed += round * 0x9E3779B9u;
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);

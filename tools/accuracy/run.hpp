@@ -1,4 +1,4 @@
-// Runs a scene under a setting, and records its forces and time.
+// Runs a scene under a setting (bristles, precision, time step), and records its forces and run time.
 #pragma once
 
 #include <cstddef>
@@ -12,23 +12,23 @@
 
 namespace cli {
 
-/// Setting of a run, applied to all patches alike, that trades error for time.
+/// Setting that trades error for time, applied to all patches of a scene alike.
 struct Setting {
   bool as_scene = false;       ///< whether the scene's own options are kept and the members below ignored
   std::uint32_t bristles = 0;  ///< number of representatives in each patch
 
-  /// Resolution of the infinite brush, which replaces representatives if this is above 0.
+  /// Pieces of path per mean snap length of the infinite brush; above 0, it replaces representatives.
   double resolution = 0.0;
-  std::uint32_t parts = 1;  ///< number of reference steps that make one step of this setting
+  std::uint32_t parts = 1;  ///< length of a time step, in steps of the reference run
   bristle::Precision precision = bristle::Precision::single;
   bristle::detail::ComparisonModes compared;
-  bool mean = false;  ///< whether the recorded force is the mean over a step; if not, the force at its end
+  bool mean = false;  ///< whether forces are recorded as means over a step; if not, at its end
 
   bool is_infinite() const noexcept { return resolution > 0.0; }
 };
 
-/// Returns the name, in scene files, of how a patch treats snaps (`rule`) or chooses snap lengths
-/// (`sampling`).
+/// Returns the word by which scene files name the treatment of snaps (`rule`: exact or literal) or the choice
+/// of snap lengths (`sampling`: stratified or random).
 inline const char* rule_name(const bristle::detail::ComparisonModes& modes) {
   return modes.literal ? "literal" : "exact";
 }
@@ -40,24 +40,24 @@ inline const char* sampling_name(const bristle::detail::ComparisonModes& modes) 
 /// 0 keeps the scene's own.
 Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32_t round);
 
-/// Returns the scene with at most `most` copies of each patch on a prescribed motion, spread evenly over all
-/// its copies.
+/// Returns the scene with at most `most` copies of each patch on a prescribed motion. The copies that stay
+/// are spread evenly over the original ones.
 Scene cut_copies(const Scene& scene, std::uint32_t most);
 
-/// Forces on the moving body, N, in the scene's axes, for each step and copy of a patch.
+/// Recorded forces on the moving body, N, along the scene's axes, for each step and copy of a patch.
 struct ForceRecord {
   std::size_t steps = 0, copies = 0;
-  std::vector<std::size_t> patch_of;        ///< by copy: index of its patch in Scene::patches
-  std::vector<double> end, mean;            ///< N, [step][copy][axis]; `mean` may be empty
-  std::vector<double> position;             ///< m, [step][copy][axis]; empty in scenes without bodies
-  std::vector<double> work_end, work_mean;  ///< J, [copy], work of the end and the mean force
+  std::vector<std::size_t> patch_of;        ///< [copy], index of the copy's patch in Scene::patches
+  std::vector<double> end, mean;            ///< forces by [step][copy][axis], N; `mean` may be empty
+  std::vector<double> position;             ///< positions by [step][copy][axis], m; empty without bodies
+  std::vector<double> work_end, work_mean;  ///< [copy], work of the end and of the mean force, J
 
   std::size_t at(std::size_t step, std::size_t copy) const noexcept { return 2 * (step * copies + copy); }
 };
 
 struct RunTime {
-  double cpu_s = 0.0;   ///< CPU seconds of the calling thread, for steps and bodies
-  double wall_s = 0.0;  ///< wall seconds of those steps and bodies
+  double cpu_s = 0.0;   ///< CPU time of the calling thread in steps and bodies, s
+  double wall_s = 0.0;  ///< wall time of the timed steps and bodies, s
   std::uint64_t steps = 0;
 };
 
@@ -66,7 +66,7 @@ struct SettingRun {
   RunTime time;
 };
 
-/// Runs the whole scene, or only its first `steps`. Records forces only if `keep` is set.
+/// Runs the whole scene, or only its first `steps` steps. Records forces only if `keep` is set.
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
                        std::uint64_t steps = ~std::uint64_t{0});
 

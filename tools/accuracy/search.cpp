@@ -1,5 +1,5 @@
-// Draws conclusions from the measured settings: slopes, the Pareto front, the cheapest setting for a wanted
-// error.
+// Draws conclusions from the measured settings of a scene: slopes of error against bristles and step, the
+// Pareto front, and the cheapest setting for a wanted error.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -21,19 +21,19 @@ namespace {
 
 // Relative force errors wanted by default, tried in this order; the first that a setting can meet is used.
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
-// Relative gain in error below which a slower setting is not better: such gains are noise of the seeds.
+// Least relative gain in error for which a slower setting joins the Pareto front; less is noise of the seeds.
 constexpr double front_gain = 0.02;
-constexpr double above_floor = 3.0;  // factor times the reference's own error, above which a point counts
-                                     // in the fitted line
-constexpr double single_rounding = 1e-6;  // relative error of a force in single precision
-constexpr double literal_limit = 0.7;  // largest step, in mean snap lengths, up to which the error follows a
-                                       // power law
+constexpr double above_floor = 3.0;  // error of a fitted point must exceed the reference's own error by this
+                                     // factor
+constexpr double single_rounding = 1e-6;  // relative error of forces in single precision
+constexpr double literal_limit = 0.7;     // step, in mean snap lengths, up to which the paper's rule has an
+                                          // error that is a power of the step
 
-// First seeds of the search and of its reported figures, far from those of the ladder (which counts from 0).
+// Numbers of the first rounds of seeds for the search and for its reported errors; earlier runs count from 0.
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
-// Returns the theoretical order of convergence in the number of bristles. Stratified snap lengths raise the
-// order until the bristles have redrawn them.
+// Returns the order at which the error falls with the number of bristles, by theory. Stratified snap lengths
+// raise the order until the bristles have redrawn their lengths.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
   if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
   if (random) return "-1/2: independent bristles";
@@ -103,11 +103,11 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
     if (!set.compared.literal) {
-      // Leaves out the finest step: the compared run has the same step, so its error is rounding alone.
+      // Leaves out the finest time step: it is compared with an equal step, so its error is rounding.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
-      // Uses the error of the friction work for the literal rule, whose bias is lost friction. Force errors
-      // would add the scatter between different bristles.
+      // Fits the error of the friction work for the paper's rule, which loses the overshoot of a snap and so
+      // friction. Force errors would add the scatter between different bristles.
       literal.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).energy, 0.0);
     }
   }
@@ -139,11 +139,11 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
   return result;
 }
 
-// Looks for fewer bristles, between the number found and the next lower one tried. Guesses numbers n from an
-// error that falls as n^-1/2, starting at the better known end, and measures every guess.
+// Searches for a smaller number of bristles that still meets the wanted error, above the next lower number
+// tried. Assumes that the error falls as n^-1/2, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  constexpr double aim = 0.93;  // factor below 1 on the wanted error at which the search aims, so that other
-                                // seeds meet it too
+  constexpr double aim = 0.93;  // factor on the wanted error at which the search aims; below 1, so that other
+                                // seeds meet the error too
   Setting best = found.setting;
   if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;
@@ -170,7 +170,7 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   return best;
 }
 
-// Times single steps as `bristle run` takes them: with the scene's threads, in wall time.
+// Measures wall times of single steps under the recommended setting, with the scene's own number of threads.
 void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   const Scene scene = apply(study.scene, to.setting, study.dt(to.setting.parts), 0);
   RunOptions options;
@@ -188,9 +188,9 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// Accepts a setting only if it meets the error with seeds that the search did not use, since the search
-// favours settings with lucky seeds. Acceptance favours luck again, so the reported error comes from further
-// seeds, even if it is too large.
+// Accepts a setting if it meets the wanted error with seeds that the search did not use, since the search
+// favours settings that were lucky. The reported error comes from yet other seeds, since acceptance favours
+// luck too; it may exceed the wanted one.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
   Recommendation& to = study.result.recommendation;
   const SettingResult promised = try_setting(study, setting, search_rounds, 0.25 * seconds);
@@ -249,7 +249,7 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
-  // Gives no spread if all runs are equal (no random seeds), where rounding of the mean would give one.
+  // Returns a spread of exactly 0, free of rounding, if all runs gave one value (no random seeds).
   if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;

@@ -1,4 +1,4 @@
-// Writes the recommended setting as TOML: a fragment to paste, or the whole scene file.
+// Writes the setting recommended by `bristle accuracy` as TOML: a fragment, or the whole scene file.
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -20,7 +20,7 @@ namespace {
 
 const char* name_of(bristle::Precision p) { return p == bristle::Precision::single ? "single" : "double"; }
 
-// Returns the options that patch p has under the recommended setting.
+// Returns the options of patch number p under the recommended setting.
 bristle::PatchOptions tuned_options(const Scene& scene, const AccuracyResult& r, std::size_t p) {
   return apply(scene, r.recommendation.setting, scene.dt, 0).patches[p].options;
 }
@@ -58,7 +58,7 @@ class TomlEditor {
     std::string all;
     for (const Line& line : lines_) {
       std::string changed = line.text;
-      // Makes the edits of a line from right to left, so that positions further left stay valid.
+      // Edits a line from right to left, so that the columns of edits further left stay valid.
       for (auto edit = line.edits.rbegin(); edit != line.edits.rend(); ++edit)
         changed.replace(edit->first, edit->second.length, edit->second.value);
       all += changed + '\n' + line.added;
@@ -68,13 +68,13 @@ class TomlEditor {
 
  private:
   struct Edit {
-    std::size_t length;  // number of characters to replace
+    std::size_t length;  // number of characters that the edit replaces
     std::string value;
   };
   struct Line {
     std::string text;
-    std::multimap<std::size_t, Edit> edits;  // replacements of text, by their position in the line
-    std::string added;                       // new lines to insert below this line
+    std::multimap<std::size_t, Edit> edits;  // replacements, by their offset in the line
+    std::string added;                       // text of the lines to insert below
   };
 
   void replace(const toml::source_position& begin, const toml::source_position& end, std::string value) {
@@ -113,8 +113,8 @@ std::string moved_file(const std::string& file, const std::string& scene, const 
       .string();
 }
 
-// Sets the keys of a patch's population (representatives, infinite). Sets a key that the patch has in any
-// case; its value 0 means automatic, which is right for representatives too.
+// Writes the keys for a patch's kind of population: all of them for an infinite brush, and for
+// representatives only keys that the file has. The value 0 of a key means automatic.
 void set_population(TomlEditor& editor, const toml::table& patch, const bristle::PatchOptions& o) {
   const bool infinite = o.population == bristle::Population::infinite;
   if (infinite || patch.contains("population"))

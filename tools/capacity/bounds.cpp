@@ -1,5 +1,5 @@
-// Says for each speed target what bounds its time, and so what would have to change to reduce it. The texts
-// rest on counts by callgrind and llvm-mca.
+// Names for each speed target the limit of its time (instructions, latency, memory), and so what a faster
+// version would have to change. The texts rest on counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"
@@ -8,11 +8,11 @@ namespace cli {
 namespace {
 
 struct Bound {
-  std::string_view target;  ///< name of the target, or the beginning of several names
+  std::string_view target;  ///< name of a speed target, or its beginning for several
   const char* by;
 };
 
-// Reasons; the first whose name fits a target applies to it.
+// Limits of the speed targets. The first entry whose name begins the target's name applies to the target.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},

@@ -21,8 +21,8 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-// Lists the cases to measure: each kind of motion with one kernel variant, then the default material, then
-// many small patches.
+// Lists the cases whose capacity is measured: each kind of motion with one variant of the kernel, then the
+// default material, then many small patches.
 std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool quick) {
   std::vector<CapacityCase> cases;
   const auto add = [&](Regime regime, SnapRule rule, Outputs outputs, int axes = 2,
@@ -145,8 +145,8 @@ void capacity_command(const CapacityOptions& options) {
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
 #endif
-    double done = 0.05;  // share of the whole study that is done, for the progress line; the parts below
-                         // are short
+    double done = 0.05;  // share of the study that is done, 0 to 1, for the progress
+                         // line
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
 #if !BRISTLE_MINIMAL
     if (everything) {

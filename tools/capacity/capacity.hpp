@@ -1,4 +1,4 @@
-// Finds how many bristles fit in a deadline on this machine: the command `bristle capacity`.
+// Finds how many bristles a step can have within a deadline on this machine: the command `bristle capacity`.
 #pragma once
 
 #include <cstdint>
@@ -17,24 +17,24 @@ struct CapacityOptions {
   double deadline_s = 1e-3;
   bool quick = false;
   bool targets = false;      ///< whether only the speed targets are measured
-  std::vector<int> threads;  ///< numbers of threads to measure; empty: 1, and all cores
-  std::string isa;           ///< instruction set; empty: the library's choice
-  std::string json;          ///< report to write; empty: none, "-": stdout
+  std::vector<int> threads;  ///< numbers of threads to measure; empty: one, and as many as cores
+  std::string isa;           ///< instruction set, as "avx2"; empty: the library's choice
+  std::string json;          ///< JSON report to write; empty: none, "-": stdout
 
-  /// CSV file of step time against number of bristles, which tools/plots/capacity.gp draws; empty: none.
+  /// CSV file of step time against number of bristles, which tools/plots/capacity.gp plots; empty: no file.
   std::string csv;
 };
 
-/// Steady motion that is timed, after 32 mean snap lengths of sliding. Lengths below are in mean snap
-/// lengths.
+/// Steady motion under which steps are timed. Patches first slide 32 mean snap lengths. Lengths below are in
+/// mean snap lengths.
 enum class Regime {
-  rest,        ///< no motion
+  rest,        ///< no motion at all
   tremor,      ///< motion to and fro by 0.05 mean snap lengths; once it has settled no bristle snaps
   presliding,  ///< steps of 0.003 mean snap lengths; each bristle snaps once in 333 steps
   one_snap,    ///< steps of 1.0 mean snap length; a bristle snaps once on average, at most twice
   sliding,     ///< steps of 1.6 mean snap lengths; every bristle snaps, one to three times
   turning,     ///< steps of 1.6 mean snap lengths, every other one sideways: sliding bristles slide and turn
-  far          ///< steps of 100, such as 1 m/s at 1 kHz with 10 um of mean snap length
+  far          ///< steps of 100 mean snap lengths, such as 1 m/s at 1 kHz with 10 um of mean snap length
 };
 struct RegimeFacts {
   const char* name;
@@ -45,7 +45,7 @@ const RegimeFacts& facts_of(Regime regime) noexcept;
 inline const char* to_string(Regime regime) noexcept { return facts_of(regime).name; }
 inline double step_length(Regime regime) noexcept { return facts_of(regime).step; }
 
-/// Case to measure: a variant of the kernel, a motion, and a number of bristles per patch.
+/// Case whose step is timed: a variant of the kernel, a motion, and a number of bristles per patch.
 struct CapacityCase {
   Regime regime = Regime::sliding;
   bristle::SnapRule rule = bristle::SnapRule::keep;
@@ -55,23 +55,23 @@ struct CapacityCase {
   std::uint32_t patch_bristles = 0;  ///< number of bristles of each patch; 0: one patch has all bristles
   int threads = 1;
   std::optional<double> step = {};              ///< displacement per step in mean snap lengths; none: that of
-                                                ///< the regime
-  std::optional<bristle::SnapLength> law = {};  ///< law of snap lengths; none: uniform
+                                                ///< the motion `regime`
+  std::optional<bristle::SnapLength> law = {};  ///< law of the snap lengths; none: uniform
 
-  /// Whether the material is Coefficients{}: lognormal snap lengths, residual bend and shared renewal.
+  /// Whether the material is the default one: lognormal snap lengths, residual bend, shared renewal.
   bool default_material = false;
   bool eager = false;
   int servo_core = -1;
   bristle::Population population = bristle::Population::representatives;
-  double resolution = 0.0;  ///< pieces of path per mean snap length of infinite patches; 0: default
-  bool zigzag = false;      ///< whether every other step goes sideways, so that the motion turns in each step
+  double resolution = 0.0;  ///< pieces of path per mean snap length; 0: the default
+  bool zigzag = false;      ///< whether every other step goes sideways
 
   bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
   std::string kernel_name() const;  ///< returns a text such as "2 axes, keep, end + mean, single"
   std::string layout_name() const;  ///< returns a text such as "one patch", "patches of 100"
 };
 
-/// Times of single steps with one number of bristles.
+/// Quantiles of the wall time of single steps with one number of bristles.
 struct StepTimes {
   std::uint64_t bristles = 0;
   std::uint64_t steps = 0;
@@ -81,34 +81,34 @@ struct StepTimes {
 
 struct CapacityRow {
   CapacityCase what;
-  std::vector<StepTimes> curve;  ///< numbers of bristles tried, ascending, each with its step times
-  StepTimes in_cache;            ///< step times with 14,400 bristles, whose memory fits the cache
+  std::vector<StepTimes> curve;  ///< step times for each number of bristles tried, ascending
+  StepTimes in_cache;            ///< step times of 14,400 bristles, which fit the CPU cache
 
   /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
   /// run.
   StepTimes fits;
-  bool capped = false;  ///< whether the search reached the largest number that it tries, so that more
-                        ///< bristles may fit
+  bool capped = false;  ///< whether even the largest number tried met the deadline, so that more may
+                        ///< fit
 
   /// Whether only short runs met the deadline and no confirming one; `fits` then holds the last number tried.
   bool unconfirmed = false;
 };
 
-/// Time of another loop, compared with bristle in alternate runs.
+/// Time of some other friction loop, measured in turns with the library's on an equal motion.
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  /// Ns per bristle and step: median and quartiles.
+  /// Time per bristle and step, ns: median and quartiles.
   double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;
-  /// Time of this loop over that of bristle: median and quartiles.
+  /// Time of this loop over that of the library: median and quartiles.
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
 };
 
 /// Speed target of the library, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
-  double measured = 0.0, low = 0.0, high = 0.0;  ///< measured value: median and quartiles; a 99th percentile
-                                                 ///< has no quartiles
+  double measured = 0.0, low = 0.0, high = 0.0;  ///< measured value: median and quartiles (none for a 99th
+                                                 ///< percentile)
   double limit = 0.0;
   bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
   std::string unit;
@@ -118,15 +118,15 @@ struct TargetRow {
     return met() ? 0.0 : at_least ? 1.0 - measured / limit : measured / limit - 1.0;
   }
 };
-/// Returns the reason that bounds the time of a target, by its name (bounds.cpp); "" if none is known.
+/// Returns what limits the time of a speed target (instructions, latency, memory); "" if unknown.
 const char* bound_of(std::string_view target) noexcept;
 
 /// Step times of patches of infinitely many bristles, in one motion.
 struct InfiniteRow {
   std::string motion;  ///< name of the motion: "rest", "tremor", "straight" or "zigzag"
-  double step = 0.0;   ///< mean snap lengths per step
+  double step = 0.0;   ///< displacement per step, in mean snap lengths
   std::string kernel;
-  std::uint32_t resolution = 0;  ///< pieces of path per mean snap length
+  std::uint32_t resolution = 0;  ///< pieces of path per mean snap length of an infinite patch
   std::uint64_t patches = 0;
   std::uint64_t bytes_per_patch = 0;
   double ns_per_patch = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< time of a patch's step: median and quartiles
@@ -134,43 +134,43 @@ struct InfiniteRow {
 
 struct CapacityResult {
   std::string isa;
-  std::uint64_t state_hash = 0;  ///< state hash of a fixed scene; equal hashes mean equal results
+  std::uint64_t state_hash = 0;  ///< state hash of a fixed scene; equal hashes prove equal results
   bool plain_loops_run = false;
   std::vector<ComparisonRow> comparisons;
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<InfiniteRow> infinite;
-  std::vector<CapacityRow> contacts;  ///< in place of bristles, the numbers of infinite patches whose step
-                                      ///< meets the deadline
+  std::vector<CapacityRow> contacts;  ///< as `rows`, but numbers of infinite patches instead of bristles that
+                                      ///< meet the deadline
 };
 
-/// One of the loops whose times are compared. Loops run alternately, so that disturbances by the machine
-/// affect all alike.
+/// Friction loop whose time is compared with others. The loops run in turns, so that disturbances by other
+/// programs affect all alike.
 struct Contestant {
   std::string name;
-  std::function<double()> step;  ///< runs a step; the result keeps it from being optimised away
-  std::vector<double> ns;        ///< time per bristle and step, a value per round
+  std::function<double()> step;  ///< runs a step; its result keeps the compiler from removing the loop
+  std::vector<double> ns;        ///< measured times per bristle and step, a value per round
 };
-/// Times the loops alternately. Returns a row for each, with the ratio of its time to that of the first. In
-/// compare.cpp.
+/// Times the loops in turns. Returns for each its time, and the ratio of that time to the first loop's.
+/// Defined in compare.cpp.
 std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
                                    std::uint64_t bristles, std::uint64_t rounds);
-/// Makes a loop that steps patches of bristle. For infinite patches `bristles` is the number of patches.
+/// Makes a contestant that steps the library's own patches; `bristles` counts patches if they are infinite.
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
-/// Makes the paper's plain loop in steady motion. Compiled for <double, 3> and <float, 2>.
+/// Makes a contestant that runs the paper's plain loop steadily. Compiled for <double, 3>, <float, 2>.
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
-/// Function called with the name of the next thing that is measured, for the progress line.
+/// Function that shows, in a progress line, the name of what is measured next.
 using Report = std::function<void(const std::string& what)>;
-/// Measures the speed targets. In targets.cpp.
+/// Measures the library's speed targets. Defined in targets.cpp.
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
 
-/// Step lengths at which sliding infinite patches are timed, in mean snap lengths. A patch in straight steady
-/// sliding is shifted along without recomputation; one that zigzags is recomputed.
+/// Path of a step, in mean snap lengths, at which sliding infinite patches are timed. In steady straight
+/// sliding the patch's cohorts are shifted along; in a zigzag they are recomputed.
 constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 2.0, 4.0, 8.0, 100.0};
-/// Makes a case of infinite patches that move in this regime. In infinite.cpp.
+/// Makes a case of infinite patches that move in this regime. Defined in infinite.cpp.
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
@@ -185,19 +185,19 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
 
 /// Function that runs this many steps with this many bristles, and returns their times.
 using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;
-/// Finds the largest number of bristles that meets the deadline. In search.cpp.
+/// Finds the largest number of bristles whose steps meet the deadline. Defined in search.cpp.
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);
-/// Does as find_capacity() above, with step times from `measure`, as a test needs.
+/// Finds the largest number of bristles that meets the deadline, with step times supplied by a test.
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options,
                           const MeasureSteps& measure);
-/// Times bristle and plain loops alternately, in each regime. In compare.cpp.
+/// Times the library and plain loops in turns, in each regime. Defined in compare.cpp.
 std::vector<ComparisonRow> compare_loops(const CapacityOptions& options);
-/// Returns the report as text. In report.cpp.
+/// Formats the result of the study of capacity as text. Defined in report.cpp.
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result);
 std::string capacity_json(const CapacityOptions& options, const CapacityResult& result);
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result);
 
-/// Runs the subcommand. Throws UserError.
+/// Runs the command `bristle capacity`. Throws UserError.
 void capacity_command(const CapacityOptions& options);
 
 }  // namespace cli

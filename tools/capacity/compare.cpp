@@ -1,4 +1,4 @@
-// Times bristle and plain loops alternately, so that other work of the machine affects all alike.
+// Times the library and plain friction loops in turns, so that other programs slow all of them alike.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -39,7 +39,7 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
   }
   for (std::uint64_t round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < contestants.size(); ++i) {
-      // Starts each round with another loop, so that none always follows the same one.
+      // Begins each round with another loop, so that no loop always runs after the same neighbour.
       const std::size_t c = (i + round) % contestants.size();
       contestants[c].ns.push_back(1e9 * seconds_of(contestants[c], steps[c]) /
                                   static_cast<double>(steps[c] * bristles));
@@ -69,12 +69,12 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // Spreads the bends of the bristles evenly between straight and about to snap, as after long sliding in
-  // short steps. Steps of 1.6 mean snap lengths, which settle the other loops, would leave all bristles of
-  // this one straight, since its rule loses the overshoot of a snap.
+  // Spreads the bristles' bends evenly between straight and about to snap, as after long sliding in short
+  // steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would leave all bristles
+  // straight here, since the paper's rule loses the overshoot of a snap.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    // Multiplies by an irrational factor, so that bends are independent of snap lengths.
+    // Multiplies a bristle's number by an irrational factor: its bend is independent of its snap length.
     const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;

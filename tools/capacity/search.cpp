@@ -9,10 +9,10 @@ namespace {
 
 constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
-// Largest number that the search tries (some 200 MB); the report then says that more may fit.
+// Largest number of bristles that is tried (some 200 MB). If it fits, the report says that more may.
 constexpr std::uint64_t most_bristles = 1ull << 24;
-constexpr double resolution = 1.02;  // ratio of the smallest failing to the largest fitting number at which
-                                     // the search ends
+constexpr double resolution = 1.02;  // ratio of the smallest number that misses the deadline to the largest
+                                     // that meets it, at which the search ends
 
 class Search {
  public:
@@ -44,8 +44,8 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Repeats a measurement whose 99th percentile misses the deadline while its median is well inside: other
-  // work of the machine causes that.
+  // Repeats a measurement whose 99th percentile misses the deadline although its median is well inside: such
+  // outliers are other programs at work.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);
     for (int i = 1; i < tries && !fits(best) && best.p50_s < 0.9 * options_.deadline_s; ++i) {
@@ -74,8 +74,8 @@ class Search {
         row_.capped = true;
         return;
       }
-      // Multiplies the number of bristles by four, which spaces the points of the curve, but takes at most
-      // twice the number expected to fit.
+      // Tries four times as many bristles, so that the points of the curve are well spaced, but at most twice
+      // the number that is expected to fit.
       const double per_bristle = row_.curve.back().p99_s / static_cast<double>(n);
       const double should_fit = options_.deadline_s / per_bristle;
       const double next =
@@ -93,8 +93,8 @@ class Search {
     }
   }
 
-  // Confirms the number found by a longer run, since a p99 of few steps is noisy. Lowers the number until a
-  // run fits.
+  // Confirms the number of bristles found by a longer run, since a 99th percentile of few steps is noisy.
+  // Lowers the number until a run meets the deadline.
   void confirm() {
     for (int i = 0; i < (options_.quick ? 6 : 20); ++i) {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
@@ -102,7 +102,7 @@ class Search {
       fits_ = whole(0.95 * static_cast<double>(fits_));
       row_.capped = false;
     }
-    row_.unconfirmed = true;  // none of the longer runs met the deadline: other work disturbs the machine
+    row_.unconfirmed = true;  // only short runs met the deadline, as other programs disturb the machine
   }
 
   const CapacityOptions& options_;

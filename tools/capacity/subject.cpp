@@ -10,8 +10,8 @@
 namespace cli {
 namespace {
 
-// Sliding that settles patches before timing: 32 mean snap lengths in steps of 1.6. Bends then have their
-// stationary distribution.
+// Sliding that settles patches before they are timed: 32 mean snap lengths in steps of 1.6, after which bends
+// have their stationary distribution.
 constexpr bristle_bench::Settling settling = {1.6, 20, 10};
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {

@@ -1,4 +1,4 @@
-// Patches in steady motion, prepared for timing.
+// Patches in steady motion whose steps `bristle capacity` times.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@ constexpr double capacity_dt_s = 1e-3;
 
 class CapacitySubject {
  public:
-  /// Makes patches and settles them in the motion of `what`. For infinite patches `bristles` is the number of
-  /// patches. Throws UserError if the machine lacks the instruction set.
+  /// Makes patches and settles them in the motion of `what`; `bristles` counts patches if they are infinite.
+  /// Throws UserError if the machine lacks the instruction set.
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
-  /// Runs one step of the steady motion. The caller takes the time.
+  /// Runs one step of the steady motion, without timing it.
   void step() noexcept { scene_.step(); }
 
   std::uint64_t bristles() const noexcept { return scene_.bristles(); }
@@ -33,7 +33,7 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times `steps` successive steps without pauses.
+/// Times each of `steps` successive steps, without pauses between them.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps);
 
 }  // namespace cli

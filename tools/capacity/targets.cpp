@@ -1,5 +1,5 @@
-// Measures the library's speed targets, each in a short run of its own. What a ratio compares runs
-// alternately.
+// Measures the library's speed targets, each in a short run of its own. Loops that form a ratio run in
+// turns.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -92,7 +92,7 @@ class Targets {
     return what;
   }
 
-  /// Measures the step time of a case and adds it to the targets: per bristle in ns, or per step in us.
+  /// Adds the step time of a case to the list of speed targets: ns per bristle, or us per step.
   void add_time(const char* name, const CapacityCase& what, std::uint64_t bristles, double limit,
                 const char* unit, std::string text) {
     report_(name);
@@ -104,7 +104,7 @@ class Targets {
                      row.ns_high * scale, limit, false, per_bristle ? "ns per bristle" : "us a step"});
   }
 
-  /// Adds the ratio of the first loop's time to the second's.
+  /// Adds the ratio of the first loop's time to the second's to the list of speed targets.
   void add_ratio(const char* name, Contestant first, Contestant second, std::uint64_t bristles, double limit,
                  bool at_least, std::string text) {
     report_(name);
@@ -140,7 +140,7 @@ class Targets {
               "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
   }
 
-  /// Makes a loop that only copies what the caller of a step writes and reads.
+  /// Makes a loop that only copies the motions and responses that a step's caller writes and reads.
   static Contestant copy_of_messages(std::uint64_t patches) {
     struct Messages {
       explicit Messages(std::uint64_t count) : motions(count), responses(count) {}
@@ -232,14 +232,14 @@ class Targets {
               "the same disc, rim to and fro by 0.003: time over 21 x 21 LuGre elements");
   }
 
-  /// Returns a patch that trembles, after 200 steps: all bristles that the first strokes snap have snapped.
+  /// Returns a trembling patch after 200 steps, when all that the first strokes could snap has snapped.
   Contestant settled(const CapacityCase& what) const {
     Contestant contestant = bristle_kernel(what, a_million, options_.isa);
     for (int i = 0; i < 200; ++i) contestant.step();
     return contestant;
   }
 
-  /// Measures each law of snap lengths at its most expensive speed.
+  /// Measures each law of snap lengths at the sliding speed that costs most time.
   void any_speed() {
     const double m = mean_snap_length_m;
     const SnapLength uniform = SnapLength::uniform(0.5 * m, 1.5 * m);
@@ -272,9 +272,9 @@ class Targets {
          worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
   }
 
-  /// Measures the default material on paths that hands made. Takes the ratio of its time to that on a
-  /// straight path at equal speed, and to that of the paper's rule (keep) on the same path, for the most
-  /// expensive path and speed.
+  /// Measures the default material on recorded paths of hands. Takes the ratios of its time to that on a
+  /// straight path of equal speed, and to that of the rule `keep` on the same path, where path and speed cost
+  /// most.
   void hands() {
     using bristle::Material;
     const Material usual = Material::from_coefficients({});
@@ -322,7 +322,7 @@ class Targets {
         [](const HandPath&) { return true; }, kept);
   }
 
-  /// Adds the ratio of the faster plain loop's time to that of bristle, in each regime.
+  /// Adds, for each regime of motion, the ratio of the faster plain loop's time to the library's.
   void against_plain_loops() {
     report_("plain loops");
     CapacityOptions quick = options_;
@@ -352,7 +352,7 @@ class Targets {
               stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
   }
 
-  /// Adds the ratio of the time with one thread to that with two.
+  /// Adds the ratio of the step time with one thread to the step time with two (the speed-up).
   void add_sharing(const std::string& name, CapacityCase what, std::uint64_t bristles, double limit,
                    std::string text) {
     report_(name);
@@ -366,7 +366,7 @@ class Targets {
                      quantile(ratios, 0.75), limit, true, "x"});
   }
 
-  /// Returns the median time of successive steps. Ignores the first ones, which wake workers and load caches.
+  /// Returns the median time of successive steps without the first ones, which wake threads and caches.
   static double median_in_a_row(CapacitySubject& subject) {
     std::vector<double> seconds;
     for (int i = 0; i < 15; ++i) {
@@ -393,8 +393,8 @@ class Targets {
     }
   }
 
-  /// Measures paced steps, one a millisecond, alternately with one thread and two. Workers stay off the core
-  /// of the servo thread.
+  /// Measures the speed-up by a second thread in paced steps, one a millisecond. Worker threads stay off the
+  /// core of the thread that calls the steps.
   void paced() {
     for (const auto& [n, limit] : {std::pair{std::uint64_t{200'000}, 1.5}, {a_million, 1.8}}) {
       const std::string name = fmt::format("threads/paced/{}", n);
@@ -430,7 +430,7 @@ class Targets {
     return quantile(seconds, 0.5);
   }
 
-  /// Measures the 99th percentile of steps that must fit a tick of a millisecond on two cores.
+  /// Measures the 99th percentile of the time of steps that must fit a tick of 1 ms on two cores.
   void whole_ticks() {
     const auto add = [&](const char* name, CapacityCase what, std::uint64_t bristles, const char* text) {
       report_(name);
@@ -442,7 +442,7 @@ class Targets {
         p50.push_back(1e3 * times.p50_s);
         p99.push_back(1e3 * times.p99_s);
       }
-      // Keeps the best of several runs, because the other runs were disturbed by other work of the machine.
+      // Takes the best of the runs, because other programs disturbed the other runs.
       rows_.push_back(
           {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
     };

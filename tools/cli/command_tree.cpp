@@ -47,7 +47,7 @@ std::vector<OptionWords> options_of(const CLI::App& command) {
     if (!words.positional && !option->get_snames().empty()) words.also = "-" + option->get_snames().front();
     words.description = option->get_description();
     if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0) {
-      // Separates the kind of value from the range that CLI11 appends: "FLOAT:FLOAT in [0 - 1]".
+      // Splits the type of a CLI11 option, such as "FLOAT:FLOAT in [0 - 1]", into kind of value and range.
       const std::string kind = option->get_type_name();
       words.value = kind.substr(0, kind.find(':'));
       const std::size_t from = kind.find('['), until = kind.find(']');

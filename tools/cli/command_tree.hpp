@@ -1,4 +1,4 @@
-// Lists commands and options, for shell completion and the manual, from the definition of the command line.
+// Lists commands and options from the definition of the command line, for shell completion and the manual.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// Command with the words that call it: {} for the program, {"run"}, {"experiment", "drift"}.
+/// Command and the words that call it: {} for the program itself, {"run"}, {"experiment", "drift"}.
 struct Command {
   const CLI::App* app;
   std::vector<std::string> path;
@@ -30,7 +30,7 @@ struct OptionWords {
 std::vector<OptionWords> options_of(const CLI::App& command);
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
 
-/// Kind of value whose completion is a file name.
+/// Type name of options whose value is a file; shell completion then offers file names.
 constexpr const char* file_value = "FILE";
 
 }  // namespace cli

@@ -14,8 +14,8 @@
 namespace cli {
 namespace {
 
-// Scripts for the shells. Each passes the words up to the cursor to the program, which answers with
-// candidates and descriptions.
+// Completion scripts for the shells. A script passes the words up to the cursor to `bristle --complete`,
+// which prints candidates and descriptions.
 constexpr const char* bash_script = R"(# Completion of bristle for bash; written by `bristle completion bash`.
 _bristle() {
   local word file
@@ -89,7 +89,7 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    // Words of a comma-separated list before its last word, which is being completed.
+    // Part of a comma-separated list that stands before its last word, the one being completed.
     const std::string before = word.substr(0, word.rfind(',') + 1);
     for (const std::string& choice : option.choices) offer(before + choice, option.description);
     if (option.value.starts_with("KEY=") && command->get_name() == "sweep")

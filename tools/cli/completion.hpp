@@ -1,4 +1,4 @@
-// Answers shell completion from the definition of the command line.
+// Answers the requests of shell completion, from the definition of the command line.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace cli {
 
-/// Returns the script for bash, zsh or fish. Throws UserError on another shell.
+/// Returns the completion script for bash, zsh or fish. Throws UserError on another shell.
 std::string completion_script(const std::string& shell);
 
 /// Returns the output of `bristle --complete WORDS...`: candidates for the last word, one per line, followed

@@ -1,5 +1,5 @@
-// Runs only the commands that tools/demo needs: scenes and a short capacity measurement. It compiles in half
-// the time of the whole command line.
+// Program with only the commands that tools/demo needs (scenes and a short capacity measurement), which
+// compiles in half the time of the whole command line.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Prints a heading, and the command of the full `bristle` program that would do the same.
+/// Prints a heading, and the command of the full program `bristle` that gives the same output.
 void announce(const std::string& part, const std::string& command) {
   std::printf("\n== %s\n   bristle %s\n", part.c_str(), command.c_str());
   std::fflush(stdout);

@@ -5,7 +5,7 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t names = 26;  // characters, width of the option names; texts start to the right
+constexpr std::size_t names = 26;  // width of the column of option names, in characters
 
 std::string entry(const std::string& name, const std::string& description) {
   std::string text = "  " + name;

@@ -1,12 +1,12 @@
-// Formats --help within 80 columns.
+// Formats the text of --help within 80 columns.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace cli {
 
-/// Beginning of the first line of the examples below a command's options; the program's own --help repeats
-/// that line.
+/// First words of the examples that follow a command's options. The program's own --help prints the line that
+/// begins with them.
 constexpr const char* example_line = "For example: ";
 
 class HelpText : public CLI::Formatter {

@@ -49,7 +49,7 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-/// Function that runs a command and returns the exit code. It owns the options that the parser fills.
+/// Function that runs a command and returns the exit code. It holds the options that the parser fills.
 using Action = std::function<int()>;
 
 template <class Options>
@@ -73,7 +73,7 @@ std::string version_text() {
   try {
     chosen = bristle::PatchBatch().isa();
   } catch (const bristle::Error& error) {
-    throw cli::UserError(error.what());  // the variable BRISTLE_ISA asks for what the machine lacks
+    throw cli::UserError(error.what());  // BRISTLE_ISA names an instruction set that the machine lacks
   }
   const char* separator = "";
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
@@ -153,7 +153,7 @@ std::vector<int> parse_threads(const std::string& text) {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-/// Parses assignments such as "x=Position,force=Fx".
+/// Parses assignments of an option such as --columns: "x=Position,force=Fx".
 Assignments parse_assignments(const std::string& text, const char* option) {
   Assignments all;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -174,7 +174,7 @@ Assignments parse_assignments(const std::string& text, const char* option) {
   return all;
 }
 
-/// Parses a number with a unit, within a range of SI values.
+/// Parses a number with a unit. Throws unless its SI value lies between `low` and `high`.
 double parse_within(const std::string& text, std::span<const cli::Unit> units, const char* option, double low,
                     double high) {
   const double value = cli::parse_quantity(text, units, option);
@@ -183,7 +183,7 @@ double parse_within(const std::string& text, std::span<const cli::Unit> units, c
       fmt::format("{} is '{}'; allowed: {} to {} {}", option, text, low, high, units.front().name));
 }
 
-/// Adds an option that names a file, or several.
+/// Adds an option whose value is the name of a file, or several names.
 template <class Value>
 CLI::Option* add_file(CLI::App* command, const char* option, Value& value, const std::string& description) {
   return command->add_option(option, value, description)->type_name(cli::file_value);
@@ -193,8 +193,8 @@ void add_report_file(CLI::App* command, std::string& file) {
   add_file(command, "--json", file, "Write the report to this JSON file (- for stdout)");
 }
 
-/// Sets the names that completion offers as values; --help shows `text` instead, as all names would make a
-/// long line.
+/// Sets the names that shell completion offers as values of an option. --help shows `text` in their place,
+/// since all names would make a long line.
 CLI::Option* add_names(CLI::Option* option, const cli::NameList& names, const std::string& text) {
   return option->type_name(fmt::format("{}", fmt::join(names, "|")))->option_text(text);
 }
@@ -274,7 +274,7 @@ void check_command(const CLI::App& app, const std::string& name) {
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
-/// Returns our message for an error that CLI11 found, with the words of the command that was called.
+/// Returns the message for a command line that CLI11 refused; it begins with the words of the command.
 std::string complaint(const CLI::App& program, const CLI::ParseError& error,
                       const std::vector<std::string>& words) {
   cli::Command called{&program, {}};
@@ -295,7 +295,7 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   return fmt::format("{} (see {} --help)", text, called.call());
 }
 
-/// Adds an option whose value is one of some words. (CLI11 would list them as pairs when it refuses a word.)
+/// Adds an option whose value is one of some words. (CLI11's own errors would list word and number pairs.)
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
@@ -684,7 +684,7 @@ struct CommandEntry {
   const char* description;
   const char* example;
   Action (*add)(CLI::App* command);
-  bool prints_figures = true;  ///< whether --wide is among its options
+  bool prints_figures = true;  ///< whether the command prints figures, and so has the option --wide
 };
 
 /// Commands in the order in which --help lists them. The manual comes last, since it needs the names of the
@@ -710,9 +710,9 @@ constexpr CommandEntry entries[] = {
 
 int run(const std::vector<std::string>& words) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
-  app.formatter(std::make_shared<cli::HelpText>());  // subcommands inherit the setting
+  app.formatter(std::make_shared<cli::HelpText>());  // set before subcommands exist, which inherit it
   bool version = false;
-  // Runs this flag's action as soon as it is read, so that the program needs no command.
+  // Runs the action of --version as soon as it is read, so that a command is not required.
   app.add_flag_callback(
       "--version",
       [&] {

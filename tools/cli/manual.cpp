@@ -18,7 +18,7 @@
 namespace cli {
 namespace {
 
-/// Escapes a text for roff, where some characters and beginnings of lines have a meaning.
+/// Escapes characters and beginnings of lines that are commands in roff, the markup of manual pages.
 std::string roff(const std::string& text) {
   std::string out;
   bool at_start = true;
@@ -66,8 +66,8 @@ std::string options_text(const Command& command) {
     } else {
       text += option.also.empty() ? "" : fmt::format("\\fB{}\\fR, ", roff(option.also));
       text += fmt::format("\\fB{}\\fR", roff(option.name));
-      // Replaces a long list of allowed words by NAME and lists them in the text, as groff does not break an
-      // option's line.
+      // Prints NAME for an option with a long list of allowed words and puts the list into the text, as groff
+      // does not break the line of an option.
       if (is_long(option))
         text += " \\fINAME\\fR";
       else if (!option.value.empty())
@@ -84,7 +84,7 @@ std::string options_text(const Command& command) {
   return text;
 }
 
-/// Formats the text that --help shows below the options. Lines of tables are not joined.
+/// Formats the text that --help shows below the options as roff. Lines of tables stay separate lines.
 std::string footer_text(const CLI::App& app) {
   const std::string& footer = app.get_footer();
   if (footer.empty()) return "";

@@ -1,4 +1,4 @@
-// Writes the pages of the manual from the definition of the command line.
+// Writes the manual pages of `bristle` from the definition of its command line.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace cli {
 
 struct ManualPage {
-  std::string name;  ///< name such as "bristle-run"
+  std::string name;  ///< name of the page, such as "bristle-run"
   std::string roff;
 };
 
@@ -17,7 +17,7 @@ struct ManualPage {
 /// as 2026-01-31.
 std::vector<ManualPage> manual_pages(const CLI::App& program, const std::string& version,
                                      const std::string& date);
-/// Returns today's date, or that in SOURCE_DATE_EPOCH, which makes builds reproducible.
+/// Returns today's date, or the date in SOURCE_DATE_EPOCH, which makes builds reproducible.
 std::string manual_date();
 
 /// Writes all manual pages into a folder as NAME.1 (made if missing). Without a folder, prints the page of

@@ -1,4 +1,4 @@
-// Checks option values in ways that CLI11 lacks.
+// Checks values of command-line options in ways that the library CLI11 lacks.
 #pragma once
 
 #include <cstdlib>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// Accepts numbers within a range. (CLI::Range lets "nan" pass.)
+/// Accepts only numbers within a range. (CLI11's own CLI::Range lets "nan" pass.)
 inline CLI::Validator within(double low, double high) {
   const auto check = [low, high](const std::string& text) {
     char* end = nullptr;
@@ -22,7 +22,7 @@ inline CLI::Validator within(double low, double high) {
   return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
 }
 
-/// Accepts only digits. (CLI11 reads "-1" as the largest unsigned number.)
+/// Accepts only whole numbers from 0 up. (CLI11 reads "-1" as the largest unsigned number.)
 inline CLI::Validator digits() {
   return CLI::Validator(
       [](const std::string& text) {

@@ -1,5 +1,5 @@
-// Wheel on a bed (a row of bristles under a pressure); functions that run and inspect it and other wheel
-// models.
+// Wheel whose contact is a bed (a row of bristles under a pressure), and functions that run and inspect this
+// and other models of wheels.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ inline std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
   model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
   std::sort(bristles.begin(), bristles.end(),
             [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
-  // Deflection (m) at the highest traction of the contact, by which tractions are divided.
+  // Deflection (m) at the contact's highest traction, which scales tractions to a share of that maximum.
   const double largest = 1.5 * model.limit / model.stiffness * model.half;
   std::vector<rivals::Traction> rows;
   for (const bristle::BedBristle& b : bristles)

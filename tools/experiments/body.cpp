@@ -6,8 +6,8 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // allowed residual of the equation of motion, relative to the largest
-                                     // force in it
+constexpr double tolerance = 1e-11;  // accepted residual of the equation of motion over its largest
+                                     // force
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -16,13 +16,13 @@ struct Root {
   int evaluations;
 };
 
-// Finds the zero of a residual that falls with d by secants, bracketed by the closest points of either sign,
-// with a bisection whenever two steps did not halve the bracket. The friction of a finite redrawing brush
-// jumps in d where one more bristle snaps; if the residual changes sign in such a jump, no d solves the
-// equation, and the better side is returned.
+// Finds the root of a residual that falls with the displacement d. Uses secants between the closest points of
+// either sign, and bisects when two steps did not halve the bracket. With a finite redrawing brush friction
+// jumps where one more bristle snaps; if the residual changes sign in a jump, no root exists and the side
+// with the smaller residual is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
-  double low = -INFINITY, high = INFINITY;  // bracket of the root: the residual is > 0 at low, < 0 at high
+  double low = -INFINITY, high = INFINITY;  // bracket of the root: residual > 0 at low, < 0 at high
   double at_low = 0.0, at_high = 0.0;
   Root best{d, residual(d), 1};
   double last_d = d, last = best.residual, secant = slope;

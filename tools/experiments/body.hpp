@@ -1,4 +1,4 @@
-// Moves a block on one friction model by implicit steps of its equation of motion, so that stiff models are
+// Moves a block under friction by implicit steps of its equation of motion, so that stiff friction models are
 // stable at 1 kHz.
 #pragma once
 
@@ -6,26 +6,26 @@
 
 namespace cli {
 
-/// Pull on the block, averaged over a step in which the block moves by d: force_n - stiffness d, with force_n
+/// Pull on a block that moves by d during a step, averaged over the step: force_n - stiffness d. force_n is
 /// the mean pull on a block that stays.
 struct Pull {
   double force_n = 0.0;
-  double stiffness = 0.0;  ///< N/m, stiffness of the pull; for a spring whose other end moves by itself, half
-                           ///< the spring's stiffness
+  double stiffness = 0.0;  ///< stiffness of the pull, N/m; half that of a spring, since the mean over a step
+                           ///< sees half of d
 };
 
-/// Block that solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d (midpoint rule).
+/// Block on a friction model. A step solves m (v1 - v0) = T (F_pull + F_mean(d)), d = T (v0 + v1) / 2.
 class SlidingBlock {
  public:
   explicit SlidingBlock(double mass_kg, double velocity = 0.0) : mass_(mass_kg), velocity_(velocity) {}
 
-  /// Advances a step. Returns the friction force on the block, mean over the step, N.
+  /// Advances the block by a step. Returns the friction force on it, averaged over the step, N.
   double advance(Subject& subject, const Pull& pull, double dt_s, double load_n);
 
   double position() const noexcept { return position_; }
   double velocity() const noexcept { return velocity_; }
-  /// Returns the largest residual of all steps over the largest force in the equation. It is not small where
-  /// the friction of a finite brush jumps with d (one more bristle snaps).
+  /// Returns the largest residual of the equation of motion in any step, over its largest force. It is not
+  /// small where one more snap of a finite brush makes friction jump.
   double worst_residual() const noexcept { return worst_residual_; }
   int worst_evaluations() const noexcept { return worst_evaluations_; }
 

@@ -12,8 +12,8 @@ namespace cli {
 namespace {
 
 struct BreakAway {
-  double friction = 0.0;  // N, highest friction before the block slides
-  double applied = 0.0;   // N, applied force at the moment of the highest friction
+  double friction = 0.0;  // highest friction before the block slides, N
+  double applied = 0.0;   // applied force when friction is highest, N
 };
 
 BreakAway pull(const std::string& model, const Settings& s, double rate, double load, double highest_load) {
@@ -26,8 +26,8 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   BreakAway found;
   for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
     const double applied = rate * dt * (static_cast<double>(k) - 0.5);
-    // Gives up at a hundred times the highest friction: only viscous terms still hold the block, so it will
-    // not break away.
+    // Gives up when the pull is a hundred times the highest friction: only viscous terms still hold the
+    // block, so that it will not break away.
     if (applied > 100.0 * strongest) break;
     const double friction = -block.advance(subject, {applied}, dt, load);
     if (friction > found.friction) found = {friction, applied};
@@ -35,7 +35,7 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   return found;
 }
 
-// Returns the highest force of a slow pull after sliding and a rest.
+// Returns the highest friction of a slow pull on a contact that slid and then rested for `rest_s`.
 double after_rest(const std::string& model, const Settings& s, double rest_s) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
@@ -52,7 +52,7 @@ double after_rest(const std::string& model, const Settings& s, double rest_s) {
   return move(3.0 * dbar, 1e-5);
 }
 
-// Returns the slope of log y over log x by least squares.
+// Returns the exponent of a power law y(x): the least-squares slope of log y over log x.
 double exponent(const std::vector<double>& x, const std::vector<double>& y) {
   double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   const auto n = static_cast<double>(x.size());
@@ -86,7 +86,7 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   std::vector<double> friction;
   for (const double load : loads) {
-    // Scales the rate with the load, so that break-away takes equally long under every load.
+    // Scales the rate of the growing pull with the load, so that break-away takes equally long at any load.
     const double rate = s.number("rate_at_loads") * load / s.number("load");
     const BreakAway found = pull(model, s, rate, load, highest);
     friction.push_back(found.friction);

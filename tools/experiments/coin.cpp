@@ -8,17 +8,17 @@
 namespace cli {
 namespace {
 
-constexpr double gravity = 9.81;  // m/s^2, of the earth
+constexpr double gravity = 9.81;  // gravity of the earth, m/s^2
 
-// Ratio v / (omega R) at the end of the motion: the root of F(eps) / (mu N) = 2 eps T(eps) / (mu N R), where
-// F and T are force and torque of a uniform disc at the ratio eps.
+// Ratio v / (omega R) of sliding to spinning speed with which any coin comes to rest, by theory: the root eps
+// of F(eps) / (mu N) = 2 eps T(eps) / (mu N R), with force F and torque T of a uniform disc.
 constexpr double last_ratio = 0.653002;
-constexpr double seen_at = 0.02;         // share of the initial speed at which the ratio v / (omega R) is
-                                         // read
+constexpr double seen_at = 0.02;         // share of the initial speed at which v / (omega R) is
+                                         // measured
 constexpr double stopped_below = 0.002;  // share of the initial speed below which the coin counts as at rest
 
-/// Result of a throw that begins at a ratio v / (omega R) of sliding to spinning speed: that ratio late in
-/// the motion, and the times (s) at which sliding and spinning end.
+/// Result of one throw of a coin: the ratio v / (omega R) of sliding to spinning speed late in the motion,
+/// and the times (s) at which sliding and spinning end.
 struct Throw {
   double late_ratio = 0.0;
   double slides_until = 0.0, spins_until = 0.0;
@@ -33,7 +33,7 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
   double v = start * ratio / (1.0 + ratio), spin = start / (1.0 + ratio) / radius;
   Throw seen;
   double shown = 2.0;
-  // Gives up after ten times the time in which friction stops a sliding coin: a creeping coin never rests.
+  // Gives up after ten times the stopping time of a coin that only slides: a creeping coin never rests.
   const double longest = 10.0 * start / (s.number("kinetic") * gravity);
   for (double time = 0.0; time < longest && (seen.slides_until == 0.0 || seen.spins_until == 0.0);) {
     const rivals::Wrench w = subject.step({dt * v, 0.0}, dt * spin, dt, load).end;

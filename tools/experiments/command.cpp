@@ -51,8 +51,8 @@ std::string quoted(const std::string& path) {
   return "'" + path + "'";
 }
 
-// Returns the folder of plot scripts: as installed beside the program, else where it was built. The path is
-// relative, so that both may be moved.
+// Returns the folder of gnuplot scripts: as installed beside the program, else in the build. Its path is
+// relative to the program, so that both may be moved.
 fs::path plots_folder() {
   if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
   std::error_code none;
@@ -159,7 +159,7 @@ void experiment_command(const ExperimentOptions& options) {
   const std::vector<std::string> models =
       choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
   for (const Experiment* e : wanted)
-    // Checks settings, so that bad ones are refused before the first experiment runs.
+    // Checks the settings of every experiment, so that a bad one is refused before the first experiment runs.
     e->check(settings_for(*e, options));
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;

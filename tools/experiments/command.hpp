@@ -10,22 +10,22 @@
 namespace cli {
 
 struct ExperimentOptions {
-  std::string name;                 ///< name of an experiment, or "all" or "list"
-  std::vector<std::string> set;     ///< settings, each "key=value"; with "all": "experiment.key=value"
-  std::string config;               ///< TOML file of settings; empty: none
-  std::vector<std::string> models;  ///< names of the models to run; empty: all
-  std::string csv, json, plot;      ///< output files; empty: none, "-": stdout (not for plot)
-  std::string markdown;             ///< file for all results as a Markdown page, with "all"
-  bool no_cost = false;             ///< whether the results leave out the times of a step, with "all"
+  std::string name;                 ///< name of an experiment, "all" or "list"
+  std::vector<std::string> set;     ///< settings "key=value"; with "all": "experiment.key=value"
+  std::string config;               ///< TOML file with settings; empty: none
+  std::vector<std::string> models;  ///< names of friction models to run; empty: all
+  std::string csv, json, plot;      ///< report files; empty: none, "-": stdout (not for plot)
+  std::string markdown;             ///< Markdown page to write with all results, with "all"
+  bool no_cost = false;             ///< whether run times of models are left out, with "all"
 };
 
-/// Runs the command and writes its outputs. Throws UserError.
+/// Runs the command `bristle experiment` and writes its outputs. Throws UserError.
 void experiment_command(const ExperimentOptions& options);
 
-/// Lists names, titles, and parameters with defaults and units of all experiments.
+/// Lists all experiments by name and title, each with its parameters, their defaults and units.
 std::string experiment_list();
 
-/// Experiment that was run, with its settings and result.
+/// Experiment with the settings and models it ran with, and its result.
 struct ExperimentReport {
   const Experiment* experiment;
   Settings settings;
@@ -33,13 +33,13 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// Returns a sentence on how many phenomena each model shows, and a table per experiment; with --wide one
-/// table for all experiments that have the same models.
+/// Returns a sentence on how many phenomena each model shows, and a table for each experiment. With --wide,
+/// experiments that have the same models share a table.
 std::string findings_text(std::span<const ExperimentReport> reports);
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
 std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);
 std::string experiment_csv(const ExperimentReport& report);
-/// Returns the page tools/EXPERIMENTS.md.
+/// Returns the text of the page tools/EXPERIMENTS.md, from the results of all experiments.
 std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
                             const std::vector<std::string>& models);
 

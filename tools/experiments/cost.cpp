@@ -1,5 +1,5 @@
-// Measures the time of a step of each model in one interleaved run, as CPU time of the thread, which other
-// programs do not lengthen.
+// Measures the time of a step of each friction model. Steps of all models alternate, and CPU time of the
+// thread is taken, which other programs do not lengthen.
 #include <memory>
 
 #include <bristle/deadline_monitor.hpp>
@@ -17,7 +17,7 @@ struct Motion {
 };
 constexpr Motion motions[] = {{"presliding", 0.003}, {"sliding", 1.0}};
 
-// Stores the forces so that the compiler does not remove the computation.
+// Receives the computed forces, so that the compiler does not remove their computation.
 volatile double sink = 0.0;
 
 double time_of_steps(Subject& subject, double step, double load, int steps) {

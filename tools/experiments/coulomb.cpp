@@ -14,9 +14,9 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  const double step = 0.37 * s.number("presliding");  // m, length of a step; neither a multiple of the
-                                                      // snap length nor a whole part of it, so that steps
-                                                      // and snaps do not fall in with each other
+  const double step = 0.37 * s.number("presliding");  // length of a step, m; the odd factor keeps
+                                                      // steps and snaps from falling in with each
+                                                      // other
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -27,20 +27,20 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   return sum / static_cast<double>(std::max(measure, 1L));
 }
 
-// Returns how many asperities of an apparent area touch (the paper's eq. 8). Their heights are evenly spaced
-// quantiles of an exponential law (eq. 6); the surfaces come together until the springs carry the load (eq. 7
-// without its integral).
+// Returns how many asperities touch (the paper's eq. 8) if the apparent area is `area_factor` times the
+// default. Heights are quantiles of an exponential law (eq. 6); the surfaces come together until the springs
+// carry the load (eq. 7 without its integral).
 double asperities_touching(const Settings& s, double area_factor) {
-  const double sigma = 1e-6;  // m, mean height of an asperity; the result does not depend on it
+  const double sigma = 1e-6;  // mean asperity height, m; does not affect the result
   const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
   const double in_contact = s.number("bristles_per_newton") * s.number("load");
   const auto count =
       static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
-  const auto height = [&](std::size_t i) {  // m, height of asperity number i, counted from the highest
+  const auto height = [&](std::size_t i) {  // height of asperity number i from the top, m
     return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
   };
-  // Adds asperities from the highest down: the load at which the next one would touch grows with their
-  // number.
+  // Adds asperities in contact from the highest down, until the next one would touch only at a load above the
+  // given one.
   double sum = 0.0;
   for (std::size_t n = 1; n < count; ++n) {
     sum += height(n - 1);
@@ -54,7 +54,7 @@ void slide_over_loads(const ExperimentInput& input, const std::string& model, Ex
   const Settings& s = input.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
-  // Compares with friction at this speed, not with the kinetic coefficient: some models depend on speed.
+  // Compares with the coefficient at this speed, not with the kinetic one: some models depend on speed.
   const double coefficient = steady_friction(model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {
@@ -86,7 +86,7 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   const double bristles_per_newton = s.number("bristles_per_newton");
   double low = INFINITY, high = -INFINITY;
   for (const double area : input.settings.numbers("areas")) {
-    // Gives the brush as many physical bristles as asperities touch at this area; a rival has none.
+    // Scales a brush's friction by the number of asperities that touch; rival models have no such number.
     const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
     const double friction = steady_friction(model, s, load, load) * (is_brush(model) ? touching : 1.0);
     low = std::min(low, friction);

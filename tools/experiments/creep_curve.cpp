@@ -1,5 +1,5 @@
-// Experiment: a wheel that rolls and creeps sideways. Measures its force, aligning moment, slipping parts of
-// the contact and relaxation length, and whether it stands still under a side force.
+// Experiment with a wheel that rolls and creeps sideways. Measures force, aligning moment, slipping parts of
+// the contact, relaxation length, and whether the wheel stands still under a side force.
 #include <algorithm>
 #include <cmath>
 
@@ -15,8 +15,8 @@ namespace {
 using rivals::Wheel;
 using Answer = rivals::WheelForce;
 
-/// Returns the distance rolled, in half contact lengths, after which a small creepage reaches 1 - 1/e of its
-/// force.
+/// Returns the relaxation length: the distance rolled, in half contact lengths, after which the force of a
+/// small creepage reaches 1 - 1/e of its steady value.
 template <class Model>
 double relaxation(const Wheel& wheel, double per_step) {
   const double creepage = 0.01 * wheel.full_slip(), step = 1e-3 * wheel.half, dt = 1e-3 * step / per_step;
@@ -28,7 +28,7 @@ double relaxation(const Wheel& wheel, double per_step) {
   return length;
 }
 
-/// Returns how far (m) a standing wheel creeps in a cycle of side force, after the first cycle.
+/// Returns how far (m) a standing wheel creeps per cycle of side force, not counting the first cycle.
 template <class Model>
 double creep_at_rest(const Wheel& wheel, int cycles) {
   constexpr int steps = 50;

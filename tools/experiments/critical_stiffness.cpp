@@ -18,8 +18,8 @@ namespace cli {
 namespace {
 
 struct Response {
-  std::vector<double> t, force;  // time after a step of speed, s; change of the friction force per m/s of the
-                                 // step, N s/m
+  std::vector<double> t, force;  // times (s) after a step of speed, and changes of the friction force over
+                                 // the step (N s/m)
   double at_once() const { return force.front(); }
   double limit() const { return force.back(); }
 };
@@ -37,7 +37,7 @@ Response measure_response(const std::string& model, const Settings& s, double sp
   const auto steps = static_cast<long>(std::lround(s.number("response_way") * s.number("steps_per_length")));
   double x = 0.0;
   for (long k = 0; k <= steps; ++k) {
-    const double way = k == 0 ? 1e-5 * each : each;  // a tiny first step measures the immediate response
+    const double way = k == 0 ? 1e-5 * each : each;  // a tiny first step: it measures the immediate response
     const double fast = up.step({way, 0.0}, way / (speed * (1.0 + step)), load).end.x;
     const double slow = down.step({way, 0.0}, way / (speed * (1.0 - step)), load).end.x;
     x += way;
@@ -64,8 +64,8 @@ std::complex<double> impedance(const Response& r, double w) {
   return z;
 }
 
-// Range of springs that are tried: up to twice the contact's own stiffness, 2 mu N over the presliding
-// length.
+// Range of spring stiffness (N/m) that is tried, up to 4 mu N over the presliding length, twice the contact's
+// own stiffness.
 struct Range {
   explicit Range(const Settings& s)
       : stiffest(4.0 * s.number("kinetic") * s.number("load") / s.number("presliding")),
@@ -73,16 +73,16 @@ struct Range {
   double stiffest, softest;
 };
 
-// Returns the critical stiffness by theory: 0 if sliding is steady on every spring, the stiffest if on none.
+// Returns the critical stiffness by linear theory: 0 if every spring slides steadily, the stiffest if none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
-  // Friction that does not fall with speed makes sliding steady on every spring.
+  // Returns 0, as sliding is steady on every spring if friction does not fall with speed.
   if (r.limit() > -least_slope) return 0.0;
   const auto damping = [&](double w) { return impedance(r, w).real(); };
   const auto held_by = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
   const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
   const int points = 400;
   double critical = 0.0, before = first;
-  bool negative = true;  // whether the real part of Z (force per unit of speed) was negative at the last
+  bool negative = true;  // whether the real part of the impedance Z was negative at the last
                          // frequency
   for (int i = 1; i <= points; ++i) {
     const double w = first * std::pow(last / first, static_cast<double>(i) / points);
@@ -98,8 +98,8 @@ double critical_by_theory(const Response& r, double mass, double least_slope, co
     before = w;
   }
   if (!negative) return std::min(critical, range.stiffest);
-  // Without immediate damping no spring is stiff enough: at high frequency the part of friction that falls
-  // with speed fades as w^-2, and only immediate damping remains.
+  // Returns the stiffest spring if friction has no immediate damping: at high frequency the part that falls
+  // with speed fades as w^-2, so nothing makes sliding steady.
   if (!(r.at_once() > 0.0)) return range.stiffest;
   const double faster2 = 1.0 - damping(last) / r.at_once();
   return std::min(held_by(last) + mass * last * last * (faster2 - 1.0), range.stiffest);
@@ -111,8 +111,8 @@ struct Trial {
   double speed, stiffness;
 };
 
-// Slider in steady sliding on its spring. Over the first five presliding lengths its pulled end moves faster
-// or slower by a small share, then at the steady speed.
+// Slider in steady sliding on a spring. To disturb it, the spring's pulled end moves faster or slower by a
+// small share over the first five presliding lengths, then at the steady speed.
 class Pulled {
  public:
   Pulled(const Trial& trial, double faster)
@@ -126,7 +126,7 @@ class Pulled {
     friction_ = slide(subject_, s.number("settling") * dbar, trial.speed, each, load);
     stretched_ = friction_ / trial.stiffness;
   }
-  // Advances to t and returns the spring's force less steady friction.
+  // Advances the slider to time t (s). Returns the spring's force less steady friction, N.
   double advance(double t, double dt) {
     const double k = trial_.stiffness;
     const double middle = 0.5 * (end_at(t - dt) + end_at(t));
@@ -146,8 +146,8 @@ class Pulled {
   double ahead_m_, stretched_, friction_;
 };
 
-// Pair of sliders, disturbed in opposite directions. Half their difference is the effect of the disturbance,
-// without the fluctuations of a finite brush.
+// Pair of sliders disturbed in opposite directions. Half the difference of their forces is the effect of the
+// disturbance, without the fluctuations of a finite brush.
 class Twins {
  public:
   explicit Twins(const Trial& trial)
@@ -161,7 +161,7 @@ class Twins {
     mean_ = 0.5 * (a + b);
     difference_ = 0.5 * (a - b);
   }
-  double mean() const { return mean_; }  // N, deviation of the spring's force from steady friction
+  double mean() const { return mean_; }  // mean deviation of both springs' forces from steady friction, N
   double difference() const { return difference_; }
 
  private:
@@ -189,16 +189,16 @@ bool grows(const Trial& trial) {
       if (high - low > std::min(large, 8.0 * first) || std::fabs(twins.mean()) > large) return true;
     }
     if (i == 0) first = high - low;
-    // Counts as stable a swing that neither gains nor loses energy, up to rounding and to bristles that snap
-    // a step earlier or later.
+    // Ends the trial as stable if the swing's width stays constant up to rounding and to bristles that snap a
+    // step earlier or later: such a swing neither gains nor loses energy.
     if (high - low < 1.5e-4 * large || (i >= 2 && !(high - low > 1.01 * before))) return false;
     before = high - low;
   }
   return true;
 }
 
-// Returns the critical stiffness by bisection: 0 if sliding is steady on every spring tried, the stiffest if
-// on none.
+// Returns the critical stiffness by bisection over simulated sliders: 0 if every spring tried slides
+// steadily, the stiffest if none.
 double critical_by_bisection(const std::string& model, const Settings& s, double speed, const Range& range) {
   if (grows({model, s, speed, range.stiffest})) return range.stiffest;
   double stable = range.stiffest, unstable = 0.0;
@@ -213,7 +213,7 @@ double critical_by_bisection(const std::string& model, const Settings& s, double
   return std::sqrt(stable * unstable);
 }
 
-// Records the difference of the two sliders on springs a little softer and a little stiffer than critical.
+// Records how disturbed sliders diverge on springs a little softer and a little stiffer than critical.
 void trace(const Settings& s, const std::string& model, double speed, double critical,
            ExperimentResult& result) {
   const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");

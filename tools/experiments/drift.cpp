@@ -14,7 +14,7 @@
 namespace cli {
 namespace {
 
-// Force profile: ramp up to the middle, hold, waver by a sine, unload.
+// Force on a block over time: a ramp up to the middle force, a hold, sine cycles, and unloading.
 struct Profile {
   double low, high, ramp, hold, frequency, cycles, unload;
 
@@ -41,8 +41,8 @@ struct Profile {
   }
 };
 
-// Means of the position over successive windows of time, so that the ringing of undamped springs does not
-// count as drift.
+// Averages of a block's position over successive windows of time, so that the ringing of undamped springs
+// does not count as drift.
 class WindowMeans {
  public:
   WindowMeans(double from, double window) : from_(from), window_(window) {}
@@ -69,8 +69,8 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
   const double dt = s.number("dt"), load = s.number("load");
   Subject subject(model, s);
   SlidingBlock block(s.number("mass"));
-  // Windows of a quarter of the hold, and of a cycle of the force. An offset of half a step keeps their ends
-  // between steps.
+  // Averages the position over quarters of the hold and over cycles of the force. An offset of half a step
+  // keeps the ends of these windows between steps.
   WindowMeans hold(profile.ramp + 0.5 * dt, 0.25 * profile.hold);
   WindowMeans cycle(profile.wavering_from() + 0.5 * dt, 1.0 / profile.frequency);
   const auto steps = static_cast<long>(std::lround(profile.end() / dt));
@@ -100,7 +100,7 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   const double periods = std::max(4.0, std::round(s.number("slope_duration") * frequency));
   Subject subject(model, s);
   SlidingBlock block(load * std::hypot(1.0, s.number("slope")) / 9.80665);
-  const double tilting = s.number("ramp_time");  // s, time in which the slope is tilted before it is shaken
+  const double tilting = s.number("ramp_time");  // time in which the slope is tilted before it is shaken, s
   WindowMeans period(tilting + 0.5 * dt, 1.0 / frequency);
   const auto steps = static_cast<long>(std::lround((tilting + periods / frequency) / dt));
   const long every = std::max(1L, steps / 2000);
@@ -119,8 +119,8 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
   result.findings.push_back({"slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding")});
 }
 
-// Limits the step to a 20th of the shortest event of the run, so that means and swings are those of the
-// model.
+// Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that the measured means and
+// swings are the friction model's and not the step's.
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});

@@ -1,5 +1,5 @@
-// Runs the classic friction experiments, the brush beside other friction models: `bristle experiment`. Each
-// experiment moves every model in the same way and decides by numbers whether the model shows what the
+// Runs the classic friction experiments on the brush and on other friction models: `bristle experiment`. Each
+// experiment moves every model in the same way, and decides by numbers whether the model shows what the
 // literature reports.
 #pragma once
 
@@ -14,17 +14,17 @@
 
 namespace cli {
 
-/// Phenomenon of the literature, and the criterion by which a model shows it.
+/// Phenomenon of friction known from the literature, and the criterion by which a model shows it.
 struct Phenomenon {
   std::string id;          ///< name of the phenomenon, such as "drift_per_cycle"
   std::string title;       ///< title such as "no drift under a wavering force"
   std::string literature;  ///< what the literature reports, and who
-  std::string measured;    ///< meaning of the number that decides the verdict
+  std::string measured;    ///< meaning of the measured number that decides
   std::string unit;
-  std::string passes;  ///< criterion by which the phenomenon counts as shown
+  std::string passes;  ///< which measured numbers count as a pass
 };
 
-/// Verdict on one phenomenon and one model: a cell of the table.
+/// Verdict on whether one model shows one phenomenon, with the measured value.
 struct Finding {
   std::string phenomenon;
   std::string model;
@@ -32,7 +32,7 @@ struct Finding {
   bool shown = false;
 };
 
-/// Point of a curve: its picture panel, its model, and its numbers.
+/// Point of a measured curve: the panel of the picture, the model, and the point's numbers.
 struct SeriesRow {
   std::string panel;
   std::string model;
@@ -47,49 +47,49 @@ struct ExperimentResult {
 struct ExperimentInput {
   Settings settings;
   std::vector<std::string> models;
-  std::function<void(double)> progress = [](double) {};  ///< called with the share done, 0 to 1
+  std::function<void(double)> progress = [](double) {};  ///< called with the share that is done, 0 to 1
 };
 
 struct Experiment {
   std::string name;
   std::string title;
-  /// Parameters of all experiments, with this one's defaults, then those that only this one has.
+  /// Parameters common to all experiments, with this one's defaults, followed by those of its own.
   std::vector<Parameter> parameters;
   std::vector<Phenomenon> phenomena;
-  std::vector<std::string> columns;  ///< names of SeriesRow::values, units in brackets
+  std::vector<std::string> columns;  ///< names of a point's numbers, units in brackets
 
-  /// Runs one model and adds its curves and findings. It may report progress of its own.
+  /// Runs the experiment on one model and adds its curves and verdicts. It may report its own progress.
   void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
-  /// Checks settings against each other. Throws UserError.
+  /// Checks settings that depend on each other. Throws UserError.
   void (*check)(const Settings&) = [](const Settings&) {};
-  /// Names and titles of the models, if the experiment has its own; empty: model_names().
+  /// Names and titles of the models, if the experiment has its own; empty: those of model_names().
   std::vector<std::pair<std::string, std::string>> models = {};
 };
 
-/// Returns the experiments in the order of the table.
+/// Returns all experiments, in the order in which the table of results has them.
 const std::vector<Experiment>& experiments();
-/// Finds an experiment by name. Throws a UserError that lists all names, followed by `other_names`.
+/// Finds an experiment. Throws a UserError that lists all names, followed by `other_names`.
 const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names = {});
 
 /// Returns the default models: seven other friction models, the two readings of the paper's brush, the
 /// infinite brush (redraw), an infinite brush with residual and shared renewal ("rubbed"), and one that also
 /// ages.
 std::span<const std::string_view> model_names();
-/// Returns the names of an experiment's models; nullptr: model_names().
+/// Returns the names of the models that an experiment runs; those of model_names() for nullptr.
 std::vector<std::string> models_of(const Experiment* experiment);
-/// Returns `wanted`, or all of models_of() if `wanted` is empty. Throws a UserError that begins with `where`
-/// on unknown and repeated names.
+/// Returns the models `wanted` by the user, or all that the experiment runs if none are named. Throws a
+/// UserError that begins with `where` on unknown and repeated names.
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where,
                                        const Experiment* experiment);
-/// Returns a model's title as tables print it: "LuGre".
+/// Returns the title of a model in tables, such as "LuGre".
 std::string model_title(std::string_view model);
 
-/// Returns why a model shows a phenomenon or does not; empty if the outcome differs from that of the default
-/// parameters.
+/// Returns why a model shows (or does not show) a phenomenon. Empty if `shown` is not the outcome with
+/// default parameters, for which the reasons were written.
 std::string reason_of(std::string_view phenomenon, std::string_view model, bool shown);
 
-/// Runs an experiment with progress on a terminal. Throws UserError (for a model that this build lacks, for
-/// instance).
+/// Runs an experiment and shows its progress on a terminal. Throws UserError, for instance for a model that
+/// this build lacks.
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input);
 
 Experiment drift_experiment();
@@ -116,15 +116,15 @@ Experiment soft_finger_experiment();
 Experiment joint_experiment();
 Experiment ratchet_experiment();
 
-/// Time of a step of one model, ns, all models measured in one interleaved run.
+/// Time of a step of one model, ns. The models' steps alternate in one run, so that times are comparable.
 struct CostRow {
   std::string model;
   std::string motion;
-  double ns = 0.0;               ///< ns, median over the rounds of measurement
-  double low = 0.0, high = 0.0;  ///< ns, lower and upper quartile over the rounds
+  double ns = 0.0;               ///< median over the rounds of measurement, ns
+  double low = 0.0, high = 0.0;  ///< lower and upper quartile over the rounds, ns
 };
 std::vector<CostRow> measure_cost(const ExperimentInput& input);
-/// Returns the settings that measure_cost needs.
+/// Returns the parameters of measure_cost(), which times the steps of the models.
 std::vector<Parameter> cost_parameters();
 
 }  // namespace cli

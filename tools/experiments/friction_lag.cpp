@@ -11,8 +11,8 @@
 namespace cli {
 namespace {
 
-// Swings the speed about a mean. Averages friction at the mean speed over the cycles, apart for growing and
-// for falling speed.
+// Moves a contact one way at a speed that swings about a mean. Compares friction at the mean speed while
+// speed grows and while it falls, each averaged over the cycles.
 void swing(const ExperimentInput& input, const std::string& model, double omega, bool decides,
            ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -20,23 +20,23 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const double mean = s.number("velocity_mean"), amplitude = s.number("velocity_amplitude");
   const auto cycles = static_cast<long>(s.number("cycles"));
   const double period = 2.0 * M_PI / omega;
-  // Uses a whole number of steps in a quarter period, so that the mean speed falls on the end of a step.
+  // Divides a quarter period into whole steps, so that a step ends where the speed is the mean speed.
   const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
   const long steps = 4 * quarter;
   const double dt = period / static_cast<double>(steps);
-  const auto at = [&](long k) {  // m, position at the end of step k: the integral of the swinging speed
+  const auto at = [&](long k) {  // position at the end of step k, m: integral of the swinging speed
     const double turns = static_cast<double>(k) / static_cast<double>(steps);
     return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
   };
   Subject subject(model, s);
   std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
-  // Slides ten lengths first, after which a brush has forgotten its start.
+  // Slides ten presliding lengths before measuring, after which a brush has forgotten its start.
   const auto settling =
       static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {
     for (long k = 1; k <= steps; ++k) {
-      // Records the mean force of the step, which belongs to the swing's speed halfway through the step, to
-      // second order in dt.
+      // Records the step's mean friction, which to second order in dt is the friction at the speed halfway
+      // through the step.
       const double friction = -subject.step({at(k) - at(k - 1), 0.0}, dt, load).mean.x;
       if (cycle >= 0) force[static_cast<std::size_t>(k - 1)] += friction / static_cast<double>(cycles);
     }

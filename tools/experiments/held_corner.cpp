@@ -11,10 +11,10 @@ namespace {
 using rivals::Pair;
 using rivals::SpinForce;
 
-/// Mean distance of the points of a unit square from one of its corners.
+/// Mean distance of a unit square's points from a corner: torque over friction when it turns about it.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
-/// Plate that can only turn about its corner.
+/// Square plate that can only turn about one of its corners.
 class HeldPlate {
  public:
   HeldPlate(const std::string& model, const Settings& s)
@@ -23,7 +23,7 @@ class HeldPlate {
         load_(s.number("load")) {}
 
   struct Moment {
-    double end = 0.0, mean = 0.0;  ///< N m, friction torque on the plate about the corner
+    double end = 0.0, mean = 0.0;  ///< friction torque on the plate about the corner, N m
   };
   Moment turn(double angle, double dt_s) {
     const rivals::Turn centre(turned_, angle);
@@ -41,7 +41,7 @@ class HeldPlate {
   double turned_ = 0.0;
 };
 
-/// Returns the friction (N) of the plate sliding steadily without turning.
+/// Returns the friction force (N) on the plate in steady sliding without turning.
 double sliding_friction(const std::string& model, const Settings& s) {
   SpinSubject subject(model, s, {ContactArea::Shape::square, 0.5 * s.number("side")});
   const double step = 0.37 * s.number("presliding"), dt = step / s.number("velocity");

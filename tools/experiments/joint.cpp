@@ -1,5 +1,5 @@
-// Experiment: a geared joint that is held, driving, driven, and reversed. The rivals' friction does not
-// depend on torque; the slide rule's brush is a JointFriction.
+// Experiment with a geared joint that is held, driving, driven, and reversed. The friction of rival models
+// does not depend on torque; the brush with the slide rule is a JointFriction.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Returns the friction (N m) of lifting the rated weight; the other models have it under any weight.
+/// Returns the friction torque (N m) while lifting the rated weight; rival models have it at any weight.
 double full_friction(const Settings& s) { return s.number("kinetic") * s.number("load"); }
 
 bristle::JointMaterial gear_of(const Settings& s, bool drops) {
@@ -36,11 +36,11 @@ Subject joint_of(const std::string& model, const Settings& s) {
 }
 
 struct Strokes {
-  double up = 0.0, down = 0.0;  ///< N m, steady friction torque while lifting and while lowering
-  double reversed = -1.0;       ///< presliding lengths turned after the reversal until friction is zero
+  double up = 0.0, down = 0.0;  ///< steady friction torque in lifting and lowering, N m
+  double reversed = -1.0;       ///< angle from reversal to zero friction, in presliding lengths
 };
 
-/// Lifts a weight by the joint slowly, and lets it down again.
+/// Lifts a weight slowly by the joint and lowers it again; measures steady friction both ways.
 Strokes lift(const ExperimentInput& input, const std::string& model, double weight, bool draws,
              ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -53,7 +53,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
   for (const int way : {1, -1}) {
     double& steady = way > 0 ? found.up : found.down;
     for (long k = 1; k <= steps; ++k) {
-      joint.set_torques(weight + friction, -weight);  // the motor's torque that balances weight and friction
+      joint.set_torques(weight + friction, -weight);  // balances weight and friction by the motor's torque
       const double before = friction;
       const rivals::Force force = joint.step({way * step, 0.0}, dt, s.number("load"));
       friction = -force.end.x;
@@ -68,15 +68,15 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
   return found;
 }
 
-/// Holds the rated torque of a motor while the net torque on the arm wavers below friction. Returns the arm's
-/// creep per cycle, rad.
+/// Holds the rated torque of a motor on a joint's arm while the net torque wavers below friction. Returns the
+/// arm's creep per cycle, rad.
 double hold_arm(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
-  SlidingBlock arm(0.01);             // kg m^2, moment of inertia
-  constexpr std::size_t cycles = 10;  // number of cycles; the torque rises from 0 during the first
+  SlidingBlock arm(0.01);             // arm of the joint as a body with this moment of inertia, kg m^2
+  constexpr std::size_t cycles = 10;  // number of load cycles; in the first the torque rises from 0
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);

@@ -1,4 +1,4 @@
-// Experiment: the limit surface of a disc that slides and spins steadily, at every ratio of the two.
+// Experiment on the limit surface: force and torque of a disc that slides and spins, at every ratio.
 #include <algorithm>
 #include <cmath>
 
@@ -12,13 +12,13 @@ namespace {
 using rivals::Pair;
 using rivals::Wrench;
 
-/// Returns the mean force and torque of steady motion at the ratio eps = v / (omega R) of sliding to spinning
-/// speed.
+/// Returns mean force and torque of a disc in steady motion at the ratio eps = v / (omega R) of sliding to
+/// spinning speed.
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
-  // Path (m) of the fastest point in a step; no fraction of the snap length, so that steps do not fall in
-  // with snaps.
+  // Path (m) of the disc's fastest point in a step. The odd factor keeps steps and snaps from falling in with
+  // each other.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);
@@ -39,7 +39,7 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
 void run_limit_surface(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius");
-  // Compares with friction at this speed, not with the kinetic coefficient: some models depend on speed.
+  // Divides by friction at the same speed, not by the kinetic coefficient, as some models depend on speed.
   const double friction = steady(model, s, INFINITY).force.x;
   double worst = 0.0;
   const std::vector<double>& ratios = s.numbers("ratios");

@@ -12,11 +12,11 @@ namespace {
 
 struct Sphere {
   std::string model;
-  /// Coefficients of friction and restitution; speed of approach, m/s.
+  /// Coefficients of friction and restitution (1); normal speed of approach (m/s).
   double friction = 0.0, restitution = 1.0, approach = 0.0;
-  double radius = 0.0, mass = 0.0;  ///< m, radius, and kg, mass of the sphere
+  double radius = 0.0, mass = 0.0;  ///< radius (m) and mass (kg) of the sphere
 
-  /// Pa, effective moduli E* and G* of the contact.
+  /// Effective moduli E* and G* of the contact between sphere and plane, Pa.
   double normal_modulus = 0.0, shear_modulus = 0.0;
 };
 
@@ -35,22 +35,22 @@ Sphere read_sphere(const std::string& model, const Settings& s) {
   return sphere;
 }
 
-/// Speed of the centre along the plane, and surface speed of the spin, m/s; the contact slips by their
+/// Tangential speeds of a sphere (m/s): of its centre, and of its surface by spin. The contact slips by their
 /// difference.
 struct Speeds {
   double centre = 0.0, rim = 0.0;
   double slip() const { return centre - rim; }
 };
 
-/// Returns the speeds after the impact. The load follows Hertz's law, times the square of the restitution in
-/// the rebound.
+/// Returns the sphere's tangential speeds after the impact. The load follows Hertz's law; in the rebound it
+/// is multiplied by the square of the coefficient of restitution.
 Speeds strike(const Sphere& sphere, Speeds speeds) {
   constexpr int steps = 3000;
   const double law = 4.0 / 3.0 * sphere.normal_modulus * std::sqrt(sphere.radius);
   const double deepest = std::pow(1.25 * sphere.mass * sphere.approach * sphere.approach / law, 0.4);
   const double dt = 2.95 * deepest / sphere.approach / steps;
-  const double per_load = 3.5 / sphere.mass * dt;  // m/s per N, change of slip velocity per friction force
-                                                   // in a step
+  const double per_load = 3.5 / sphere.mass * dt;  // change of slip velocity by 1 N of friction in a step,
+                                                   // m/s per N
   bristle::BedBatch beds;
   bristle::BedMotion motion;
   bristle::BedOptions options;
@@ -89,8 +89,8 @@ void run_oblique_impact(const ExperimentInput& input, const std::string& model, 
   const Settings& s = input.settings;
   Sphere sphere = read_sphere(model, s);
   const double stiffness_ratio = sphere.shear_modulus / sphere.normal_modulus;
-  // Scales a slip speed by friction and speed of approach, as Maw, Barber and Fawcett do. Impacts that begin
-  // with a scaled slip above `slides_from` slide throughout, even if the contact is rigid.
+  // Scales a slip speed by friction and speed of approach, as Maw, Barber and Fawcett do. An impact that
+  // begins with a scaled slip above `slides_from` slides throughout, like one of rigid bodies.
   const auto scaled = [&](double slip) {
     return stiffness_ratio * slip / (sphere.friction * sphere.approach);
   };

@@ -1,4 +1,4 @@
-// Parameters and their ranges: what an experiment needs that no command starts.
+// Parameters of the experiments with their ranges. Nothing here runs an experiment.
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -103,8 +103,8 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
     p.choices = std::move(choices);
     return p;
   };
-  // Defaults from Canudas de Wit et al. 1995 for LuGre, and a brush of equal kinetic force, initial stiffness
-  // and damping.
+  // Default parameters: those of LuGre in Canudas de Wit et al. 1995, and a brush of equal kinetic force,
+  // initial stiffness and damping.
   std::vector<Parameter> all = {
       number_parameter("dt", 1e-3, "s", "step; where a motion sets its own steps, their longest", 1e-6, 0.1),
       number_parameter("load", 2.5, "N", "normal load", 1e-6, 1e6),

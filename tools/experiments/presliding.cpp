@@ -1,4 +1,4 @@
-// Experiment: presliding, that is the first pull, hysteresis loops with reversals inside reversals, and the
+// Experiment on presliding: the first pull, hysteresis loops with reversals inside reversals, and the
 // deflection that remains after release.
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace cli {
 namespace {
 
-// Contact moved by displacement at constant speed, which records its path and force.
+// Contact that is moved by displacement at constant speed; it records its position and friction.
 class Path {
  public:
   Path(const ExperimentInput& input, const std::string& model, std::string panel, ExperimentResult& result)
@@ -20,7 +20,7 @@ class Path {
         step_(input.settings.number("presliding") / input.settings.number("steps_per_length")),
         result_(result) {}
 
-  /// Moves to x (m), or until `stop(friction)` is true. The last step is shortened to end at x.
+  /// Moves to position x (m), or until `stop(friction)` is true. The last step is shortened to end at x.
   template <class Stop>
   void move_to(double x, const Stop& stop) {
     const auto steps = static_cast<long>(std::ceil(std::fabs(x - x_) / step_ - 1e-9));
@@ -53,7 +53,7 @@ class Path {
   double x_ = 0.0, friction_ = 0.0, work_ = 0.0;
 };
 
-// Pulls a fresh contact and returns the highest force.
+// Pulls a contact that has never moved. Returns the highest friction (N).
 double virgin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const double dbar = input.settings.number("presliding");
   const double kinetic = input.settings.number("kinetic") * input.settings.number("load");
@@ -74,7 +74,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
   const Settings& s = input.settings;
   const double dbar = s.number("presliding");
   const double kinetic = s.number("kinetic") * s.number("load");
-  // Runs loops of growing width, and takes the energy that the second round of the widest loop loses.
+  // Runs hysteresis loops of growing width. Measures the energy lost in the second round of the widest.
   {
     Path path(input, model, "loops", result);
     for (const double width : {0.3, 0.5, 0.7}) {
@@ -91,7 +91,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
       }
     }
   }
-  // Runs a loop inside a loop: 0.6 -> 0.2 -> 0.4 -> 0.2, and on to 0.6.
+  // Runs a loop inside a loop: to 0.6, 0.2, 0.4, 0.2, and back to 0.6 presliding lengths.
   Path path(input, model, "nested", result);
   path.move_to(0.6 * dbar);
   const double outer = path.friction();

@@ -1,4 +1,4 @@
-// Experiment: a disc turned from rest; its stiffness, its peak, and the friction of a pull while it spins.
+// Experiment: a disc turned from rest, with its torsional stiffness, peak, and friction against a pull.
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +10,13 @@ namespace {
 
 using rivals::SpinForce;
 
-/// Friction of a first motion from rest (a force, or a torque over the radius), N; > 0 where it resists.
+/// Friction of a disc first pulled or turned from rest: a force, or torque over radius, N; > 0: resists.
 struct FirstMotion {
-  double slope = 0.0;  ///< N/m, stiffness over the first thousandth of a presliding length
+  double slope = 0.0;  ///< stiffness over the first thousandth of a presliding length, N/m
   double peak = 0.0, steady = 0.0;
 };
 
-/// Pulls the centre or turns the disc until its fastest point has moved `way` presliding lengths.
+/// Pulls or turns a resting disc until its fastest point has moved `way` presliding lengths.
 FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bool turns,
                       ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -42,7 +42,7 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
   return found;
 }
 
-/// Returns the highest force of a slow pull on a spinning disc, over the steady force of that pull.
+/// Returns the highest friction of a slow pull on a spinning disc, over the steady friction of that pull.
 double peak_while_spinning(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double radius = s.number("radius"), load = s.number("load"), dbar = s.number("presliding");
@@ -51,11 +51,11 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
     subject.step({}, step / radius, dt, load);
-  // Uses as many steps as a pull from rest; each takes longer, because the pull is slower than the spin.
+  // Uses as many steps as a pull without spin; each lasts longer, as the pull is slower than the spin.
   const long steps = std::lround(s.number("way") * per_length), last = steps / 4;
   double peak = 0.0, steady = 0.0;
   for (long k = 1; k <= steps; ++k) {
-    // Takes the mean over the step, so that the noise of a finite brush does not count as a peak.
+    // Uses the mean force of a step, so that the noise of a finite brush does not count as a peak.
     const double force = -subject.step({step, 0.0}, step / (ratio * radius), dt / ratio, load).mean.force.x;
     peak = std::max(peak, force);
     if (k > steps - last) steady += force / static_cast<double>(last);

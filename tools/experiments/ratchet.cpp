@@ -1,4 +1,4 @@
-// Experiment: friction that depends on the direction; its limits, and a block that is shaken to and fro.
+// Experiment: friction that depends on direction, and the drift of a block that is shaken to and fro.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,8 +14,8 @@ namespace {
 
 using rivals::Pair;
 
-/// Ground under the block: returns the force on the block (N) after a displacement (m). `keeps` says whether
-/// the step is made or only tried.
+/// Ground under a block, as a function from a displacement (m) to the friction force on the block (N).
+/// `keeps` says whether the step is made or only tried.
 using Ground = std::function<Pair(Pair displacement, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s) {
@@ -51,8 +51,8 @@ Ground make_ground(const std::string& model, const Settings& s) {
   };
 }
 
-/// Returns friction over load, by the body, in steady sliding at an angle to the lay (the direction of the
-/// surface's grain).
+/// Returns friction force over load in steady sliding at an angle (rad) to the lay, the direction of the
+/// surface's grain.
 Pair slide(const std::string& model, const Settings& s, double angle) {
   const Ground ground = make_ground(model, s);
   const double far = 100.0 * s.number("presliding");
@@ -81,11 +81,11 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
       {"to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01});
 }
 
-/// Block on the ground, free to move along the lay (the direction of the surface's grain), stepped
-/// implicitly.
+/// Block on the ground that is free to move along the lay (the direction of the surface's grain). Its
+/// equation of motion is solved implicitly.
 struct Block {
   Ground ground;
-  double mass, dt, most;  ///< kg, mass of the block; s, time step; N, an upper bound of the friction
+  double mass, dt, most;  ///< mass of the block (kg), time step (s), upper bound of friction (N)
   double x = 0.0, v = 0.0;
 
   void step(double pull) {
@@ -113,7 +113,7 @@ void shake(const std::string& model, const Settings& s, ExperimentResult& result
   Block block = make_block(model, s);
   double begin = 0.0;
   for (long k = 0; k <= (cycles + 1) * per_cycle; ++k) {
-    if (k == per_cycle) begin = block.x;  // measures from the second cycle on, since the first starts at rest
+    if (k == per_cycle) begin = block.x;  // measures drift from the second cycle on: the first starts at rest
     const double phase = 2.0 * M_PI * static_cast<double>(k % per_cycle) / static_cast<double>(per_cycle);
     block.step(force * std::cos(phase));
     if (k % std::max(1L, per_cycle / 50) == 0)

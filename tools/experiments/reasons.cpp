@@ -1,4 +1,4 @@
-// Explains why a model shows a phenomenon or does not, from its equations, for the default parameters.
+// Explains from a model's equations why it shows a phenomenon or does not, for the default parameters.
 #include <sstream>
 #include <vector>
 
@@ -8,10 +8,10 @@
 namespace cli {
 namespace {
 
-/// Entry of reasons.txt. Below each phenomenon stand models that show it (+) or do not (-), and why. Brushes
-/// are named without the prefix brush_.
+/// Entry of reasons.txt: below each phenomenon stand the models that show it (+) or do not (-), and why.
+/// Models that begin with brush_ are written without it.
 struct Reason {
-  std::string phenomenon, text;  ///< the text is "MODEL MODEL: why"
+  std::string phenomenon, text;  ///< `text` has the form "MODEL MODEL: why"
   bool shown;
 };
 
@@ -20,7 +20,7 @@ std::vector<Reason> read_reasons() {
   std::string phenomenon;
   std::istringstream lines(reasons_text);
   for (std::string line; std::getline(lines, line);) {
-    if (line[0] == ' ')  // the line continues the entry above it
+    if (line[0] == ' ')  // an indented line continues the entry above it
       all.back().text += line;
     else if (line[0] == '+' || line[0] == '-')
       all.push_back({phenomenon, line.substr(1), line[0] == '+'});

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Formats a value to three digits; a value that is only a rounding error becomes 0.
+// Formats a measured value with three digits, and a value below 5e-7 (a rounding error) as 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);
@@ -42,7 +42,7 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
   return nullptr;
 }
 
-/// Formats a verdict and its measured value; the unit stands in a header.
+/// Formats a table cell: the verdict on a phenomenon and the measured value, without its unit.
 std::string cell(const Finding* finding, const char* yes, const char* no) {
   if (!finding) return "not measured";
   return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
@@ -60,8 +60,8 @@ std::string capitalised(std::string text) {
   return text;
 }
 
-/// Returns titles of models, with one name for the brushes that snap, or slide, where all of them are in the
-/// list.
+/// Returns the titles of models, joined. Where a whole family of brushes (those that snap, or slide) is in
+/// the list, the family's name replaces its titles.
 std::string titles_of(const std::vector<std::string>& models) {
   static const std::vector<std::pair<std::string, std::vector<std::string>>> families = {
       {"brushes that snap", {"brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"}},
@@ -82,8 +82,8 @@ std::string titles_of(const std::vector<std::string>& models) {
   return fmt::format("{}", fmt::join(titles, "; "));
 }
 
-/// Returns a line for each group of models that share a verdict and a reason. Where a verdict is that of most
-/// models, its lines name only brushes and beds.
+/// Returns a line for each group of models that have one verdict on a phenomenon for one reason. For the
+/// verdict that most models have, only brushes and beds are named.
 std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
                     const std::vector<std::string>& models) {
   struct Group {
@@ -154,7 +154,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   return text;
 }
 
-/// Calls `visit` for each group of successive reports that have the same models.
+/// Calls `visit` for each run of successive experiments that have the same models.
 template <class Visit>
 void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
   while (!reports.empty()) {
@@ -167,7 +167,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Models in groups that show equally many phenomena, most first.
+  // Titles of models by the number of phenomena that they show, highest number first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();

@@ -1,4 +1,4 @@
-// Experiment: a ball that rolls down a slope, on the level, and after a throw without spin.
+// Experiment with a ball that rolls down a slope, rolls on the level, and is thrown without spin.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,13 +14,13 @@ namespace {
 
 constexpr double gravity = 9.81;  // m/s^2
 
-/// Force on the ball (N), and its decrease per metre of slip (N/m).
+/// Friction force on the ball (N), and its decrease per metre of slip (N/m).
 struct Pull {
   double force = 0.0, slope = 0.0;
 };
 
-/// Ground: returns the pull for a slip of the ball's surface against the ground and a rolled distance in a
-/// step, m. `keeps` says whether the step is made or only tried.
+/// Ground under a ball, as a function from a step's slip of the surfaces and rolled distance (m) to the
+/// friction force. `keeps` says whether the step is made or only tried.
 using Ground = std::function<Pull(double slip, double rolled, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s, double load) {
@@ -68,17 +68,17 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
 }
 
 struct Ball {
-  double v = 0.0, rim = 0.0;  ///< m/s, speed of the ball's centre, and speed of its surface by spin
+  double v = 0.0, rim = 0.0;  ///< speed of the ball's centre, and of its surface by spin, m/s
 };
 
-/// Rolls for a time, with implicit friction. `look` sees the ball after every step.
+/// Rolls a ball for a time (s), with friction solved implicitly. Calls `look` after every step.
 void roll(const ExperimentInput& input, const std::string& model, double degrees, Ball ball, double time,
           const std::function<void(double, const Ball&)>& look) {
   const Settings& s = input.settings;
   const double mass = s.number("mass"), dt = s.number("dt"), angle = degrees * M_PI / 180.0;
   const Ground ground = make_ground(model, s, mass * gravity * std::cos(angle));
-  // Change of slip in a step per newton of friction: dt^2 (1/m + R^2 / I), with moment of inertia I = 2/5 m
-  // R^2.
+  // Change of slip in a step by 1 N of friction (m/N): dt^2 (1/m + R^2 / I), with the ball's moment of
+  // inertia I = 2/5 m R^2.
   const double per_force = 3.5 * dt * dt / mass;
   for (long k = 1; k <= std::lround(time / dt); ++k) {
     ball.v += dt * gravity * std::sin(angle);

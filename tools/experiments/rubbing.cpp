@@ -1,5 +1,5 @@
-// Experiment: a contact rubbed to and fro many times, by a stroke, a trembling hand, in a circle, or under a
-// wavering force; and its path back over the place where it began.
+// Experiment with a contact rubbed to and fro many times: by a stroke, a trembling hand, in a circle, under a
+// wavering force; then moved back over the place where it began.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 using rivals::Pair;
 
-/// Contact moved by displacement at constant speed, in units of presliding length and kinetic friction.
+/// Contact moved at constant speed. Lengths are in presliding lengths, forces over kinetic friction.
 class Rubbed {
  public:
   Rubbed(const Settings& s, const std::string& model, int axes = 1)
@@ -24,7 +24,7 @@ class Rubbed {
         kinetic_(s.number("kinetic") * load_),
         speed_(s.number("velocity")) {}
 
-  /// Moves by `d` and returns the friction at the end of the step, by the body (positive along the motion).
+  /// Moves by `d`. Returns friction at the end of the step, over kinetic; positive along the motion.
   Pair move(Pair d) {
     const double way = length(d);
     if (way == 0.0) return friction_;
@@ -47,10 +47,10 @@ struct Loop {
   double work = 0.0;
 };
 
-// Share of rigid Coulomb friction's work above which a loop counts as open.
+// Work of a loop, over that of rigid Coulomb friction, above which the loop counts as open.
 constexpr double open_loop = 0.02;
 
-/// Moves to `stroke`, to -`stroke` and back to the middle. Returns the highest force and the work.
+/// Moves a contact to `stroke`, -`stroke` and the middle. Returns the highest friction and the work.
 Loop rub(Rubbed& contact, double stroke, double per_length) {
   const auto steps = std::max(4L, std::lround(stroke * per_length));
   const double before = contact.work();
@@ -65,7 +65,7 @@ Loop rub(Rubbed& contact, double stroke, double per_length) {
   return loop;
 }
 
-bool is_shown_on_the_axis(long cycle) {  // selects about a dozen cycles per decade for the curve
+bool is_shown_on_the_axis(long cycle) {  // selects about a dozen cycles per decade for the plot
   long decade = 1;
   while (decade * 10 <= cycle) decade *= 10;
   return decade == 1 || cycle % std::max(1L, decade / 2) == 0;
@@ -116,7 +116,7 @@ void strokes(const ExperimentInput& input, const std::string& model, ExperimentR
   if (lasts_from < 1e300) result.findings.push_back({"lasts_from", model, lasts_from, lasts_from <= 1.5});
 }
 
-/// Moves as a hand that tries to hold still: two superposed swings, 8 and 11 times a second.
+/// Moves a contact as a hand that tries to hold still: the sum of two swings, at 8 and 11 Hz.
 void tremor(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double dt = 1e-3, duration = s.number("tremor_time"), swing = s.number("tremor");
@@ -130,7 +130,7 @@ void tremor(const ExperimentInput& input, const std::string& model, ExperimentRe
     const double f = std::fabs(contact.move({next - x, 0.0}).x);
     x = next;
     highest = std::max(highest, f);
-    if (t <= 0.5) first = std::max(first, f);  // true during the first four swings
+    if (t <= 0.5) first = std::max(first, f);  // first 0.5 s, which are four swings of 8 Hz
     if (k > steps - steps / 10) last = std::max(last, f);
     if (k % window == 0) {
       result.series.push_back({"tremor", model, {swing, t, highest, 0.0}});
@@ -163,8 +163,8 @@ void circle(const ExperimentInput& input, const std::string& model, ExperimentRe
   result.findings.push_back({"circle", model, ratio, std::fabs(ratio - 1.0) <= 0.1});
 }
 
-/// Loads a block with a force that wavers between two shares of kinetic friction. Returns the drift per cycle
-/// in presliding lengths, over the second half; `taps` adds short pushes.
+/// Loads a block with a force that wavers between two shares of kinetic friction. Returns its drift per cycle
+/// over the second half, in presliding lengths. `taps` adds short pushes.
 double ratchet(const ExperimentInput& input, const std::string& model, double low, double high, bool taps,
                ExperimentResult& result) {
   const Settings& s = input.settings;
@@ -181,7 +181,7 @@ double ratchet(const ExperimentInput& input, const std::string& model, double lo
     for (long k = 0; k < steps; ++k) {
       const double part = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
       double share = 0.5 * (low + high) + 0.5 * (high - low) * sine_of_turns(part);
-      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // in the first cycle the force rises slowly from 0
+      if (cycle == 0) share *= std::min(1.0, 4.0 * part);  // the force rises slowly from 0 in the first cycle
       if (std::fmod(part * period, tap_every) < tap_time) share += tap;
       block.advance(subject, {share * kinetic}, dt, load);
       mean += block.position() / dbar / static_cast<double>(steps);
@@ -207,7 +207,7 @@ void ratchets(const ExperimentInput& input, const std::string& model, Experiment
   }
 }
 
-/// Moves away from the place where contact began, and back over it.
+/// Moves a contact far from where it began and back over that place, and records its friction.
 void echo(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double per_length = s.number("steps_per_length"), away = s.number("away");

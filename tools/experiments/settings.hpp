@@ -1,4 +1,4 @@
-// Parameters of an experiment: names, units, defaults and ranges, set by option or TOML file.
+// Parameters of an experiment (name, unit, default, range), which an option or a TOML file sets.
 #pragma once
 
 #include <functional>
@@ -13,26 +13,26 @@ struct Parameter {
   std::string name;
   std::string unit;
   std::string help;
-  std::vector<double> numbers;  ///< default value; several values if the parameter is a list
+  std::vector<double> numbers;  ///< default value; several for a parameter that is a list
   double min = 0.0, max = 1e9;
   bool is_list = false;
-  std::string text;                  ///< default, if the parameter is a choice of words
-  std::vector<std::string> choices;  ///< allowed words of a choice; empty: the parameter is a number
+  std::string text;                  ///< default word of a parameter that is a choice of words
+  std::vector<std::string> choices;  ///< words allowed for a choice; empty: a number
   bool whole = false;                ///< whether only whole numbers are allowed
 };
 
-/// Values of the parameters in one run. Setting a value checks its range.
+/// Values of an experiment's parameters in one run. Setting a value checks its range.
 class Settings {
  public:
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
 
-  /// Sets a value from "key=value"; lists with commas. Throws a UserError that begins with `prefix` and names
-  /// what is allowed.
+  /// Sets a parameter from "key=value"; the values of a list are separated by commas. Throws a UserError that
+  /// begins with `prefix` and names what is allowed.
   void set(std::string_view assignment, const std::string& prefix = "--set");
-  /// Sets a parameter that is a number or a list. Throws a UserError that names what is allowed.
+  /// Sets a parameter that is a number or a list of numbers. Throws a UserError that names the allowed range.
   void set_numbers(std::string_view name, std::vector<double> numbers);
-  /// Sets values from a TOML file: its top-level keys or, if present, those of the table `experiment`.
-  /// `is_table_name` tells tables of other experiments from typing errors.
+  /// Sets values from a TOML file: its top-level keys or, if present, those of its table `experiment`.
+  /// Refuses a table as a typing error unless `is_table_name` says that it is an experiment's name.
   void read_file(const std::string& path, const std::string& experiment,
                  const std::function<bool(std::string_view)>& is_table_name);
 
@@ -40,7 +40,7 @@ class Settings {
   const std::vector<double>& numbers(std::string_view name) const;
   const std::string& text(std::string_view name) const;
   const std::vector<Parameter>& parameters() const noexcept { return parameters_; }
-  /// Returns the parameter's default as an option takes it: "0.1,1,10".
+  /// Returns a parameter's default as text that the option --set takes: "0.1,1,10".
   static std::string value_text(const Parameter& parameter);
 
  private:
@@ -52,19 +52,19 @@ class Settings {
   std::vector<Parameter> parameters_;
 };
 
-/// Makes a parameter that is a number, with an inclusive range.
+/// Makes a parameter that is a number from `min` to `max`, both included.
 Parameter number_parameter(std::string name, double value, std::string unit, std::string help, double min,
                            double max);
 Parameter whole_parameter(std::string name, double value, std::string help, double min, double max);
 Parameter list_parameter(std::string name, std::vector<double> values, std::string unit, std::string help,
                          double min, double max);
 
-/// Returns the parameters that every experiment has: load, materials and their parameters. `defaults` changes
-/// defaults by name.
+/// Returns the parameters of every experiment: load, material and so on. `defaults` replaces default values
+/// by name.
 std::vector<Parameter> common_parameters(const std::map<std::string, double>& defaults = {});
 std::vector<Parameter> operator+(std::vector<Parameter> a, std::vector<Parameter> b);
 
-/// Returns a line per parameter: name, default, unit, meaning.
+/// Returns a table of parameters, one per line: name, default, unit, meaning.
 std::string parameter_table(const std::vector<Parameter>& parameters);
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// Experiment: slide, hold, slide; the peak after a hold over its duration, and the force during the hold
-// (Dieterich 1972; Marone 1998).
+// Experiment: a contact slides, is held, and slides again. Measures the peak over the duration of the hold,
+// and the force during the hold (Dieterich 1972; Marone 1998).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,10 +12,10 @@ namespace cli {
 namespace {
 
 struct Hold {
-  double held = 0.0;     // friction at the start of the hold, without dampers
-  double relaxed = 0.0;  // friction at the end of the hold
+  double held = 0.0;     // friction when the hold begins, without dampers
+  double relaxed = 0.0;  // friction when the hold ends
   double peak = 0.0;     // highest friction in sliding after the hold
-  double way = 0.0;      // distance slid from the end of the hold to the peak
+  double way = 0.0;      // distance slid from the hold's end to the peak
 };
 
 Hold hold(const std::string& model, const Settings& s, double duration, ExperimentResult& result) {
@@ -28,7 +28,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
   };
   Hold found;
   row(0.0, 0.0, slide(subject, s.number("settling") * dbar, speed, step, load));
-  // Uses steps that grow with time, which resolve a force that relaxes logarithmically.
+  // Lets the steps of the hold grow with time, which resolves a force that relaxes logarithmically.
   const int steps = 40;
   double t = 0.0;
   for (int k = 1; k <= steps; ++k) {
@@ -49,7 +49,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
 }
 
 struct Line {
-  double slope = 0.0, worst = 0.0;  // worst: largest distance of a measured point from the fitted line
+  double slope = 0.0, worst = 0.0;  // slope of the line; largest distance of a measured point from it
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {

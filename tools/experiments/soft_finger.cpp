@@ -1,4 +1,4 @@
-// Experiment of a dragged soft finger: its rim slips first, also in small loops and when the load falls.
+// Experiment with a dragged soft finger, whose rim slips first, also in small loops and when the load falls.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,9 +13,9 @@
 namespace cli {
 namespace {
 
-constexpr double dt = 1e-3;  // s, length of a step; no model in this experiment depends on time
+constexpr double dt = 1e-3;  // time step, s; no model in this experiment depends on time
 
-/// Returns the force against a displacement of the finger, N. `keeps`: whether the step changes the state.
+/// Function from displacement (m) and load (N) to the force against it (N); `keeps`: changes the state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
 
 Contact make_contact(const std::string& model, const Settings& s) {
@@ -78,7 +78,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
   };
 }
 
-/// Finger with its displacement and the force against it.
+/// Soft finger in contact, with its displacement (m) and the force against it (N).
 struct Finger {
   Contact contact;
   double step, load;
@@ -88,8 +88,8 @@ struct Finger {
     x += d;
     force = contact(d, load, true);
   }
-  /// Moves until the force reaches `wanted` (N); shortens the last step to that end. Calls `look` after each
-  /// step.
+  /// Moves the finger until the force against it is `wanted` (N), with a shortened last step. Calls `look`
+  /// after each step.
   void pull_to(
       double wanted, const std::function<void()>& look = [] {}) {
     const double sign = wanted > force ? 1.0 : -1.0;
@@ -108,9 +108,9 @@ struct Finger {
   }
 };
 
-/// Closed forms of the first pull up to a share t of sliding friction: displacement over presliding length,
-/// its integral over t, and by Masing's rule the energy lost in a loop to both sides, over friction times
-/// presliding length.
+/// Closed forms of a first pull up to the share t of sliding friction. bent(): displacement over presliding
+/// length; integral(): its integral over t; loss(): energy lost in a loop to both sides, by Masing's rule,
+/// over friction times presliding length.
 double bent(double t) { return 1.0 - std::pow(1.0 - t, 2.0 / 3.0); }
 double integral(double t) { return t - 0.6 * (1.0 - std::pow(1.0 - t, 5.0 / 3.0)); }
 double loss(double t) { return 8.0 * (t * bent(t) - integral(t)) - 4.0 * t * bent(t); }
@@ -119,7 +119,7 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
                     ExperimentResult& result) {
   const double way = s.number("presliding");
   double work = 0.0;
-  for (const double side : {1.0, -1.0, 1.0}) {  // the work of the loop is counted only after the first pull
+  for (const double side : {1.0, -1.0, 1.0}) {  // after the first pull, counts the work of the loop alone
     if (side < 0.0) work = 0.0;
     double x = finger.x, force = finger.force;
     finger.pull_to(side * share * most, [&] {
@@ -154,7 +154,7 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
 
   const double wide = lost_in_loop(make(), model, most, 0.5, s, result),
                narrow = lost_in_loop(make(), model, most, 0.25, s, result);
-  const bool loses = std::min(wide, narrow) > 1e-5;  // losses below this are rounding errors of single
+  const bool loses = std::min(wide, narrow) > 1e-5;  // a loss below this is a rounding error of single
                                                      // precision
   const double power = loses ? std::log2(wide / narrow) : 0.0;
   result.findings.push_back(

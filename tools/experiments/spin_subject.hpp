@@ -1,5 +1,5 @@
-// Contact with an extent under test, behind one interface: a rival in every cell of a grid, or a brush with
-// an outline.
+// Friction model under test whose contact has an extent, behind one interface: a rival model in every cell of
+// a grid, or a brush with an outline.
 #pragma once
 
 #include <memory>
@@ -15,24 +15,24 @@
 
 namespace cli {
 
-/// Shape and size of the contact area, which is under uniform pressure.
+/// Shape and size of a contact area under uniform pressure.
 struct ContactArea {
   enum class Shape { disc, square } shape = Shape::disc;
-  double half_m = 0.0;  ///< m, radius of the disc, or half a side of the square
+  double half_m = 0.0;  ///< radius of the disc, or half a side of the square, m
 };
 
 class SpinSubject {
  public:
-  /// Makes a model, one of model_names(), with the parameters of spin_parameters(). Throws bristle::Error.
+  /// Makes the friction model of this name, with parameters from spin_parameters(). Throws bristle::Error.
   SpinSubject(std::string_view model, const Settings& settings, ContactArea area);
 
-  /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad, half a turn at most), both at
-  /// constant speed, in dt_s. Returns the wrench on the moving body about the centre of the area.
+  /// Moves the contact's centre by `displacement` (m) and turns the body by `angle` (rad, at most half a
+  /// turn), both at constant speed. Returns the force and torque on the moving body about the centre.
   rivals::SpinForce step(rivals::Pair displacement, double angle, double dt_s, double load_n);
 
  private:
   struct Brush {
-    std::unique_ptr<bristle::PatchBatch> batch;  // held by pointer, so that its address stays when this
+    std::unique_ptr<bristle::PatchBatch> batch;  // held by pointer, since `patches` refers to it even if this
                                                  // object moves
     bristle::ExtendedPatches patches;
     bristle::PatchId id;
@@ -43,8 +43,8 @@ class SpinSubject {
   std::variant<rivals::RivalGrid, rivals::LuGreGrid, Brush> contact_;
 };
 
-/// Returns parameters that cut the area into cells: `across` for the rivals, `rings` for the brush (for a
-/// square, twice as many cells along a side).
+/// Returns the parameters that divide a contact area into cells: `across` cells for rival models, `rings` for
+/// the brush's disc (a square has twice as many cells along a side).
 std::vector<Parameter> spin_parameters(int across = 21, int rings = 6);
 
 }  // namespace cli

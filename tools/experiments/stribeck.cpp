@@ -16,12 +16,12 @@ struct Curve {
   double lowest() const { return *std::min_element(force.begin(), force.end()); }
 };
 
-// Returns the mean friction (N) in steady sliding: over a path `way`, after a path `settling` over which the
-// brush forgets its start.
+// Returns the mean friction (N) of steady sliding over a path `way`, measured after a path `settling` over
+// which a brush forgets its start.
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // Takes a step that is no fraction of the snap lengths and at most as long as dt allows.
+  // Steps by an odd fraction of the presliding length (against falling in with snaps), or less if dt asks.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));
@@ -50,7 +50,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
            ExperimentResult& result) {
   const double kinetic = s.number("kinetic") * s.number("load");
   const double vs = s.number("stribeck_velocity");
-  // Highest force at speeds up to the speed of the lowest force.
+  // Highest friction among the speeds up to the one with the lowest friction.
   const auto lowest = std::min_element(lubricated.force.begin(), lubricated.force.end());
   const double before = *std::max_element(lubricated.force.begin(), lowest + 1);
   const double fall = (before - *lowest) / kinetic;
@@ -73,7 +73,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
     high = std::max(high, dry.force[i]);
     ++away_from_rest;
   }
-  if (away_from_rest < 2) return;  // with fewer than two speeds there are none to compare
+  if (away_from_rest < 2) return;  // fewer than two speeds leave nothing to compare
   const double spread = (high - low) / kinetic;
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }

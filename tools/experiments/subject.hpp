@@ -1,4 +1,4 @@
-// Friction model under test, the brush or another, behind one interface.
+// Friction model under test, a brush or a rival, behind one interface.
 #pragma once
 
 #include <memory>
@@ -18,26 +18,26 @@ class Subject {
  public:
   struct Options {
     int axes = 1;
-    /// Highest load that the brush has room for, over the default load.
+    /// Highest normal load of the experiment over its default load; the brush allocates bristles for it.
     double highest_load_over_load = 1.0;
-    /// Material of a joint; if set, the brush is this joint, with torques in N m and angles in rad.
+    /// Material of a geared joint. If set, the brush is a joint, with torques in N m and angles in rad.
     const bristle::JointMaterial* joint = nullptr;
   };
 
-  /// Makes a model, one of model_names(). Throws bristle::Error.
+  /// Makes the friction model of this name, one of model_names(). Throws bristle::Error.
   Subject(std::string_view model, const Settings& settings, const Options& options);
   Subject(std::string_view model, const Settings& settings) : Subject(model, settings, Options{}) {}
 
-  /// Moves by `displacement` (m) in dt_s at constant velocity. Returns the force on the moving body, N.
+  /// Moves the body by `displacement` (m) in dt_s at constant velocity. Returns the friction force on it, N.
   rivals::Force step(rivals::Pair displacement, double dt_s, double load_n);
-  /// Returns the force that step() would give; changes nothing.
+  /// Returns the force that step() with these arguments would give, without changing the model.
   rivals::Force find_force(rivals::Pair displacement, double dt_s, double load_n);
 
-  /// Sets the torques (N m) of a joint's next steps. No effect on contacts.
+  /// Sets the torques (N m) of motor and load in a joint's next steps. No effect on other contacts.
   void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
-  /// Returns an upper bound of -d(mean force)/d(displacement) over a step, N/m, except on falling branches.
+  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m; not on falling branches.
   double slope_bound(double dt_s, double load_n) const noexcept;
 
  private:
@@ -55,7 +55,7 @@ class Subject {
 
   std::string name_;
   std::variant<rivals::Rival, Brush, Joint> model_;
-  // Stiffness and damping under the load load_ (N); those of the brush grow with the load.
+  // Stiffness (N/m) and damping (N s/m) under the load load_ (N); those of a brush grow with the load.
   double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;
   double creep_damping_ = 0.0;
 };
@@ -63,12 +63,12 @@ class Subject {
 bool is_brush(std::string_view model);
 /// Returns the brush's material for these settings. Throws bristle::Error.
 bristle::Material brush_material(std::string_view model, const Settings& settings);
-/// Returns the options of a patch with this brush, on two axes. PatchBatch::add checks them, this function
-/// does not.
+/// Returns patch options for this brush on two axes. Does not check them; PatchBatch::add
+/// does.
 bristle::PatchOptions brush_options(std::string_view model, const Settings& settings,
                                     double highest_load_over_load = 1.0);
 rivals::Surface rival_surface(const Settings& settings);
-/// Returns the rival with these settings, at rest.
+/// Returns the rival friction model of this name with these settings, at rest.
 rivals::Rival rival_for(std::string_view model, const Settings& settings);
 
 }  // namespace cli

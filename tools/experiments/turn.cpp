@@ -1,4 +1,4 @@
-// Experiment: steady sliding, then a new direction in the plane.
+// Experiment on steady sliding that continues in a new direction in the plane.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   const double step = dbar / per_length, dt = step / speed;
   const double kinetic = s.number("kinetic") * load;
   const double a = degrees * M_PI / 180.0;
-  // Directions of the motion before and after it turns by `degrees`, as unit vectors.
+  // Unit vectors of the motion before and after it turns by `degrees`.
   const Pair old_way{1.0, 0.0}, new_way{std::cos(a), std::sin(a)};
   Subject subject(model, s, {2, 1.0});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)

@@ -1,5 +1,5 @@
-// Experiment: steps in speed, the test of rate-and-state friction. Friction changes at once, then approaches
-// the level of the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
+// Experiment on steps in speed, the test of rate-and-state friction. Friction changes at once, then
+// approaches its level at the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,13 +11,13 @@
 namespace cli {
 namespace {
 
-// Friction over kinetic friction before and after a step of speed, averaged over repeats.
+// Friction before and after a step of speed, over kinetic friction, averaged over repeats.
 struct Step {
   double before = 0.0, after = 0.0;
-  std::vector<double> friction;  // friction, over kinetic friction, after each step of the path
+  std::vector<double> friction;  // friction over kinetic friction, after each step of the path
 };
 
-// Response to a step up in speed and to the step back down.
+// Friction in a step up in speed, and in the step back down.
 struct Steps {
   Step up, down;
 };
@@ -46,8 +46,8 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
   return found;
 }
 
-// Returns the distance, in steps of the path, over which friction falls by all but 1/e from its peak; 0: not
-// reached.
+// Returns the number of steps of the path over which friction falls from its peak by all but 1/e of the fall;
+// 0 if it does not.
 double evolution_way(const Step& up) {
   const auto peak = std::max_element(up.friction.begin(), up.friction.end());
   const double highest = std::max(*peak, up.before);
@@ -60,10 +60,10 @@ double evolution_way(const Step& up) {
 void run_velocity_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const Settings& s = input.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
-  // Range of the immediate change of friction (direct effect) over all steps of speed.
+  // Least and greatest immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
-  double smallest_fall = INFINITY;            // smallest fall by a step up in speed, per e-fold
-  double shortest = INFINITY, longest = 0.0;  // smallest and largest path over which friction falls after its
+  double smallest_fall = INFINITY;            // least fall of friction by a step up in speed, per e-fold
+  double shortest = INFINITY, longest = 0.0;  // least and greatest path over which friction settles after its
                                               // peak
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {

@@ -1,5 +1,5 @@
-// Parses CSV files with a header: columns by name, units in brackets, errors with line numbers. For all
-// readers of CSV.
+// Parses CSV files that have a header: finds columns by name, converts units given in brackets, and reports
+// errors with line numbers. Used by all readers of CSV.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace cli {
 
 struct Unit {
   std::string_view name;
-  /// Number of this unit in one SI unit. Dividing by a power of ten rounds once; multiplying by its inverse,
-  /// twice.
+  /// How many of this unit make one SI unit (1000 for mm). Values are divided by it: dividing by a power of
+  /// ten rounds once, multiplying by its inverse twice.
   double per_si;
 };
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}, {"min", 1.0 / 60.0}};
@@ -30,55 +30,55 @@ inline constexpr Unit torque_units[] = {
 inline constexpr Unit compliance_units[] = {{"m/N", 1.0}, {"mm/N", 1e3}, {"um/N", 1e6}, {"nm/N", 1e9}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
-/// Largest magnitudes of values in a column, SI units: the limits of scenes, and times of any clock.
+/// Largest magnitudes allowed in a CSV column, SI units: the limits of scenes, and times of any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
 
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
-  /// Largest magnitude of a value, SI units.
+  /// Largest magnitude allowed for a value in this column, SI units.
   double most = std::numeric_limits<double>::max();
   /// Other names under which files may have this column, in lower case.
   std::span<const std::string_view> aliases = {};
 };
 
 struct CsvHeader {
-  std::vector<bool> present;               ///< whether the file has a column of this kind, by kind of column
-  std::vector<double> per_si;              ///< number of the column's units in one SI unit, by kind of column
-  std::vector<std::string> other_columns;  ///< names of the file's columns of unknown kind
+  std::vector<bool> present;               ///< whether the file has a column of each kind
+  std::vector<double> per_si;              ///< for each kind, how many of the column's units make one SI unit
+  std::vector<std::string> other_columns;  ///< names of columns that are of no known kind
 
-  /// Header line for the splitter: our names of the columns without units, "-" for others.
+  /// Header line in standard form: the columns' standard names without units, "-" for unknown columns.
   std::string canonical;
 };
 
-/// Returns `text` without byte order mark and leading comment lines, and sets `header_line` to the number of
-/// the line it then begins with. Throws UserError, which shows `expected` as an example of a header, if there
-/// is no text.
+/// Returns CSV text from its header on, without byte order mark and leading comment lines. Sets `header_line`
+/// to the header's line number. Throws UserError if nothing is left; its message shows `expected` as an
+/// example of a header.
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line);
 
-/// Finds a unit by name, in any of its spellings ("µm", "Nm", "sec"); null if it is none of these.
+/// Finds a unit by its name or another spelling ("µm", "Nm", "sec"); returns null for an unknown unit.
 const Unit* find_unit(std::span<const Unit> units, std::string_view name);
-/// Returns the names of the units as a list such as "N, mN, uN".
+/// Returns the names of units as a text for messages, such as "N, mN, uN".
 std::string unit_names(std::span<const Unit> units);
-/// Parses a quantity such as "2N", "0.5 mm/s" or "3" (in the first of `units`); returns its value in SI
-/// units. Throws UserError, which calls the quantity `what`.
+/// Parses a quantity such as "2N", "0.5 mm/s" or "3" (without a unit: in the first of `units`). Returns its
+/// SI value. Throws UserError, which calls the quantity `what`.
 double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what);
 
-/// Parses a header such as "x [mm],load". Throws UserError on an unknown unit and on a column that comes
+/// Parses a CSV header such as "x [mm],load". Throws UserError on an unknown unit and on a column that occurs
 /// twice.
 CsvHeader read_csv_header(std::string_view line, const std::string& where, std::span<const ColumnKind> kinds);
 
 std::string_view trim(std::string_view text);
 
-/// Check a row: the time must be later than in the row before, the load not negative. Throw UserError.
+/// Check a row of a CSV file: its time must be later than the last row's, its load >= 0. Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 
-/// Parses a cell that must be one finite number. Throws UserError with `where` (file and line), column and
-/// reason.
+/// Parses a CSV cell that must be one finite number. Throws a UserError that begins with `where` (file and
+/// line) and names the column and the reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
-/// Parses a cell and returns its value in SI units. Refuses a value beyond the limit of its kind of column.
+/// Parses a CSV cell and converts it to SI units. Refuses a value beyond the limit of its kind of column.
 double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
 /// Refuses a position, integrated from velocities, that is too large for a position column.
 void require_near(double position_m, const std::string& where);

@@ -1,5 +1,5 @@
-// Reads the rows below a CSV header that was already read. libfccp splits them; its errors become UserErrors
-// with the line.
+// Reads the rows of a CSV file whose header was already read. The library libfccp splits lines; its errors
+// become UserErrors that name file and line.
 #pragma once
 
 #include <algorithm>
@@ -20,13 +20,13 @@
 
 namespace cli {
 
-/// Calls `take(cells, where)` for each row of `text`, which begins with the header, in line `header_line` of
-/// its file. Cells are in the order of `kinds`, null for columns that the file lacks; `where()` names file
-/// and line.
+/// Calls `take(cells, where)` for each row of CSV text that begins with its header. Cells are in the order of
+/// `kinds`, null for columns that the file lacks; `where()` returns file and line for messages. `header_line`
+/// is the header's line number in the file.
 template <std::size_t count, class Take>
 void for_csv_rows(std::string_view text, const std::string& name, std::size_t header_line,
                   const CsvHeader& header, const ColumnKind (&kinds)[count], Take&& take) {
-  // Ends the last line if the file does not, because the splitter reads one byte further.
+  // Appends a line end if the text lacks one, because libfccp reads one byte beyond the last line.
   std::string canonical = header.canonical;
   canonical += text.substr(std::min(text.find('\n'), text.size()));
   if (!canonical.ends_with('\n')) canonical += '\n';

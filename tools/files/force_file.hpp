@@ -1,4 +1,4 @@
-// Writes the force file: one row per step and patch. Columns: tools/scenes/README.md.
+// Writes a scene's force file: CSV, one row per step and patch. Its columns: tools/scenes/README.md.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ class ForceFile {
 
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
-  /// Writes the rest of the file. Throws UserError when the disk is full.
+  /// Writes what is still buffered and completes the force file. Throws UserError when the disk is full.
   void finish();
 
  private:
@@ -32,7 +32,7 @@ class ForceFile {
   fmt::memory_buffer buffer_;
 };
 
-/// Returns "ok", or the names of a status's flags joined by '+'.
+/// Returns a patch's status as text: "ok", or the names of its flags joined by '+'.
 std::string status_text(bristle::Status status);
 
 }  // namespace cli

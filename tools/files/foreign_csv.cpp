@@ -12,12 +12,12 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t most_preface = 100;  // number of lines in which a header is looked for
-constexpr std::size_t probed_rows = 50;    // number of rows searched for decimal commas
+constexpr std::size_t most_preface = 100;  // number of first lines in which a CSV header is searched
+constexpr std::size_t probed_rows = 50;    // number of rows in which decimal commas are searched
 
 struct Line {
   std::string_view text;
-  std::size_t number;  // line number, from 1
+  std::size_t number;  // number of the line in its file, from 1
 };
 
 std::string lower(std::string_view text) {
@@ -33,7 +33,7 @@ std::string_view unquoted(std::string_view cell) {
   return cell;
 }
 
-/// Splits a line into cells. The separator ' ' stands for any run of blanks.
+/// Splits a line of CSV into cells. The separator ' ' stands for any number of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   if (separator == ' ') line = trim(line);
@@ -51,7 +51,7 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return cells;
 }
 
-/// Returns a numeric cell with a point in place of its decimal comma.
+/// Returns the number in a CSV cell with its decimal comma replaced by a point.
 std::string with_point(std::string_view cell) {
   std::string number(cell);
   std::replace(number.begin(), number.end(), ',', '.');
@@ -77,8 +77,8 @@ char separator_of(std::string_view header, std::string_view row) {
   return cells.size() > 1 && all_numbers(cells) ? ' ' : ',';
 }
 
-/// Splits a header such as "Position [mm]", "Position (mm)", "position_mm" or "Position / mm" into name and
-/// unit. In the last two forms the end counts only if it is a unit of the column's kind.
+/// Splits a header cell such as "Position [mm]", "Position (mm)", "position_mm" or "Position / mm" into name
+/// and unit. In the last two forms the ending counts only if it is a unit for this kind of column.
 struct NameAndUnit {
   std::string_view name, unit;
 };
@@ -97,7 +97,7 @@ NameAndUnit split_unit(std::string_view cell, std::span<const Unit> units) {
   return {cell, {}};
 }
 
-/// Finds which column of a foreign file is of which kind (time, position, force ...), by its header.
+/// Header of another program's CSV file: finds which column holds which kind (time, position, force ...).
 class Header {
  public:
   Header(std::vector<std::string_view> cells, std::span<const ColumnKind> kinds,
@@ -121,7 +121,7 @@ class Header {
   std::string_view unit(std::size_t kind) const {
     return split_unit(cells_[*of_[kind]], kinds_[kind].units).unit;
   }
-  /// Returns whether the file's name of a column, without its unit in brackets, differs from ours.
+  /// Returns whether a column's name in the file, without its unit in brackets, is not the standard name.
   bool renamed(std::size_t kind) const {
     const std::string_view cell = cells_[*of_[kind]];
     return trim(cell.substr(0, cell.find('['))) != kinds_[kind].name;
@@ -147,7 +147,7 @@ class Header {
     }
     return std::nullopt;
   }
-  /// Returns the column whose name is an alias of this kind and of no other.
+  /// Returns the file's column whose name is an alias of this kind of column and of no other.
   std::optional<std::size_t> alias(std::size_t kind) const {
     std::optional<std::size_t> found;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -187,7 +187,7 @@ std::string listed(const std::vector<std::string_view>& cells) {
   return all;
 }
 
-/// Returns whether a row below the header holds the units of its columns and no number.
+/// Returns whether the row below a CSV header holds units of columns and no number.
 bool is_unit_row(const std::vector<std::string_view>& cells, const Header& header,
                  std::span<const ColumnKind> kinds) {
   bool any = false;
@@ -240,8 +240,8 @@ class Converter {
     return {};
   }
 
-  /// Finds the header line: the first one that names enough columns. Without such a line, takes none if the
-  /// user numbers the columns, else the first line.
+  /// Finds the header of a CSV file: the first line that names enough known columns. If there is none: no
+  /// header if the user gave column numbers, else the first line.
   void find_header() {
     std::optional<std::size_t> first;
     std::size_t seen = 0, passed = 0;
@@ -331,7 +331,7 @@ class Converter {
       renamed = renamed || header.renamed(k);
       out_.headers[k] = by_place_ ? fmt::format("column {}", *place + 1) : std::string(cell);
       out_.units[k] = unit;
-      // Keeps the name of a cell with an unclosed bracket unchanged, so that the reader refuses it.
+      // Keeps a header cell that has an unclosed bracket as it is, so that the reader refuses it.
       const bool broken = !by_place_ && unit.empty() && cell.find('[') != std::string_view::npos;
       names[*place] = broken         ? std::string(cell)
                       : unit.empty() ? std::string(kinds_[k].name)
@@ -344,10 +344,10 @@ class Converter {
   }
 
   void write_row(std::string_view line) {
-    // Detects a format that is not ours: a motion file has neither empty lines nor quotes.
+    // Marks a file with empty lines or quotes as foreign: a motion file of the tools has neither.
     out_.ours = out_.ours && !trim(line).empty() && line.find('"') == std::string_view::npos;
     if (trim(line).empty()) {
-      out_.text += '#';  // a comment line, which the reader skips
+      out_.text += '#';  // makes an empty line a comment, which the CSV reader skips
     } else if (line.starts_with('#') || (separator_ == ',' && line.find('"') == std::string_view::npos)) {
       out_.text += line;
     } else {

@@ -1,4 +1,4 @@
-// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/scenes/README.md.
+// Reads a motion file: CSV with time, position or velocity, and load. Format: tools/scenes/README.md.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 namespace cli {
 
 struct MotionRow {
-  double t = 0.0;     ///< s, time of the row, strictly ascending over the rows
-  double x = 0.0;     ///< m
-  double y = 0.0;     ///< m, second coordinate; 0 without a column y
-  double load = 0.0;  ///< N, normal load; 0 without a column load
+  double t = 0.0;     ///< time, s, strictly ascending over the rows
+  double x = 0.0;     ///< position, m
+  double y = 0.0;     ///< second coordinate, m; 0 without a column y
+  double load = 0.0;  ///< normal load, N; 0 without a column load
 };
 
 struct MotionFile {
@@ -27,7 +27,7 @@ struct MotionFile {
 /// exact. Throws UserError naming file, line and column.
 MotionFile read_motion_file(const std::string& path, double clip_load_n = 0.0);
 
-/// Does as read_motion_file(), for a text in memory; `name` stands for the file in messages.
+/// Parses a motion file's text in memory as read_motion_file() does; messages call the file `name`.
 MotionFile parse_motion_file(std::string_view text, const std::string& name, double clip_load_n = 0.0);
 
 }  // namespace cli

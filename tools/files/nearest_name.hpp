@@ -1,4 +1,4 @@
-// Finds the name that a person probably meant, for error messages. Uses the standard library only.
+// Finds the known name nearest to a misspelt one, for error messages. Uses only the standard library.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace cli {
 
 using NameList = std::vector<std::string>;
 
-/// Returns the one of `names` that begins with `name`, or else is nearest to it by edits; "" if none is near.
+/// Returns a name that begins with `name`, else the one nearest by edit distance; "" if none is near.
 inline std::string nearest_name(std::string_view name, const NameList& names) {
   std::string best;
   std::size_t least = std::min(std::max<std::size_t>(2, name.size() / 2) + 1, name.size());
@@ -37,13 +37,13 @@ inline std::string nearest_name(std::string_view name, const NameList& names) {
   return best;
 }
 
-/// Returns " (did you mean 'x'?)", or an empty text.
+/// Returns a hint for an error message, " (did you mean 'x'?)", or "" if no name is near.
 inline std::string meant(std::string_view name, const NameList& names) {
   const std::string nearest = nearest_name(name, names);
   return nearest.empty() ? nearest : " (did you mean '" + nearest + "'?)";
 }
 
-/// Returns the end of an error message: " (did you mean 'x'?); allowed: x, y".
+/// Returns the end of an error message on an unknown name: " (did you mean 'x'?); allowed: x, y".
 inline std::string allowed_text(std::string_view name, const NameList& names) {
   std::string text = meant(name, names) + "; allowed:";
   for (const std::string& known : names) text += (&known == names.data() ? " " : ", ") + known;

@@ -11,7 +11,7 @@ unsigned byte_at(std::string_view text, std::size_t at) {
   return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u;
 }
 
-/// Returns the number of bytes of the character at `at`; 0 if it is invalid or controls a terminal.
+/// Returns the length in bytes of the UTF-8 character at `at`; 0 if it is invalid or a control character.
 std::size_t printable(std::string_view text, std::size_t at) {
   const unsigned first = byte_at(text, at);
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;

@@ -1,4 +1,4 @@
-// Makes any text one short line that is safe for a terminal.
+// Turns any text into one short line that a terminal prints safely.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace cli {
 
-/// Makes a text safe to quote, since a file may hold anything. Control characters and invalid UTF-8 become
-/// '?', ends of lines become spaces; a long text loses its middle.
+/// Makes a text safe to quote in a message, since a file may hold anything: control characters and invalid
+/// UTF-8 become '?', ends of lines become spaces, and the middle of a long text is left out.
 std::string one_line(std::string_view text);
 
 }  // namespace cli

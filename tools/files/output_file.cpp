@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of unfinished files, which a signal handler deletes. A handler may neither lock nor allocate, so
-/// this is a fixed number of C strings, each owned by an OutputFile.
+/// Names of unfinished output files, which a signal handler deletes. A handler may neither lock nor allocate,
+/// so they are C strings in an array of fixed size; each string is owned by an OutputFile.
 std::array<std::atomic<const char*>, 64> unfinished;
 
 extern "C" void remove_unfinished(int signal_number) {
@@ -59,8 +59,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   open_beside();
 }
 
-/// Opens a temporary file beside the target, with the permissions of the file it will replace. If the target
-/// is a link, the file behind it is replaced.
+/// Opens a temporary file beside the output file, with the permissions of the file that it will replace. If
+/// the output's path is a link, the file that it points to is replaced.
 void OutputFile::open_beside() {
   static std::atomic<unsigned> count{0};
   std::error_code error;
@@ -91,8 +91,8 @@ OutputFile::~OutputFile() {
   forget_unfinished(beside_.c_str());
 }
 
-/// Updates the list of unfinished files, which points to the characters of `beside_`: those of a short string
-/// move with the object.
+/// Swaps two output files and updates the list of unfinished ones. The list points to the characters of
+/// `beside_`, which move with the object if the string is short.
 void OutputFile::swap(OutputFile& other) noexcept {
   for (const OutputFile* each : {this, &other})
     if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());

@@ -1,4 +1,4 @@
-// Reads whole files, with errors that name the file, and writes text to stdout.
+// Reads whole files, with error messages that name the file, and writes text to stdout and stderr.
 #pragma once
 
 #include <cstddef>
@@ -6,22 +6,22 @@
 
 namespace cli {
 
-/// Bytes of the largest data file that is read, which may have tens of millions of rows.
+/// Size limit of a data file, in bytes; enough for tens of millions of rows.
 constexpr std::size_t most_data_bytes = std::size_t{1} << 30;
-/// Bytes of the longest line that a text file may have; beyond, the file counts as not text.
+/// Length limit of a line in a text file, in bytes; a file with a longer line counts as binary.
 constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 
-/// Reads a text file. Throws UserError when `path` cannot be read to its end, and as soon as it proves not to
-/// be text (a zero byte, no end of a line) or too large, so that neither an endless device nor a huge file
-/// costs memory. `binary` reads pictures. Waits for the writer of a FIFO; after a second a line on stderr
-/// says so.
+/// Reads a text file to its end. Throws UserError if that fails, and as soon as the file is too large or
+/// turns out not to be text (a zero byte, an overlong line), so that an endless device or a huge file does
+/// not fill the memory. `binary` allows any bytes, as for pictures. Waits for the writer of a FIFO; a line on
+/// stderr says so after a second.
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 
 /// Prints to stderr, for people. Ignores failure, which could not be reported anyway.
 void print_note(const std::string& text) noexcept;
 
-/// Prints the whole text to stdout and flushes. Throws UserError, for instance on a full disk.
+/// Prints a text to stdout in full and flushes. Throws UserError, for instance on a full disk.
 void print_text(const std::string& text);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Reads keys of one TOML table with range checks; every error names file, line and key.
+// Reads keys of one TOML table and checks their ranges; error messages name file, line and key.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace cli {
 
-/// Range allowed for a number. `above` excludes the lower bound itself.
+/// Range allowed for a number in TOML. `above` excludes the lower bound itself.
 struct Range {
   double min = -1e9;
   double max = 1e9;
@@ -23,13 +23,13 @@ struct Range {
 
 class TomlTable {
  public:
-  /// Wraps a TOML table; error messages call it `what`, such as "[scene]" or "[[patch]]".
+  /// Wraps a TOML table, which error messages call `what`: "[scene]", "[[patch]]".
   TomlTable(const std::string& file, const toml::table& table, std::string what);
 
-  /// Reads the key `name`, by which later messages call the table. Usually read before other keys.
+  /// Reads the key `name`; later error messages use it to name the table. Read it before other keys.
   std::string name();
 
-  /// Throws UserError if the table holds a key that is not among these names.
+  /// Throws UserError if the table has a key other than these, which is then probably misspelt.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
@@ -41,19 +41,19 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
-  /// Reads a text that must be one of these names; returns the name's index.
+  /// Reads a word that must be one of `names`. Returns its index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;
-  /// Reads an array of texts; empty if the table lacks the key.
+  /// Reads an array of texts; returns an empty one if the table lacks the key.
   std::vector<std::string> texts(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, const Range& range) const;
-  /// Reads an array of two numbers, or one number, after which the second is 0.
+  /// Reads an array of two numbers; a single number means that the second is 0.
   void pair(std::string_view key, const Range& range, double (&to)[2]) const;
   TomlTable table(std::string_view key) const;
-  /// Reads an array of tables; empty if the table lacks the key.
+  /// Reads an array of tables; returns an empty one if the table lacks the key.
   std::vector<TomlTable> tables(std::string_view key) const;
 
-  /// Returns the place of the table, or of a key in it, for messages: "file:line: what".
+  /// Returns the place of the table, or of one of its keys, for messages: "file:line: what".
   std::string where() const;
   std::string where(std::string_view key) const;
   [[noreturn]] void fail(std::string_view key, const std::string& why) const;

@@ -11,10 +11,10 @@
 namespace cli {
 namespace {
 
-constexpr int most_dots = 16;  // most dots in a key such as "a.b.c"; our keys have at most two
+constexpr int most_dots = 16;  // limit of dots in a key such as "a.b.c"; scene files have two at most
 
-/// Returns the end of the quoted text that begins at `from`: behind its closing quotes, or the end of the
-/// line or file.
+/// Returns the offset behind the quoted TOML string that begins at `from`: behind its closing quotes, or the
+/// end of line or file.
 std::size_t end_of_string(std::string_view text, std::size_t from) {
   const char quote = text[from];
   const std::string three(3, quote);
@@ -25,7 +25,7 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
       at += 2;
     } else if (lines && text.substr(at, 3) == three) {
       at += 3;
-      // Skips two more quotes that may belong to the string.
+      // Includes further quotes, which may be the last characters of a """ string.
       while (at < text.size() && text[at] == quote) ++at;
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
@@ -37,8 +37,8 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
   return text.size();
 }
 
-/// Refuses keys with many dots. toml++ limits the nesting of values, but not of keys: each dot is a table
-/// within a table, and destructors of deep nesting overflow the stack.
+/// Refuses TOML keys with many dots. The parser toml++ limits how deep values nest, but not keys: each dot
+/// makes a table within a table, and the destructors of deep nesting overflow the stack.
 void refuse_deep_keys(std::string_view text, const std::string& path) {
   int dots = 0, line = 1;
   std::size_t at = 0;

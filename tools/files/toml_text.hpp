@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Parses TOML. Throws UserError naming file and line if the text is not TOML, or nests deeper than a file of
-/// bristle may.
+/// Parses TOML. Throws a UserError naming file and line if the text is not TOML, or is nested deeper than the
+/// files of this library.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
 }  // namespace cli

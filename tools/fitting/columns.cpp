@@ -1,4 +1,4 @@
-// Reads files of measured friction.
+// Reads the CSV files of measured friction that `bristle fit` fits a material to.
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +37,7 @@ constexpr std::string_view names_load[] = {"normal load",  "normal_load", "norma
 constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
                                             "tangential_force"};
 constexpr std::string_view no_other[] = {""};
-/// Unit g of a load: tribometers mean the weight of a gram.
+/// Name of the unit g of a load: files of tribometers mean by it the weight of a gram, not a mass.
 constexpr std::string_view grams = "g";
 constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"mN", 1e3},
@@ -60,13 +60,13 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t
                                             {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
 
-/// Part of a record that a file has.
+/// What a file has of a measured record: all of it, only the force, or only the motion.
 enum class Holds : unsigned char { record, force, motion };
-// Columns of which a file may have one.
+// Columns of which a file may have one: for the position, for the speed, for the force.
 constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
 
-/// Returns which of several column names the header has; column_count if it has none of them.
+/// Returns the one of several columns that the CSV header has; column_count if it has none of them.
 unsigned pick(const CsvHeader& header, std::span<const unsigned> names, const std::string& where) {
   unsigned found = column_count;
   for (const unsigned c : names) {
@@ -84,8 +84,8 @@ bool varies(const std::vector<double>& column) {
   return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
 }
 
-/// Decides whether a record is in the plane, which takes columns y and fy. If both are constant, as `run`
-/// writes them for a patch on one axis, the record is on one axis.
+/// Decides whether a record of friction is in the plane, which needs columns y and fy. If both are constant,
+/// as `bristle run` writes them for a patch on one axis, the record is on one axis.
 void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
   if (moves && !has_fy)
@@ -115,7 +115,7 @@ std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
       if (ours == "n") ours = "load";
     }
   std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
-  // Names of columns that are in the other file.
+  // Drops the user's choices for columns that are in the record's other file.
   const auto drop = [&](std::span<const unsigned> of) {
     for (const unsigned c : of) wishes[c].name.clear();
   };
@@ -133,7 +133,7 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading, Hold
          (holds == Holds::motion || any(force_columns));
 }
 
-/// Name and unit of the column chosen for position, speed and force.
+/// Columns from which position, speed and force are read; column_count: none.
 struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
@@ -171,7 +171,7 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
   return choice;
 }
 
-/// Warns if times look like milliseconds without a unit.
+/// Warns if the times of a file without a unit of time look like milliseconds.
 void doubt_time(const PlainCsv& csv, FitColumns& data) {
   if (!csv.units[column_t].empty() || data.t.size() < 2) return;
   const double between = (data.t.back() - data.t.front()) / static_cast<double>(data.t.size() - 1);
@@ -181,8 +181,8 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
         between));
 }
 
-/// Returns the load (N) of a row. If the user allows it, slightly negative loads (a sensor's noise at zero
-/// load) count as 0.
+/// Returns the normal load (N) of a row. If the user allows it (--clip-load), slightly negative loads, a
+/// sensor's noise at zero load, count as 0.
 double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
                std::size_t& clipped_rows, double& lowest) {
   if (load >= 0.0) return load;
@@ -199,14 +199,14 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
                               : std::string("0 or more")));
 }
 
-/// Checks that a number given in memory is in the range that parse_cell() allows in a file.
+/// Checks a number passed in memory against the range that a cell of a CSV file must respect.
 void require_within(double value, const ColumnKind& kind, const std::string& where) {
   if (std::fabs(value) <= kind.most) return;
   throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,
                               kind.units.front().name, -kind.most, kind.most));
 }
 
-/// Parses the columns of a file that holds a record or a part of it.
+/// Parses a CSV file that holds a record of friction, or only its force or its motion.
 FitColumns parse(std::string_view text, const std::string& name, const FitReading& reading, Holds holds) {
   if (reading.stroke && reading.speed.value_or(0.0) == 0.0)
     throw UserError("--stroke: needs the speed of the strokes, not 0: --speed 10mm/min");
@@ -324,7 +324,7 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
         next.planar() != all.planar())
       throw UserError(
           fmt::format("{}: its columns (t, x, v, load, force) are not those of {}", next.name, all.name));
-    constexpr std::size_t fewest_rows = 3;  // fewest rows of a file, enough for one velocity
+    constexpr std::size_t fewest_rows = 3;  // number of rows below which a file gives no velocity
     for (const FitColumns* file : {&all, &next})
       if (file->t.size() < fewest_rows)
         throw UserError(fmt::format("{}: {} data rows; a file of several needs at least {}", file->name,

@@ -14,9 +14,9 @@ namespace cli {
 namespace {
 
 constexpr std::size_t fewest_samples = 20;
-// Share of the travel in the less travelled direction from which a motion counts as to and fro.
+// Share of the travel in the less travelled direction above which a motion counts as to and fro.
 constexpr double to_and_fro = 0.1;
-// Relative deviation of the load below which it counts as constant.
+// Relative deviation of the normal load below which it counts as constant.
 constexpr double steady_load_deviation = 0.02;
 
 double quantile_of(std::vector<double> values, double share) {
@@ -30,7 +30,7 @@ double quantile_of(std::vector<double> values, double share) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
 
-/// Returns the differences of successive values, without those across the start of another file.
+/// Returns differences of successive values, except those from the last row of a file to the next file.
 std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
   std::vector<double> result;
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -38,7 +38,7 @@ std::vector<double> differences(const FitColumns& c, const std::vector<double>& 
   return result;
 }
 
-/// Calls take(begin, end) for each file's range of samples.
+/// Calls take(begin, end) with the range of samples of each file that the record was joined from.
 template <class Take>
 void for_parts(const FitColumns& c, Take&& take) {
   std::size_t begin = 0;
@@ -58,10 +58,10 @@ void append(std::vector<double>& to, const std::vector<double>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-// ------------------------------------------------------------------------------------------ position
+// ------------------------------------------------------------------- functions on measured positions
 
-/// Returns whether moves come in long runs of equal ones, as those of a programmed stage do. An encoder's
-/// counts appear at every other sample, or jump.
+/// Returns whether successive moves of the position are equal over long runs, as those of a programmed stage
+/// are. With an encoder, moves change at every other sample by counts.
 bool runs_evenly(const std::vector<double>& moves, double smallest) {
   std::size_t changes = 0, moving = 0;
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -72,8 +72,8 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
   return 10 * changes < moving;
 }
 
-/// Returns the rounding error of a move: the least difference between moves of different size, which the
-/// digits of the file cause.
+/// Returns the rounding error of a move between two samples: the least difference between moves of different
+/// size, which comes from the number of digits in the file.
 double coarseness(std::vector<double> moves, double smallest) {
   for (double& d : moves) d = std::fabs(d);
   std::sort(moves.begin(), moves.end());
@@ -86,12 +86,12 @@ double coarseness(std::vector<double> moves, double smallest) {
 }
 
 struct Encoder {
-  double quantum = 0.0;  // m, length of a count; 0: none found
-  bool rounded = false;  // whether the file has too few digits to write a count exactly
+  double quantum = 0.0;  // length of an encoder's count, m; 0: none found
+  bool rounded = false;  // whether the file's digits are too few for the count
 };
 
-/// Detects an encoder: all moves between samples are whole multiples of one count, up to the file's digits,
-/// and many samples repeat.
+/// Detects an encoder in measured positions: all moves between samples are whole multiples of one count, up
+/// to the file's digits, and many samples repeat.
 Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
   const std::vector<double> moves = differences(c, x);
@@ -104,9 +104,9 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   if (runs_evenly(moves, smallest)) return {};
   const std::size_t repeats = moves.size() - sizes.size();
   if (repeats * 50 <= moves.size()) return {};
-  // Refines the count from the smallest moves on: each larger move is a multiple that is known the better,
-  // the more have gone before.
-  const bool many = sizes.size() >= 50;  // with many moves, chance does not put all near whole counts
+  // Refines the encoder's count (a length) from the smallest moves on: each larger move is a whole multiple
+  // of it, and the more moves have been used, the surer that multiple is.
+  const bool many = sizes.size() >= 50;  // many moves are not all near whole counts by chance
   const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
   Encoder encoder;
@@ -123,8 +123,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   return encoder;
 }
 
-/// Restores encoder positions that a file has rounded: fits a line through them and sets the positions x to
-/// whole counts of the encoder.
+/// Restores the positions of an encoder from a file that rounded them: fits a line that maps counts to
+/// positions, and sets each position to a whole count.
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
@@ -142,14 +142,14 @@ std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) 
   return counts;
 }
 
-/// Smooths an encoder signal that creeps by single counts: puts positions on the line between the middles of
-/// the steps, a shift of half a count at most. Rests and turns stay: a count that lasts much longer than its
-/// neighbours is a rest.
+/// Smooths an encoder's positions where they creep by single counts: puts them on the line between the
+/// middles of the steps, which moves them by half a count at most. Rests and turns stay: a count that lasts
+/// much longer than its neighbours is a rest.
 std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
-  std::size_t last = 0;  // number of samples in a row that showed the previous encoder count
+  std::size_t last = 0;  // number of samples that showed the previous count
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;
@@ -176,8 +176,8 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
 double position_noise(const std::vector<double>& x, double least) {
   std::vector<double> bends;
   for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
-  // Converts the median to a standard deviation: the median of |normal| is 0.6745 deviations, and a second
-  // difference of noise has sqrt(6) of them.
+  // Converts the median of second differences to the standard deviation of the noise: the median of |normal|
+  // is 0.6745 deviations, and a second difference of noise has sqrt(6) of them.
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
@@ -195,10 +195,10 @@ std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<do
 
 namespace {
 
-/// Finds the velocity by differences over as many samples as the motion takes to exceed the noise.
+/// Finds velocities by differences over so many samples that the motion exceeds the noise of the position.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
-  // Fewest samples to either side that show a rest; over fewer, an encoder's count may only be late.
+  // Fewest equal samples to either side that show a rest; fewer may be an encoder's late count.
   constexpr std::size_t rest_window = 6;
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
@@ -206,8 +206,8 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
     for (std::size_t w = 1; w <= widest; ++w) {
       const std::size_t a = i > w ? i - w : 0, b = std::min(i + w, n - 1);
       velocity[i] = (x[b] - x[a]) / (t[b] - t[a]);
-      // Sets the velocity to zero at rest, where only noise moves the position, up to where motion starts or
-      // stops.
+      // Sets the velocity to zero during rests, where only noise moves the position, up to the samples at
+      // which motion starts or stops.
       const auto moved = [&](std::size_t by) {
         return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
       };
@@ -237,8 +237,8 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
-/// Returns whether the motion turns at sample i smoothly, like a parabola: it slows down before and speeds up
-/// after. A stage that reverses at once turns at a sample, or at an unknown place between two.
+/// Returns whether the motion turns at sample i like a parabola: it slows down before and speeds up after. A
+/// stage that reverses suddenly turns at a sample, or at an unknown place between two, instead.
 bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return false;
   const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
@@ -255,7 +255,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // place of the turning point, in sampling intervals after this sample
+    double place = 0.0;  // turning point, in sampling intervals after this sample
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
@@ -275,7 +275,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 
 namespace {
 
-/// Adds the turning points of the motion that are known in addition to the samples.
+/// Adds to the path the turning points that the record states besides its samples.
 void insert_turns(FitData& data) {
   for (PathPoint turn : data.columns.turns) {
     const auto next = std::upper_bound(data.path.begin(), data.path.end(), turn.t,
@@ -286,7 +286,7 @@ void insert_turns(FitData& data) {
   }
 }
 
-/// Makes a path in the plane from the samples alone: a smooth turn in the plane has no turning point.
+/// Makes a path in the plane from the samples alone: a smooth motion in the plane has no turning points.
 std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
                                         const std::vector<double>& y, const std::vector<double>& load) {
   std::vector<PathPoint> path;
@@ -294,8 +294,8 @@ std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std:
   return path;
 }
 
-/// Returns the longest rest, s: a time in which the path stays within its noise and a thousandth of its
-/// range.
+/// Returns the duration (s) of the longest rest: a time in which the path stays within `slack`, its noise,
+/// and a thousandth of its range.
 double longest_rest(const std::vector<PathPoint>& path, double slack) {
   double longest = 0.0;
   std::size_t begin = 0;
@@ -309,16 +309,16 @@ double longest_rest(const std::vector<PathPoint>& path, double slack) {
   return longest;
 }
 
-// -------------------------------------------------------------------------------------------- force
+// ----------------------------------------------------- functions on the measured force and its sign
 
-/// Returns the share of the travel in the direction with less travel.
+/// Returns the share of the travelled distance that lies in the less travelled direction.
 double share_back(const FitColumns& c, const std::vector<double>& x) {
   double forth = 0.0, back = 0.0;
   for (const double move : differences(c, x)) (move > 0.0 ? forth : back) += std::fabs(move);
   return std::min(forth, back) / std::max(forth + back, 1e-300);
 }
 
-/// Measured position x and force f along one axis.
+/// Measured positions x (m) and forces f (N) along one axis.
 struct Axis {
   const std::vector<double>&x, &f;
 };
@@ -327,9 +327,9 @@ std::vector<Axis> axes_of(const FitColumns& c) {
   return {{c.x, c.force}};
 }
 
-/// Returns the correlation of the force with the motion, -1 to 1: the force's work over the most that was
-/// possible. For a motion to and fro the force is centred first, so that an offset of the sensor does no
-/// work. For a slide with a few samples backwards it is not, as its friction has one sign.
+/// Returns the correlation of the force with the motion, -1 to 1: the force's work over the largest possible.
+/// In a motion to and fro the mean force is subtracted first, so that an offset of the sensor does no work.
+/// In a slide with a few samples backwards it is not, since its friction has one sign.
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -345,7 +345,7 @@ double relative_work(const FitColumns& c) {
   return most > 0.0 ? work / most : 0.0;
 }
 
-/// Returns the correlation of the force with the displacement, for small motions, which lose little energy.
+/// Returns the correlation of force and displacement, which shows the force's sign in small motions.
 double relative_stiffness(const FitColumns& c) {
   double xf = 0.0, xx = 0.0, ff = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -388,7 +388,7 @@ void settle_sign(FitData& data, ForceSign sign) {
   }
 }
 
-// --------------------------------------------------------------------------------------------- load
+// --------------------------------------------------------------------- functions on the normal load
 
 void settle_load(FitData& data, std::optional<double> given) {
   const FitColumns& c = data.columns;
@@ -416,15 +416,15 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// Extreme points of the path between two samples that are kept. On one axis: the highest and lowest, if
-/// beyond both samples; in the plane: the point farthest from the line between them.
+/// Extreme points of a path between two samples that are kept. On one axis: the highest and the lowest if
+/// they lie beyond both samples; in the plane: the point farthest from the line between the samples.
 class Between {
  public:
   void add(const PathPoint& point) {
     passed_.push_back(point);
     passed_.back().wanted = false;
   }
-  /// Appends the extreme points to the path, then the end of the stretch; clears the points.
+  /// Appends the extreme points and the sample `end` to the path; forgets them for the next stretch.
   void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
     const PathPoint from = path.empty() ? end : path.back();
     if (axes == 1)
@@ -470,7 +470,7 @@ class Between {
 
 namespace {
 
-/// Copies the samples with the indices `stay`, in order, from each column of `data` to `part`.
+/// Copies the samples with the indices `stay`, in order, from every column of `data` to `part`.
 void take_columns(const FitData& data, const std::vector<std::size_t>& stay, FitData& part) {
   const std::size_t n = data.samples();
   const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
@@ -492,7 +492,7 @@ void take_columns(const FitData& data, const std::vector<std::size_t>& stay, Fit
   take(data.velocity, part.velocity);
 }
 
-/// Returns a record of the samples with indices `stay`, in order, and the turning points between them.
+/// Returns a record with only the samples of indices `stay`, in order, and the turning points between them.
 FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   const std::size_t n = data.samples();
   FitData part = data;
@@ -514,7 +514,7 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   return part;
 }
 
-/// Lists the samples farther than `slack` (m) from where the contact began, and the first and last sample.
+/// Lists the first and last sample and those farther than `slack` (m) from where contact began.
 std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   std::vector<std::size_t> stay;
   double origin = data.path.front().x;
@@ -529,7 +529,7 @@ std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   return stay;
 }
 
-/// Returns the distance (m) by which noise moves a path at rest.
+/// Returns the distance (m) by which noise may move the measured position during a rest.
 double rest_slack(const FitData& data) {
   return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
 }
@@ -547,7 +547,7 @@ FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>*
 }
 
 FitData without_rests(const FitData& data) {
-  constexpr std::size_t shortest = 50;  // samples of the shortest rest that is thinned out
+  constexpr std::size_t shortest = 50;  // number of samples of the shortest rest that is thinned out
   const std::size_t n = data.samples();
   const double slack = rest_slack(data);
   std::vector<PathPoint> places;
@@ -575,7 +575,7 @@ FitData without_origin(const FitData& data) {
   double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
   std::vector<std::size_t> stay = beside_origin(data, slack);
   while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
-  // The body stays near the origin: leaving out its samples would leave too few.
+  // Keeps all samples of a body that stays near its origin; otherwise less than half would remain.
   if (2 * stay.size() < n) return data;
   FitData part = data;
   std::size_t next = 0;
@@ -587,9 +587,9 @@ FitData without_origin(const FitData& data) {
 
 namespace {
 
-/// Returns the ratio of two speeds: one exceeded in a fifth, the other not reached in a fifth, of the samples
-/// or of the distance, whichever ratio is larger. Brief turns fall outside both fifths; strokes at another
-/// speed may show in one only.
+/// Returns the ratio of a fast to a slow speed: one is exceeded in a fifth, the other not reached in a fifth,
+/// of the samples or of the distance, whichever gives the larger ratio. Brief turns fall outside both fifths;
+/// strokes at another speed may show only in samples or only in distance.
 double ratio_of(std::vector<double> speeds) {
   constexpr std::size_t fewest = 20;
   constexpr double tail = 0.2;
@@ -605,7 +605,7 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Records the speeds at which the body moves, and the loads of the moving samples.
+/// Records the speeds at which the body moves, and the range of normal loads of the moving samples.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
   std::vector<double> speeds, loads, forth, back;
@@ -617,15 +617,15 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   }
   data.slow = quantile_of(speeds, 0.1);
   data.fast = quantile_of(speeds, 0.9);
-  // Compares speeds within each direction: a difference between directions could also come from an offset of
-  // the sensor.
+  // Compares speeds within each direction only: an offset of the sensor, too, makes friction differ between
+  // the directions.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
   data.least_load = quantile_of(loads, 0.1);
   data.most_load = quantile_of(loads, 0.9);
 }
 
-/// Returns the slope (`order` 1) or second derivative (2) of `values` at every sample, from a parabola
-/// through 2 w + 1 samples.
+/// Returns the first (`order` 1) or second (2) derivative of `values` by time at every sample, from a
+/// parabola fitted to 2 w + 1 samples.
 std::vector<double> slope_of(const std::vector<double>& t, const std::vector<double>& values, std::size_t w,
                              int order) {
   const std::size_t n = t.size();
@@ -648,8 +648,8 @@ std::vector<double> slope_of(const std::vector<double>& t, const std::vector<dou
   return result;
 }
 
-/// Estimates the noise of the position (m) from the median of its fourth differences, which is right also on
-/// a curved motion.
+/// Estimates the noise of the position (m) from the median of its fourth differences, to which even a curved
+/// motion adds little.
 double noise_of_bends(const FitData& data, const std::vector<double>& x) {
   std::vector<double> fourth;
   for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
@@ -659,8 +659,8 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x) {
   return std::max(0.3 * data.quantum, quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0)));
 }
 
-/// Returns the acceleration (m/s^2) by the narrowest window for which its noise times mass stays below a
-/// hundredth of the force; `left` (N) is that noise.
+/// Returns the acceleration (m/s^2), smoothed over the narrowest window whose noise, times the mass, is below
+/// a hundredth of the force. Sets `left` to that noise of the inertia force (N).
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
                                  double& left) {
   constexpr std::size_t widest = 25;
@@ -669,8 +669,8 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
   std::size_t w = 1;
   for (;; ++w) {
-    // Standard deviation of the second derivative of a parabola through 2 w + 1 evenly spaced samples, for
-    // noise of unit deviation and spacing.
+    // Factor of noise: standard deviation of the second derivative of a parabola through 2 w + 1 samples, for
+    // unit noise and unit spacing.
     const double m = 2.0 * static_cast<double>(w) + 1.0;
     const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
     left = mass * noise * bend / (dt * dt);
@@ -685,7 +685,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   return result;
 }
 
-/// Subtracts mass times acceleration: a sensor that drives the body measures it together with the friction.
+/// Subtracts mass times acceleration from the force: a sensor that drives the body measures its inertia too.
 void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;
@@ -727,7 +727,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
     quantum = std::max(quantum, c.quantum);
     std::vector<double> velocity;
-    // `coarse`: resolution (m) of the positions from which velocities are computed.
+    // Error of positions (m): `noise` as such, `coarse` as far as it affects velocities.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> x = slice(place, begin, end);

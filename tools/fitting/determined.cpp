@@ -1,4 +1,4 @@
-// Finds the parameters that the data do not determine, and says why.
+// Finds the fitted parameters that the data do not determine, and explains why.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -14,27 +14,27 @@ namespace cli {
 namespace {
 
 using bristle::SnapLaw;
-// Largest standard deviation of a parameter's logarithm; beyond it, the 95 % interval spans a factor of
-// seven.
+// Standard deviation of the logarithm of a parameter above which it counts as undetermined: its 95 % interval
+// then spans a factor of seven.
 constexpr double widest_deviation = 0.5;
-// Largest standard deviation of the logarithm of a time or a speed; beyond it, the interval spans a factor of
-// a hundred.
+// Standard deviation of the logarithm of a time or a speed above which it counts as undetermined: its 95 %
+// interval then spans a factor of a hundred.
 constexpr double widest_scale = 1.2;
-// Largest standard deviation of a force offset over the rms of the force.
+// Standard deviation of the sensor's offset, over the rms force, above which it counts as undetermined.
 constexpr double widest_offset = 0.25;
-// Widening of an interval beyond which two terms differ by less than the error of their laws.
+// Factor of widening above which two terms of a fit differ by less than the error of their laws.
 constexpr double nearly_alike = 5.0;
 constexpr double widest_asymmetry = 0.1;
-// Ratio of the record's range to the presliding length below which the record may lack sliding.
+// Range of the motion, in presliding lengths, below which the record may show no sliding.
 constexpr double no_sliding = 4.0;
-constexpr double longer = 3.0;            // multiple of the presliding length that is tried as a longer
-                                          // length
-constexpr double clearly_worse = 8.0;     // loss of twice the log likelihood beyond which a longer length is
-                                          // refuted
-constexpr double fewest_informing = 4.0;  // smallest number of samples that must determine a parameter
+constexpr double longer = 3.0;            // factor on the presliding length to test whether longer bristles
+                                          // fit
+constexpr double clearly_worse = 8.0;     // loss in twice the log likelihood that refutes longer
+                                          // bristles
+constexpr double fewest_informing = 4.0;  // number of samples below which a parameter is undetermined
 
 /// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
-/// fourth powers of its weights, a column of J (J'J)^-1. Least squares alone would trust a single sample.
+/// fourth powers of its weights, a column of J (J'J)^-1. Least squares would trust a single sample.
 double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
   const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
@@ -45,9 +45,9 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
 }
 
-/// Returns whether the record slides far enough to determine the length. If the motion is short against the
-/// presliding length, far longer bristles of equal stiffness may fit as well, which no derivative at this
-/// point shows; so they are tried.
+/// Returns whether the record slides far enough to determine the presliding length. If the motion is short,
+/// bristles three times as long and equally stiff may fit as well, which no derivative shows; so the function
+/// fits such bristles.
 bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   if (!contains(point.free, fit_kinetic) || !contains(point.free, fit_length)) return true;
   if (model.data().range > no_sliding * point.values[fit_length]) return true;
@@ -59,11 +59,11 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
-/// Returns whether a parameter is the time of ageing or the speed of strengthening. If such a scale is below
-/// all that the record shows, growth is logarithmic throughout, and the scale keeps its value.
+/// Returns whether a parameter is the time of ageing or the speed of strengthening. If that scale is below
+/// all ages or speeds of the record, growth is logarithmic throughout and the scale keeps its default.
 bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
 
-/// Returns the parameter without which `open`, an undetermined parameter, has no meaning.
+/// Returns the parameter without which the undetermined parameter `open` has no meaning.
 FitParameter owner_of(FitParameter open) {
   return open == fit_ageing_time           ? fit_ageing
          : open == fit_strengthening_speed ? fit_strengthening
@@ -106,8 +106,8 @@ std::string Fitter::lacking(FitParameter p) const {
   }
 }
 
-/// Fixes one parameter that ran to an end of its range there, or at 0 if it is the compliance or the delay.
-/// Returns whether there was one.
+/// Fixes one parameter that the fit drove to an end of its range at that end, or at 0 for compliance and
+/// delay. Returns whether there was such a parameter.
 bool Fitter::at_an_edge(FitPoint& point) {
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time,
                                fit_strengthening_speed, fit_compliance, fit_delay}) {
@@ -151,11 +151,11 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (p >= fit_offset) return deviation <= widest_offset;
   if (p == fit_softening)
     return std::fabs(point.values[p]) >= 2.0 * deviation * model_.scale(point.values, p);
-  // A lubricant or damper must differ from 0 by two deviations.
+  // Keeps a lubricant or a damper only if it exceeds two standard deviations.
   return point.values[p] >= 2.0 * deviation * model_.scale(point.values, p);
 }
 
-/// Takes a parameter out of the fit, together with parameters that mean nothing without it.
+/// Removes a parameter from the fit for the reason `why`, with those that mean nothing without it.
 void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   const auto drop = [&](FitParameter q) {
     take_out(point.free, q);
@@ -169,7 +169,7 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   }
   const double before = point.values[p];
   drop(p);
-  if (p == fit_kinetic) {  // the stiffness stays the same when the kinetic coefficient is reset
+  if (p == fit_kinetic) {  // resets the kinetic coefficient, but not the stiffness
     double& length = point.values[fit_length];
     length =
         std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));
@@ -180,14 +180,14 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
   if (p == fit_strengthening) drop(fit_strengthening_speed);
 }
 
-/// Returns the factor by which the deviation of ageing or of strengthening grows if the other one, left out
-/// of the fit, may be present too: friction that changes with speed determines only the difference of both.
+/// Returns the factor by which the standard deviation of ageing (or strengthening) grows if the other of the
+/// two, which is not fitted, may exist: the change of friction with speed determines only their difference.
 double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p) {
   const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
   if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
   if (rival == fit_ageing && options_.rule != bristle::SnapRule::redraw) return 1.0;
-  // Distinguishes the two by the path over which ageing follows a change of speed; strengthening follows at
-  // once.
+  // Separates ageing from strengthening by the path over which ageing follows a change of speed, whereas
+  // strengthening follows at once.
   if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
   values[fit_strengthening_speed] =
@@ -196,7 +196,7 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
   wide << j, model_.derivative(values, rival);
   const auto i = std::find(point.free.begin(), point.free.end(), p) - point.free.begin();
-  // Part of a Jacobian's column that the other columns do not explain.
+  // Returns the norm of the part of the Jacobian's column i that its other columns cannot explain.
   const auto left = [&](const Eigen::MatrixXd& m) {
     Eigen::MatrixXd others = m;
     others.col(i).setZero();
@@ -207,8 +207,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
-/// Takes the most expendable of the undetermined parameters out of the fit. Returns false if none is
-/// undetermined.
+/// Removes from the fit the most expendable one of the undetermined parameters. Returns false if all are
+/// determined.
 bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   assume(model_, point);
   if (at_an_edge(point)) return true;
@@ -241,8 +241,8 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
-    // Keeps rubbing (residual and shared renewal) if it has lowered the residuals enough, even if its numbers
-    // are poorly known: without it the lengths would be wrong by more than their intervals.
+    // Keeps rubbing (residual and shared renewal) that lowers the residuals enough, even if its own values
+    // are poorly known: without it the presliding length would be wrong by more than its interval.
     const bool rubbing = p == fit_renewal || p == fit_residual;
     if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
       continue;
@@ -252,12 +252,12 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
-/// Fits with a range of fixed values of an undetermined parameter, refined about the best until several fit
-/// as well as the best. Returns these fits, ordered by the parameter.
+/// Fits with a range of fixed values of an undetermined parameter, refined about the best one until several
+/// fit about equally well. Returns these fits, ordered by the parameter.
 std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
   constexpr int tried = 6, passes = 3;
   constexpr std::size_t several_fits = 3;
-  constexpr double as_good = 3.84;  // loss of twice the log likelihood at the ends of a 95 % interval
+  constexpr double as_good = 3.84;  // loss in twice the log likelihood at the ends of a 95 % interval
   double low = model_.lowest(open), high = model_.highest(open);
   std::vector<FitPoint> all{point}, row;
   for (int pass = 0; pass < passes && row.size() < several_fits; ++pass) {
@@ -283,11 +283,11 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
   return row;
 }
 
-/// Replaces an undetermined spread, time of ageing or speed of strengthening by the middle one of the values
-/// that fit as well as the best; the scatter of these becomes part of every interval.
+/// Replaces an undetermined spread, ageing time or strengthening speed by the middle of the values that fit
+/// as well as the best. The scatter over these values then widens the interval of every parameter.
 FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
   if (!contains(point.free, owner_of(open)) || contains(point.free, open)) return point;
-  // Skips the spread if only the stiffness is known, or if the spread ran to an end of its range.
+  // Keeps the spread if only the stiffness is known, or if the fit drove the spread to an end of its range.
   if (open == fit_spread && (!contains(point.free, fit_kinetic) || why_[open] != lacking(open))) return point;
   assume(model_, point);
   std::vector<FitPoint> row = as_good(point, open);
@@ -315,7 +315,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   }
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   if (!point.free.empty()) point = keep_predicting(point);
-  // Drops parameters that are undetermined once the error from the finite number of bristles is included.
+  // Removes parameters that are undetermined if the error of a finite number of bristles is included.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
   for (const FitParameter open : {fit_spread, fit_ageing_time, fit_strengthening_speed})
     point = take_middle(point, open);

@@ -20,13 +20,13 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-// Share of the force's sum of squares that a fit has to explain; below it the data are not friction of this
-// motion.
+// Share of the force's sum of squares that a fit must explain; below it, the force is refused as not being
+// friction of this motion.
 constexpr double least_explained = 0.3;
-// Share of friction in the measured force that a fit must have.
+// Share of the measured force that must be friction of the brush; below it, the record is refused.
 constexpr double least_friction = 0.01;
 constexpr std::size_t search_samples = 2000;
-// Ratio of held-out errors, slide over redraw, below which slide is preferred.
+// Prefers the rule slide to redraw if its error on held-out parts is below this share of redraw's.
 constexpr double clearly_closer = 0.97;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
@@ -58,7 +58,7 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
 
 bool has_time(const FitValues& p) { return p[fit_ageing] > 0.0 || p[fit_strengthening] > 0.0; }
 
-/// Returns whether the estimates of stiffness, peak and directional friction depend on this parameter.
+/// Returns whether a parameter affects the estimates of stiffness, peak and directional friction.
 bool shapes_friction(FitParameter p) {
   return p == fit_kinetic || FitModel::bends(p) || p == fit_strengthening || p == fit_strengthening_speed ||
          p == fit_asymmetry;
@@ -78,8 +78,8 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 
-/// Explains why the record does not show the peak of a first loading; empty if a first loading reaches the
-/// peak.
+/// Explains why the record does not show the peak of friction at first loading; returns "" if it
+/// does.
 std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
   if (data_.columns.disc) return "a disc does not show it: its rings pass their peaks one after the other";
   assume(model_, point);
@@ -87,8 +87,8 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   const Eigen::VectorXd friction = friction_measured(data_, point.values);
   const double elastic = model_.elastic_coefficient(point.values);
   const std::size_t n = data_.samples();
-  double highest = 0.0, reached = 0.0;  // friction over load: the highest measured value, and the highest of
-                                        // the fit
+  double highest = 0.0, reached = 0.0;  // highest friction over load: measured, and of the
+                                        // fit
   for (std::size_t i = 0; i < n; ++i) {
     if (data_.load[i] < 0.1 * data_.mean_load) continue;
     const auto length = [&](const Eigen::VectorXd& force) {
@@ -106,7 +106,7 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   return {};
 }
 
-/// Derives peak coefficient and stiffness from the fitted parameters, with propagated errors.
+/// Computes peak coefficient and stiffness, with intervals, from the fitted parameters.
 void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result) {
   const auto moved = [&](FitParameter p, double by) {
     FitValues values = point.values;
@@ -115,7 +115,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
       values[p] = std::clamp(values[p], p == fit_kinetic ? 0.0 : model_.lowest(p), model_.highest(p));
     return values;
   };
-  // Differentiates the logarithm of the estimate by finite differences, in units of FitModel::scale.
+  // Differentiates the log of an estimate by the parameters, by differences in units of FitModel::scale.
   const auto interval = [&](FitEstimate& estimate, const auto& function) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
     for (std::size_t i = 0; i < point.free.size(); ++i) {
@@ -141,7 +141,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
            [&](const FitValues& p) { return model_.elastic_coefficient(p) / model_.kinetic_deflection(p); });
   interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
   interval(result.backward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 - p[fit_asymmetry]); });
-  // Counts the peak as known if the kinetic coefficient and the spread, unless the law has none, are fitted.
+  // Counts the peak as fitted if the kinetic coefficient and, unless the law has none, the spread are.
   result.peak.fitted =
       contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
   if (!result.peak.fitted) {
@@ -158,7 +158,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Notes the speed, time and direction for which the fitted numbers hold.
+/// Adds remarks to the result: the speed, age and direction for which its numbers hold.
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
   if (frame.speed > 0.0) {
@@ -280,7 +280,7 @@ FitResult Fitter::report(const FitPoint& point) {
 
 namespace {
 
-/// Returns the fitted force at all samples of a record.
+/// Returns the fitted force (N, by the body) at all samples of a record.
 std::vector<double> curve_at(const FitData& data, const FitOptions& options, const FitResult& result) {
   FitModel model(data, options, Detail::finish);
   model.set_past(result.past);
@@ -296,7 +296,7 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
 
 namespace {
 
-/// Returns the options as they apply to a snap rule. Throws UserError where options contradict the rule.
+/// Returns the options of a fit with the given snap rule. Throws UserError where they contradict the rule.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
   held.rule = rule;
@@ -315,18 +315,18 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
   return held;
 }
 
-/// Searches with redraw and with slide, and returns options and point of the rule that predicts better.
+/// Fits with the rules redraw and slide. Returns options and fitted point of the one that predicts better.
 std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& thin, const FitOptions& options,
                                           Progress& progress, std::string& note) {
   const bool free_law = options.law == SnapLaw::table;
   const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
   FitOptions held = with_rule(data, options, first);
-  if (free_law) held.law = SnapLaw::lognormal;  // a lognormal law, from which a free law starts
+  if (free_law) held.law = SnapLaw::lognormal;  // starts the free law from a lognormal one
   Found found = Fitter(thin, held, Detail::search, progress).search();
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);
   Found slid = Fitter(thin, other, Detail::search, progress).search();
-  // Requires less of slide if the residual is at the end of its range: such a brush is close to slide.
+  // Lets slide win more easily if redraw's residual is at its limit: such a brush nearly slides.
   const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
   const bool slides =
       slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;
@@ -342,7 +342,7 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
 FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
-    // Searches on a thinned record without long rests, which is enough to find the shape.
+    // Searches on a record thinned in number and in long rests, which is enough to find the brush's shape.
     const FitData whole = options.for_prediction ? data : without_rests(data);
     const FitData moving =
         options.rule == SnapRule::keep && !options.for_prediction ? without_origin(whole) : whole;

@@ -1,5 +1,5 @@
-// Fits one record: searches the best point, adds terms that the data show, removes those that they do not
-// determine. Used within this folder only.
+// Fits a brush to one record of measured friction: searches the best point, adds terms that the data show,
+// and removes parameters that they do not determine. Used within this folder only.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace cli {
 
-// Ratio of fast to slow speed below which a record has a single speed.
+// Ratio of fast to slow speed below which a record counts as having a single speed.
 inline constexpr double one_speed = 1.3;
-// Ratio of highest to lowest load from which a record has several loads.
+// Ratio of highest to lowest load above which a record counts as having several loads.
 inline constexpr double several = 1.3;
 inline constexpr double bristles_per_newton = 900.0;
 
@@ -31,24 +31,24 @@ inline void take_out(FitParameterSet& set, FitParameter p) {
 
 inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
-/// Returns the Stribeck velocities that are tried, in geometric progression around the record's speeds.
+/// Returns the Stribeck velocities that a fit tries, in geometric progression around the record's speeds.
 inline std::vector<double> trial_stribeck_velocities(const FitData& data) {
   std::vector<double> all;
   for (double speed = data.slow / 4.0; speed < 4.0 * data.fast; speed *= 1.8) all.push_back(speed);
   return all;
 }
 
-/// Fitted point, and the reason for each parameter that was not fitted.
+/// Result of a search: the fitted point, and for each parameter not fitted the reason.
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
   int evaluations = 0;    ///< number of times the force was computed along the path
-  double held_out = 0.0;  ///< N, rms error of held-out parts of the record
+  double held_out = 0.0;  ///< rms error on parts of the record that were not fitted, N
 };
 
-/// Fitter of one record: finds the best point, and removes from it the parameters that the record does not
-/// determine.
+/// Fitter of one record of friction: finds the best point, and removes from it the parameters that the record
+/// does not determine.
 class Fitter {
  public:
   Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
@@ -59,7 +59,7 @@ class Fitter {
     return {point, why_, stage_note_, model_.evaluations(),
             std::sqrt(held_out(point) / static_cast<double>(samples()))};
   }
-  /// Fits the slide rule with a free law of snap lengths, and returns that law's quantiles.
+  /// Fits the slide rule with a free law of snap lengths. Sets `quantiles` to those of that law.
   Found with_free_law(const Found& found, std::vector<double>& quantiles) {
     FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
     quantiles = std::move(free.quantiles);
@@ -113,8 +113,8 @@ class Fitter {
     values[fit_delay] = options_.delay.value_or(0.0);
   }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
-  /// Returns whether turns pass through speeds well below the fastest. That is enough to fit a damper, which
-  /// vanishes at speed, but not a lubricant, which would be read from the one sliding speed.
+  /// Returns whether turns of the motion pass through speeds well below the fastest. That suffices to fit a
+  /// damper, which vanishes at high speed, but not a lubricant, for which the sliding speed must vary.
   bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
   bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
@@ -133,7 +133,7 @@ class Fitter {
   std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
   FitPoint take_middle(FitPoint point, FitParameter open);
   /// Returns the mean square by which a function of the parameters varies over the points that fit as well as
-  /// the best.
+  /// the best, for parameters that the data leave open.
   template <typename Function>
   double open_variance(const Function& function) const {
     double sum = 0.0;
@@ -160,33 +160,33 @@ class Fitter {
     if (options_.for_prediction) return static_cast<double>(samples());
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
-  /// Returns Bayes' information criterion with the effective number of samples and doubled weight of
-  /// parameters: the peculiarities of a small population must not look like a damper.
+  /// Returns Bayes' information criterion of a fit for the effective number of samples `count`. The weight of
+  /// parameters is doubled, so that the chance properties of few bristles do not pass for a damper.
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
-  /// Returns what the information criterion adds for a number of parameters.
+  /// Returns the penalty that the information criterion adds for a number of parameters.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);
   }
-  /// Lists the parameters in which the force is linear: kinetic, and offset and drift of the sensor if the
-  /// motion goes two ways.
+  /// Lists the parameters in which the force is linear: the kinetic coefficient and, if the motion goes both
+  /// ways, offset and drift of the sensor.
   FitParameterSet linear_set() const;
-  /// Returns whether the motion goes both ways enough to tell an offset of the sensor from friction; a few
-  /// samples are not enough.
+  /// Returns whether the motion goes both ways far enough to tell an offset of the sensor from friction; a
+  /// few samples backwards are not.
   bool two_ways() const;
 
   const FitData& data_;
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;  // sentence saying that the record cannot distinguish a sensor's delay from a
-                            // stage's compliance
+  std::string stage_note_;  // sentence, if the record cannot tell a delay of the sensor from a compliance of
+                            // the stage
   struct Row {
     FitPoint middle;
     std::vector<FitPoint> points;
   };
-  std::vector<Row> rows_;  // for each undetermined parameter, the points that fit as well as the best
+  std::vector<Row> rows_;  // for each undetermined parameter, points that fit as well as the best
   Progress& progress_;
 };
 

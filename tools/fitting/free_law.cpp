@@ -1,4 +1,4 @@
-// Fits a free law of snap lengths for the slide rule: a histogram whose weights come from least squares.
+// Fits a free law of snap lengths for the slide rule: a histogram with weights by least squares.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,18 +17,18 @@ using Eigen::VectorXd;
 
 constexpr int bins = 28;
 constexpr std::size_t folds = 5;
-// Ratio of held-out sums of squares, with terms of speed over without, below which they are taken: the best
-// of many trials predicts noise a little better by chance.
+// Ratio of squared errors on held-out parts, with a lubricant or damper to without, below which it is kept:
+// the best of many trials predicts even noise a little better by chance.
 constexpr double clearly_less = 0.98;
 
 struct Bins {
-  std::vector<double> edge;  // m, edges of the bins of snap length
+  std::vector<double> edge;  // edges of the histogram's bins of snap length, m
   double low(int i) const { return edge[static_cast<std::size_t>(i)]; }
   double high(int i) const { return edge[static_cast<std::size_t>(i) + 1]; }
   double middle(int i) const { return 0.5 * (low(i) + high(i)); }
 };
 
-/// Makes bins in geometric progression, from the samples' resolution to the reach of the motion.
+/// Makes bins of snap length in geometric progression, from the samples' resolution to the motion's range.
 Bins make_bins(const FitModel& model, double presliding_length) {
   const double low = std::max(model.lowest(fit_length), 0.03 * presliding_length);
   const double high = std::max(std::min(model.data().range, 12.0 * presliding_length), 4.0 * low);
@@ -38,16 +38,16 @@ Bins make_bins(const FitModel& model, double presliding_length) {
   return all;
 }
 
-/// Sum of squares w' N w - 2 w' s + const as a function of the weights w: the matrix N and the right side s.
+/// Least squares over weights w as the function w' N w - 2 w' s + const: matrix N and right side s.
 struct Normal {
   MatrixXd matrix;
   VectorXd side;
-  double squares = 0.0;  // N^2, sum of squares of the measured force itself
+  double squares = 0.0;  // sum of squares of the measured force, N^2
   double left(const VectorXd& w) const { return w.dot(matrix * w) - 2.0 * w.dot(side) + squares; }
 };
 
-/// Returns the penalty matrix of second differences of neighbouring weights; weights beyond either end count
-/// as 0.
+/// Returns the penalty matrix for a rough histogram: squared second differences of neighbouring weights.
+/// Weights beyond either end count as 0.
 MatrixXd roughness(Eigen::Index unknowns) {
   MatrixXd d = MatrixXd::Zero(bins, unknowns);
   for (int i = 0; i < bins; ++i) {
@@ -58,8 +58,8 @@ MatrixXd roughness(Eigen::Index unknowns) {
   return d.transpose() * d;
 }
 
-/// Returns the quantiles, over their mean, of a law of snap lengths that is given as a histogram of
-/// probability.
+/// Returns the quantiles, divided by their mean, of a law of snap lengths given as a histogram: the
+/// probability of each bin.
 std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& probability) {
   constexpr int last = bristle::SnapLength::max_table_size - 1;
   double total = 0.0, mean = 0.0;
@@ -80,8 +80,8 @@ std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& pro
   return quantiles;
 }
 
-/// Lists the point without lubricant and damper, and with each of them or both that the record's speeds can
-/// show; their coefficients are still 0.
+/// Lists variants of a fitted point: without lubricant and damper, and with each or both of them if the
+/// record's speeds can show it. Their coefficients are still 0.
 std::vector<FitPoint> with_terms_of_speed(const FitData& data, const FitPoint& bare) {
   const bool several_speeds = data.ratio_of_speeds >= one_speed;
   std::vector<FitPoint> all{bare};
@@ -100,7 +100,7 @@ std::vector<FitPoint> with_terms_of_speed(const FitData& data, const FitPoint& b
   return all;
 }
 
-/// Weights of the bins, then coefficients of the linear terms, and the error of held-out parts.
+/// Weighted histogram of snap lengths with the point's other terms, and the error on held-out parts.
 struct Weighed {
   FitPoint terms;
   std::vector<FitParameter> linear;
@@ -108,8 +108,8 @@ struct Weighed {
   double held_out = std::numeric_limits<double>::infinity();  // N^2
 };
 
-/// Finds the weights of the bins beside the terms of a point, with the smoothness that has the least error on
-/// held-out parts. Weights, lubricant and damper are not negative.
+/// Finds the weights of the histogram of snap lengths and the linear terms of a point, with the smoothness
+/// that gives the least error on held-out parts. Weights, lubricant and damper are not negative.
 Weighed weigh(FitModel& model, const MatrixXd& of_bins, const VectorXd& force, const FitPoint& terms) {
   Weighed found{terms, {}, {}};
   Eigen::Index positive = bins;
@@ -158,14 +158,14 @@ Weighed weigh(FitModel& model, const MatrixXd& of_bins, const VectorXd& force, c
 
 }  // namespace
 
-/// Finds the law of snap lengths and the parameters in which the force is linear, with the others of `about`
-/// fixed. Chooses the smoothness, lubricant and damper with the least error on held-out samples.
+/// Finds the law of snap lengths and the parameters in which the force is linear; the others stay as in
+/// `about`. Chooses smoothness, lubricant and damper by the error on held-out samples.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about) {
   assume(model, about);
   const FitData& data = model.data();
   const Bins all = make_bins(model, about.values[fit_length]);
 
-  // Columns of the bins: the force of bristles of each bin's length that carry all the load.
+  // Matrix with a column per bin: the force if bristles with snap lengths of this bin carried all the load.
   MatrixXd of_bins(static_cast<Eigen::Index>(data.force.size()), bins);
   FitOptions uniform = options;
   uniform.law = bristle::SnapLaw::uniform;
@@ -181,7 +181,7 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   }
   VectorXd rest = Eigen::Map<const VectorXd>(data.force.data(), of_bins.rows()) - model.force(about.values) +
                   model.derivative(about.values, fit_kinetic);
-  FitPoint bare = about;  // the point without lubricant and damper
+  FitPoint bare = about;  // fitted point, but without lubricant and damper
   for (const FitParameter p : {fit_viscous, fit_damping, fit_offset, fit_drift}) {
     if (!contains(about.free, p)) continue;
     rest += about.values[p] / model.scale(about.values, p) * model.derivative(about.values, p);
@@ -196,7 +196,7 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
     if (tried.held_out < best.held_out) best = std::move(tried);
   };
   for (const FitPoint& terms : with_terms_of_speed(data, bare)) attempt(terms);
-  // Refines the damper's velocity, which the trial velocities meet within a factor of 1.34.
+  // Refines the damper's Stribeck velocity: the best of those tried lies within a factor of 1.34 of it.
   for (const double factor : {1.34, 1.16, 1.08, 1.04}) {
     if (!contains(best.terms.free, fit_damping)) break;
     for (const FitPoint from = best.terms; const double by : {factor, 1.0 / factor}) {
@@ -208,7 +208,7 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   if (best.held_out > clearly_less * plain.held_out) best = plain;
   const VectorXd& weights = best.weights;
   FreeLaw found;
-  // Number of bristles in each bin: proportional to stiffness, which is force over length.
+  // Relative number of bristles in each bin: proportional to the stiffness, which is force over length.
   std::vector<double> probability;
   double stiffness = 0.0, kinetic = 0.0;
   for (int i = 0; i < bins; ++i) {

@@ -1,4 +1,4 @@
-// Tests whether a term of the fit predicts parts of the record that it was not fitted to.
+// Tests whether a term of a fit predicts parts of the record that the fit did not use.
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +9,9 @@
 
 namespace cli {
 
-/// Cuts the record into blocks and holds out every fifth in turn: then each kind of event occurs on both
-/// sides, while correlated neighbours stay together. The parameters that fit the rest follow to first order
-/// from derivatives, so no fit is repeated.
+/// Cuts the record into blocks and holds out every fifth in turn, so that each kind of event occurs in fitted
+/// and in held-out parts, while correlated neighbours stay together. Parameters of the fit to the rest follow
+/// to first order from derivatives, so that no fit is repeated.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples) {
   constexpr std::size_t folds = 5;
@@ -44,9 +44,9 @@ double Fitter::held_out(const FitPoint& point) {
   return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
 }
 
-/// Returns the sum of squares of the later fifths of a record, each forecast from all samples before it by
-/// the sensor's offsets and drifts alone. A drift fitted to samples on both sides would follow any slow
-/// change.
+/// Returns the sum of squared errors (N^2) in the later fifths of a record, if each is forecast by the
+/// sensor's offset and drift as fitted to all earlier samples. A drift fitted to samples on both sides would
+/// follow any slow change.
 double Fitter::forecast(const FitPoint& point) {
   constexpr std::size_t parts = 5, first = 2;
   FitPoint sensor = point;
@@ -72,8 +72,8 @@ double Fitter::forecast(const FitPoint& point) {
   return squares;
 }
 
-/// Removes terms that explain the record but do not predict its held-out parts. The brush itself and the
-/// sensor's offset stay.
+/// Removes terms that lower the residuals but do not predict held-out parts of the record. The brush itself
+/// and the sensor's offset stay.
 FitPoint Fitter::keep_predicting(FitPoint point) {
   for (const FitParameter p :
        {fit_drift, fit_drift_y, fit_delay, fit_softening, fit_compliance, fit_asymmetry, fit_damping,

@@ -46,22 +46,22 @@ constexpr ColumnKind kinds[column_count] = {
     {"speed", rate_units, 1e9, names_speed}, {"motor", torque_units, most_force, names_motor},
     {"current", current_units, 1e9},         {"outside", torque_units, most_force}};
 
-/// s, time over which residuals are averaged; over less, an acceleration from differences is noise.
+/// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
-/// Number of equal times into which a log is cut; every second one is held out.
+/// Number of parts of equal duration that a log of a joint is cut into; every second one is held out.
 constexpr double parts = 24.0;
 
-/// Model of joint friction along a log. Its first parameter is the inertia, kg m^2; all parameters are
-/// positive.
+/// Friction model of a joint, computed along a log. Its parameters are all positive; the first is the
+/// inertia, kg m^2.
 struct Model {
   std::string name;
   std::vector<const char*> names, units;
   std::vector<VectorXd> guesses;
-  /// Computes friction on the joint for each interval between samples, N m, and on request its derivatives by
-  /// the parameters.
+  /// Computes the friction torque on the joint for each interval between samples, N m; if a matrix is passed,
+  /// also its derivatives by the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  int runs_with_slopes = 1;  ///< number of runs along the log that computing friction with its derivatives
+  int runs_with_slopes = 1;  ///< number of model runs that friction() with derivatives
                              ///< takes
 };
 
@@ -73,8 +73,8 @@ double size(const std::vector<double>& x) {
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
-/// Returns the change of motor torque between two samples that counts as a jump; the moment of the jump is
-/// unknown.
+/// Returns the change of motor torque between two samples above which it counts as a jump, whose exact time
+/// between the samples is unknown.
 double jump_of(const JointLog& log) {
   std::vector<double> change;
   for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
@@ -84,8 +84,8 @@ double jump_of(const JointLog& log) {
   return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
 }
 
-/// Unbalanced torque of each block of a log. Blocks of the fitted part come first; blocks in which the motor
-/// torque jumps are left out.
+/// Unbalanced torques of a joint (inertia against motor, load and friction), one for each block of a log.
+/// Blocks of the fitted part come first. Blocks with a jump of the motor torque are left out.
 class Balance {
  public:
   Balance(const JointLog& log, JointPart part) : log_(log) {
@@ -116,7 +116,7 @@ class Balance {
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Returns the unbalanced torque of each block, N m, and its derivatives by the parameters.
+  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
     VectorXd friction(intervals);
@@ -147,7 +147,7 @@ class Balance {
 
  private:
   struct Block {
-    std::size_t first = 0, end = 0;  ///< range of samples that make up the block
+    std::size_t first = 0, end = 0;  ///< samples of the block: first, and one past the last
   };
   const JointLog& log_;
   std::vector<Block> blocks_;
@@ -155,7 +155,7 @@ class Balance {
   double scale_ = 1.0;
 };
 
-/// Minimises s'As/2 + g's over s >= low, coordinate by coordinate. A is symmetric with a positive diagonal.
+/// Minimises s'As/2 + g's over s >= low by coordinate descent. A is symmetric with a positive diagonal.
 VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& low) {
   VectorXd s = VectorXd::Zero(g.size());
   for (int sweep = 0; sweep < 500; ++sweep)
@@ -164,14 +164,14 @@ VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& l
   return s;
 }
 
-/// Point of the search: parameters, unbalanced torque of the fitted blocks, and its derivatives.
+/// Point of a minimisation: parameters, unbalanced torques of the fitted blocks, and their derivatives.
 struct Place {
   VectorXd numbers, left;
   MatrixXd by;
   double squares() const { return left.squaredNorm(); }
 };
 
-/// Minimises by Levenberg-Marquardt steps over positive parameters. `runs` counts the runs along the log.
+/// Fits positive parameters by Levenberg-Marquardt steps. Adds the runs of the model along the log to `runs`.
 Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
     runs += with_slopes ? model.runs_with_slopes : 1;
@@ -189,8 +189,8 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
     a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
     const VectorXd g = here.by.transpose() * here.left;
-    // Limits a step: no parameter becomes more than ten times itself, or less than a thousandth of its first
-    // guess.
+    // Limits a Levenberg-Marquardt step: no parameter grows more than tenfold or falls below a thousandth of
+    // its first guess.
     const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
     VectorXd next = here.numbers + bounded_minimum(a, g, least - here.numbers);
@@ -229,7 +229,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   fit.fitted_rms = rms(fitted);
   fit.judged_rms = rms(left.tail(balance.blocks() - balance.fitted()));
 
-  // Leaves parameters that have no effect or went to 0 out of the covariance.
+  // Lists in `told` the parameters that have an effect; the others stay out of the covariance.
   std::vector<Eigen::Index> told;
   const double noise = std::max(fit.fitted_rms, 1e-12 * balance.scale());
   for (Eigen::Index i = 0; i < p.size(); ++i)
@@ -242,8 +242,8 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
   const double quantile = student_quantile(freedom);
-  // Adds a model error of 0.5 % of the friction to each parameter's error: between samples the motion is
-  // unknown, so friction is known to a few thousandths only, however small the noise.
+  // Adds to each parameter's standard error that of a model wrong by 0.5 % of the friction: the motion
+  // between samples is unknown, so that even without noise friction is known to a few thousandths only.
   const double shape =
       0.005 * rms(by.topRows(balance.fitted()).rightCols(p.size() - 1) * p.tail(p.size() - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
@@ -269,7 +269,7 @@ VectorXd vector_of(std::initializer_list<double> x) {
   return Eigen::Map<const VectorXd>(x.begin(), static_cast<Eigen::Index>(x.size()));
 }
 
-/// Makes the model compute derivatives by differences, at one more run for each parameter.
+/// Makes a model differentiate its friction by differences, which takes one more run for each parameter.
 void use_differences(Model& model) {
   model.runs_with_slopes = 1 + static_cast<int>(model.names.size());
   model.friction = [along = model.friction](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
@@ -299,7 +299,7 @@ bristle::JointMaterial material_of(const VectorXd& p) {
   return m;
 }
 
-/// Makes the brush model. Its first guesses scale with the log's rms torque and speed.
+/// Makes the brush model of a joint. First guesses scale with the log's rms torque and rms speed.
 Model brush_model(const JointLog& log, double torque, double speed) {
   Model model;
   model.name = "brush";
@@ -323,7 +323,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
-  // Motor torque in the interval before each sample; where the torque jumps, that of the previous sample.
+  // Motor torque in the interval before each sample; where it jumps, the previous sample's value.
   std::vector<double> led = log.motor;
   const double jump = jump_of(log);
   for (std::size_t k = 1; k < led.size(); ++k)
@@ -355,9 +355,9 @@ Model brush_model(const JointLog& log, double torque, double speed) {
   return model;
 }
 
-/// Adds a model whose friction stops the joint within an interval if its budget (limit) suffices: Coulomb,
-/// Stribeck, and bam (Duclusaud et al. 2025). Its parameters are the inertia, the viscous coefficient and
-/// those of `budget`.
+/// Adds a friction model that stops the joint within an interval if its limit of friction (the budget)
+/// allows: Coulomb, Stribeck, and bam (Duclusaud et al. 2025). Parameters: inertia, viscous coefficient, and
+/// those of the function `budget`.
 void add_budget(
     std::vector<Model>& models, const JointLog& log, const char* name, std::vector<const char*> names,
     std::vector<VectorXd> guesses,
@@ -384,8 +384,8 @@ void add_budget(
 std::vector<Model> rival_models(const JointLog& log, double torque, double speed) {
   std::vector<Model> models;
   const double inertia = 0.01 * torque / speed, viscous = 0.02 * torque / speed;
-  /// Returns the Stribeck factor at speed v, 1 at rest. Its speed is parameter i, its exponent parameter i +
-  /// 1.
+  /// Returns the Stribeck factor of friction at speed v, which is 1 at rest. Its speed is parameter i, its
+  /// exponent parameter i + 1.
   const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
     return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
   };
@@ -460,8 +460,8 @@ void require_motion(const JointLog& log) {
   if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
 }
 
-/// Fits the brush with the log's angle as deflection; or, if that fits better, a brush too stiff for the
-/// angles to show its bending, whose limit in each direction stops the joint as bam's does.
+/// Fits a joint's brush whose deflection follows the log's angle; or, if that fits better, a brush too stiff
+/// for the angles to show its bending, which stops the joint up to a limit, as bam's models do.
 JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
   const double torque = balance.scale(), speed = size(log.speed);
   Model bent = brush_model(log, torque, speed);

@@ -21,19 +21,19 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Friction model other than the brush, as a function of its fitted parameters: first those fitted as
-/// logarithms, last viscous friction and offset, in which the force is linear.
+/// Rival friction model as a function of its fitted parameters. First come `logarithms` parameters that are
+/// fitted as logarithms, last viscous friction and offset, in which the force is linear.
 struct RivalModel {
   std::string name;
   int logarithms = 0;
-  /// Makes a model at rest from the parameters, for a mean load of 1.
+  /// Makes the rival model, at rest, from the fitted parameters. Its mean load is 1.
   std::function<rivals::Rival(const VectorXd&)> make;
   std::function<std::string(const VectorXd&)> describe;
 };
 
-/// Returns the friction of such a model along the path (N, by the body), without viscous friction and offset.
+/// Returns a rival model's friction along the path (N, by the body), without viscous friction and offset.
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
-  if (start != StartState::straight) {  // a long slide before the record
+  if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i) {
       rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
@@ -58,7 +58,7 @@ VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState star
   return force;
 }
 
-/// Adds viscous friction and offset, the two numbers in `linear`, to the elastic force.
+/// Adds viscous friction (coefficient `viscous`, N s/m) and the sensor's offset (N) to the elastic force.
 VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscous, double offset) {
   VectorXd force = elastic.array() + offset;
   for (Eigen::Index i = 0; i < force.size(); ++i)
@@ -66,12 +66,12 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
-/// Residuals of a model over the force's scale, with derivatives by differences.
+/// Residuals of a rival model over the rms force, and their derivatives by differences.
 struct RivalResiduals {
   const RivalModel& model;
   const FitData& data;
   StartState start;
-  double speed;  // m/s, speed that scales the viscous term
+  double speed;  // speed by which the viscous parameter is scaled, m/s
 
   Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
   VectorXd force(const VectorXd& p) const {
@@ -90,7 +90,7 @@ struct RivalResiduals {
     VectorXd at(values()), moved(values());
     fill(p, at);
     for (Eigen::Index i = 0; i < p.size(); ++i) {
-      if (i >= model.logarithms) {  // viscous friction and offset, in which the force is linear
+      if (i >= model.logarithms) {  // parameters of viscous friction and offset, in which the force is linear
         for (Eigen::Index k = 0; k < at.size(); ++k) {
           out(k, i) = i == model.logarithms ? data.velocity[static_cast<std::size_t>(k)] / speed : 1.0;
         }
@@ -119,8 +119,8 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   double least = std::numeric_limits<double>::infinity();
   for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
     RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
-    // Prefers bristles that start straight, as for the brush, unless another start lowers the sum of squares
-    // by 2 %.
+    // Prefers a rival's elements to start unloaded, as the brush's bristles start straight, unless another
+    // start lowers the sum of squares by 2 %.
     const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
     if (squares < least) {
       least = squares;
@@ -138,7 +138,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
 }
 
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
-  // Fits from the three most promising guesses only.
+  // Fits a rival model only from the three guesses with the smallest residuals.
   const double speed = std::max(data.fast, 1e-12);
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
   std::vector<std::pair<double, VectorXd>> rated;
@@ -163,8 +163,8 @@ rivals::Surface bare_surface(double kinetic) {
   return s;
 }
 
-/// Returns trial presliding lengths from the data's resolution to the distance travelled, evenly in the
-/// logarithm.
+/// Returns presliding lengths to try, evenly spaced in the logarithm from the data's resolution to the range
+/// of the motion.
 std::vector<double> trial_lengths(const FitData& data, int count) {
   const double low = std::max({0.5 * data.quantum, 0.3 * data.finest_move, 1e-4 * data.range}),
                high = data.range;
@@ -204,15 +204,15 @@ RivalModel lugre_model(const FitData& data) {
 
 constexpr int elements = rivals::MaxwellSlip::elements;
 
-/// Makes the Maxwell-slip model. Its parameters are the stiffness over load (1/m) of each element, then the
-/// slip length (m) of each at mean load.
+/// Makes the Maxwell-slip model, whose parameters are the stiffness over load (1/m) of each element, then the
+/// slip length (m) of each element at the mean load.
 RivalModel maxwell_model(const FitData& data) {
   const double load = data.mean_load;
   return {"Maxwell-slip", 2 * elements,
           [load](const VectorXd& p) -> rivals::Rival {
             rivals::MaxwellSlip m;
             m.surface = bare_surface(1.0);
-            m.surface.stiffness = load;  // makes mu N / sigma0 equal 1 m at mean load
+            m.surface.stiffness = load;  // sets mu N / sigma0 to 1 m at mean load: lengths need no scale
             for (int i = 0; i < elements; ++i) {
               m.stiffness_share[static_cast<std::size_t>(i)] = std::exp(p[i]);
               m.slip_length[static_cast<std::size_t>(i)] = std::exp(p[elements + i]);
@@ -220,8 +220,8 @@ RivalModel maxwell_model(const FitData& data) {
             return m;
           },
           [](const VectorXd& p) {
-            // Leaves out elements with less than a hundredth of the strongest one's force, whose lengths are
-            // undetermined.
+            // Describes only elements with at least a hundredth of the strongest element's force; the data do
+            // not determine the slip lengths of others.
             double strongest = 0.0, low = 1e300, high = 0.0;
             int count = 0;
             const auto limit = [&](int i) { return std::exp(p[i] + p[elements + i]); };
@@ -239,8 +239,8 @@ RivalModel maxwell_model(const FitData& data) {
           }};
 }
 
-/// Returns a guess of Maxwell-slip parameters: ten fixed slip lengths, and stiffnesses, viscous friction and
-/// offset from nonnegative least squares.
+/// Returns a first guess of the Maxwell-slip parameters: ten fixed slip lengths, with stiffnesses, viscous
+/// friction and offset by nonnegative least squares.
 VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
   const auto samples = static_cast<Eigen::Index>(data.force.size());
   const double speed = std::max(data.fast, 1e-12);
@@ -267,7 +267,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   return p;
 }
 
-/// Returns each sample's path since the last turn, m; before the first turn, since the first sample.
+/// Returns for each sample the path since the last turn of the motion (or the first sample), m.
 std::vector<double> way_since_turn(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
   std::vector<double> ways;
@@ -365,7 +365,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   Progress progress("rivals", options.quiet);
   progress.update(0.0);
 
-  // Fits the brush without drift of the sensor: a drift must not be extrapolated beyond the fitted part.
+  // Fits the brush without a drift of the sensor, which would be extrapolated beyond the fitted part.
   FitOptions held = options;
   held.no_drift = held.for_prediction = held.no_time = true;
   held.quiet = true;
@@ -380,7 +380,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   sliding.rule = bristle::SnapRule::slide;
   FitOptions any_law = sliding;
   any_law.law = bristle::SnapLaw::table;
-  // Options of a fit without --rivals, which also looks for stage, sensor and time terms.
+  // Options of the fit that users get without --rivals, which also looks for stage, sensor and time terms.
   FitOptions handed_out = options;
   handed_out.quiet = handed_out.no_drift = true;
 
@@ -444,7 +444,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
-    // Ratio of damper to stiffness, in units of the time in which the presliding length is passed.
+    // Ratio of bristle damping to stiffness, over the time in which the motion covers a presliding length.
     for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
       VectorXd p(7);

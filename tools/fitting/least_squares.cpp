@@ -12,7 +12,7 @@
 namespace cli {
 namespace {
 
-/// Adapter that gives a sum of squares the form of Eigen's Levenberg-Marquardt.
+/// Wraps a SumOfSquares in the interface that Eigen's Levenberg-Marquardt requires.
 struct Function {
   using Scalar = double;
   const SumOfSquares& sum;
@@ -62,7 +62,7 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::Ve
         steepest = i;
     if (steepest < 0) break;
     used.push_back(steepest);
-    // Moves towards the solution up to the first unknown that reaches 0, which is then fixed at 0.
+    // Moves towards the unconstrained solution until an unknown reaches 0, and fixes that unknown there.
     for (;;) {
       const Eigen::VectorXd to = solved();
       double share = 1.0;

@@ -9,7 +9,7 @@ namespace cli {
 
 namespace {
 
-/// Returns the snap length of bristles of an age over their initial snap length.
+/// Returns the factor by which the snap length of bristles of this age (s) exceeds that of new ones.
 double growth(const bristle::Ageing& ageing, double age) {
   bristle::Material m;
   m.with_ageing(ageing);
@@ -35,8 +35,8 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
   }
 }
 
-/// Returns the ageing for which delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))). fit_length is
-/// delta(A), at the frame's age A, so that the data determine b nearly independently of tau.
+/// Returns the ageing for which delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): a snap length
+/// referred to the frame's age A, so that the data determine b nearly independently of tau.
 bristle::Ageing FitModel::ageing(const FitValues& p) const {
   if (p[fit_ageing] == 0.0) return {};
   if (frame_.form == bristle::AgeingForm::saturating)
@@ -93,12 +93,12 @@ double FitModel::elastic_coefficient(const FitValues& p) const {
   return std::max(rest, 1e-3 * p[fit_kinetic]);
 }
 
-/// Returns the damper's coefficient at speed `u` (over the Stribeck velocity), relative to that at rest.
+/// Returns the damping coefficient at speed `u` (in Stribeck velocities), relative to that at rest.
 double FitModel::decay(double u) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
 }
 
-/// Returns the damper's force divided by load, speed and damping coefficient.
+/// Returns the damping force divided by load, speed and damping coefficient.
 double FitModel::damper(double speed, double stribeck) const {
   if (!(stribeck > 0.0)) return 0.0;
   return over_rings(2, [&](double lever) { return decay(lever * speed / stribeck); });
@@ -117,17 +117,17 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return sum * data_.velocity[row] / speed_[k];
 }
 
-/// Returns the path of the contact: the measured position x less the bending of the stage by the friction F,
-/// c F + q F^2, with compliance c and softening q. The force is linear in time between two samples.
+/// Returns the path of the contact: the measured position less the deflection of the stage by the friction F,
+/// c F + q F^2, with compliance c and softening q. F is taken as linear in time between samples.
 std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
   std::vector<PathPoint> path = data_.path;
   const double c = p[fit_compliance];
   const std::size_t n = data_.samples();
   const std::vector<double>& t = data_.columns.t;
-  std::size_t next = 0;  // index of the first sample at or after the given time
+  std::size_t next = 0;  // index of the first sample at or after the point's time
   for (PathPoint& point : path) {
     const std::size_t k = std::min(next, n - 1);
-    double share = 0.0;  // weight of the previous sample's force in the force at the point
+    double share = 0.0;  // weight of the previous sample in interpolating the force
     if (!point.wanted && k > 0 && t[k] > t[k - 1])
       share = std::clamp((t[k] - point.t) / (t[k] - t[k - 1]), 0.0, 1.0);
     const auto at = [&](std::size_t axis) {
@@ -147,7 +147,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   const std::vector<double>& t = data_.columns.t;
   const std::size_t n = data_.samples();
   for (std::size_t axis = 0; axis < data_.axes; ++axis) {
-    double before = 0.0, seen = 0.0;  // force at the previous sample, and the sensor's output there
+    double before = 0.0, seen = 0.0;  // force, and sensor's output, at the previous sample
     for (std::size_t k = 0; k < n; ++k) {
       double& f = force[static_cast<Eigen::Index>(axis * n + k)];
       const double now = f;
@@ -190,8 +190,8 @@ Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sen
 void FitModel::settle_stage(const FitValues& p) {
   if (!bends_stage(p)) return;
   constexpr int most_rounds = 100;
-  constexpr double share = 0.5;  // share of each correction that is applied, so that the iteration converges
-                                 // for stages up to three times as soft as the bristles
+  constexpr double share = 0.5;  // relaxation factor of the iteration for the stage's force, which then
+                                 // converges for stages up to three times as soft as the bristles
   Eigen::VectorXd force = Eigen::VectorXd::Zero(stage_force_.size());
   for (int round = 0; round < most_rounds; ++round) {
     set_stage_force(force);
@@ -215,8 +215,8 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
   return f;
 }
 
-/// Differentiates by finite differences of the parameter or its logarithm. The step is far above rounding,
-/// and the force is smooth over it; with kept snap lengths the force has waves, which need other steps.
+/// Differentiates the force by differences of a parameter or of its logarithm. Steps are far above rounding,
+/// and the force is smooth over them; with the rule keep it has waves, which need other steps.
 Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
   const bool keep = options_.rule == bristle::SnapRule::keep;
   const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
@@ -346,7 +346,7 @@ double FitModel::lowest(FitParameter parameter) const {
     case fit_length:
       return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
-      // A little above the least spread of the infinite brush, 0.05, since derivatives look below.
+      // Returns more than 0.05, the least spread of an infinite brush, since derivatives look below.
       return 0.0525;
     case fit_residual:
     case fit_renewal:

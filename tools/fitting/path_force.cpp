@@ -13,21 +13,21 @@ namespace {
 
 using bristle::SnapRule;
 
-/// Presliding length (m) for which the brush is computed. The path is scaled to it, so that one material
-/// serves all lengths.
+/// Presliding length (m) that every computed brush has. The path is scaled to it, so that one material serves
+/// all presliding lengths.
 constexpr double unit_length = 1e-5;  // m
 
-/// Presliding lengths after which every law has forgotten its start (core/patches/COHORTS.md: 1,260 lengths
-/// at a spread of 2).
-constexpr double long_slide = 3000.0;   // presliding lengths, of the slide before a record
-constexpr double shortest_step = 1e-9;  // s, shortest duration of a step
+/// Path, in presliding lengths, of the slide simulated before a record. Every law forgets its start in less:
+/// 1,260 lengths at a spread of 2 (core/patches/COHORTS.md).
+constexpr double long_slide = 3000.0;   // path of a slide before a record, in presliding lengths
+constexpr double shortest_step = 1e-9;  // shortest duration of a step, s
 constexpr std::size_t most_made = 8;
 
 struct Direction {
   double x, y;
 };
-/// Returns the direction of a slide before the record: +x on one axis, the direction of the first motion in
-/// the plane.
+/// Returns the direction of a slide before the record: +x on one axis, that of the first motion in the
+/// plane.
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;
@@ -59,9 +59,9 @@ bristle::Material BrushShape::material(double length) const {
   }
   m.snap_rule = rule;
   m.residual_length =
-      std::min(share * length, bristle::largest_residual * mean);  // limited to the largest residual length
-                                                                   // allowed, which strong growth would
-                                                                   // exceed
+      std::min(share * length, bristle::largest_residual * mean);  // limits the residual to the library's
+                                                                   // largest, which strong growth by age
+                                                                   // would exceed
   m.shared_renewal = redraws ? shared_renewal : 0.0;
   m.ageing_form = ageing_form;
   m.ageing_strength = redraws ? ageing_strength : 0.0;
@@ -69,7 +69,7 @@ bristle::Material BrushShape::material(double length) const {
   return m;
 }
 
-/// Brush that is computed along the path, a single patch in a batch of its own.
+/// Brush whose force is computed along the path: a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
@@ -94,7 +94,7 @@ struct PathForce::Brush {
   struct Force {
     double x, y;
   };
-  /// Steps the brush and returns its friction (N, by the body) for a bristle stiffness of 1 N/m and one
+  /// Steps the brush and returns its friction (N, by the body), for a bristle stiffness of 1 N/m and one
   /// bristle per newton.
   Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;

@@ -1,6 +1,6 @@
-// Computes the expected force of a brush along a measured path, without noise and smooth in the parameters,
-// as fitting needs it. The library's infinite brush steps along the path; for bristles that keep their
-// lengths, which it does not have, a stratified population stands in.
+// Computes the expected friction of a brush along a measured path, without noise and smooth in the
+// parameters, as a fit needs it. The library's infinite brush steps along the path. For the rule keep, which
+// the infinite brush lacks, a stratified population does.
 #pragma once
 
 #include <list>
@@ -11,87 +11,87 @@
 
 namespace cli {
 
-/// Point of a path. Motion between points is straight; the load of a point acts on the segment that ends
-/// there.
+/// Point of a measured path. The motion between points is straight; the load of a point acts on the way from
+/// the previous point to it.
 struct PathPoint {
-  double x = 0.0;       ///< m, position
-  double load = 0.0;    ///< N, normal load
-  bool wanted = true;   ///< whether the caller wants the force at this point; if not, it is a turning point
-  double t = 0.0;       ///< s, time of the point, needed for contacts that age
-  double y = 0.0;       ///< m, second coordinate, in the plane only
-  bool begins = false;  ///< whether a new record begins here, with no memory of the one before
+  double x = 0.0;       ///< position, m
+  double load = 0.0;    ///< normal load, N
+  bool wanted = true;   ///< whether this is a sample, where the force is wanted; if not, a turning point
+  double t = 0.0;       ///< time of the point, s; needed if bristles age
+  double y = 0.0;       ///< second coordinate, m, for motion in the plane
+  bool begins = false;  ///< whether a new record begins here, with a brush that forgot the last one
 };
 
-/// State of the bristles at the first point.
+/// State of the bristles at the first point of a path.
 enum class StartState : unsigned char {
-  straight,  ///< bristles are straight, as when the contact has just been made
-  forward,   ///< bristles are in the state after a long slide towards +x (in the plane, along the first
+  straight,  ///< bristles are straight, as in a contact just made
+  forward,   ///< state after a long slide towards +x (in the plane, along the first motion of the record)
              ///< motion)
-  backward   ///< state after a long slide towards -x; in the plane, against the first motion
+  backward   ///< state after a long slide towards -x (in the plane, against the first motion)
 };
 
-/// Memory that bristles which keep their snap lengths have of their phases.
+/// Whether bristles that keep their snap lengths remember their phases for ever.
 enum class Memory : unsigned char {
-  forgotten,  ///< phases of bristles become evenly spread in a long slide, so that no earlier state recurs
+  forgotten,  ///< phases become evenly spread in a long slide, so that no earlier state recurs
 
-  /// Bristles keep phases for ever; those that were straight together are so again at the same place.
+  /// Phases are kept for ever: bristles that were straight together are so again at the same place.
   whole
 };
 
-/// State before the record.
+/// State of the bristles before the first sample of a record.
 struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
-  /// s, time for which straight bristles rest before the record; they age.
+  /// Time for which straight bristles rest, and so age, before the record, s.
   double rested = 0.0;
-  /// m/s, speed of a slide before the record; 0: too fast for bristles to age.
+  /// Speed of a slide before the record, m/s; 0: too fast for bristles to age.
   double speed = 0.0;
-  std::vector<StartState> later = {};  ///< starting states of the second and later records; none: straight
-                                       ///< bristles
+  std::vector<StartState> later = {};  ///< starting states of the second and later joined records; those not
+                                       ///< listed start straight
   StartState of_part(std::size_t part) const {
     return part == 0 ? start : part <= later.size() ? later[part - 1] : StartState::straight;
   }
   friend bool operator==(const Past&, const Past&) = default;
 };
 
-/// Shape of the brush's elastic force; lengths are shares of the presliding length.
+/// Shape of a brush's elastic force; its lengths are shares of the presliding length.
 struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  /// Share of the presliding length that a snap leaves. This and the members below are for redraw only.
+  /// Share of the presliding length that a snap leaves. It and the members below need the rule redraw.
   double residual_share = 0.0;
   double shared_renewal = 0.0;
   bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
   double ageing_strength = 0.0;
-  double ageing_time = 1.0;  ///< s, time from which snap lengths grow
+  double ageing_time = 1.0;  ///< age from which snap lengths grow, s
 
-  /// Mean snap length of bristles of the frame's age over that of new ones.
+  /// Mean snap length of bristles of the fit's reference age, over that of new bristles.
   double growth = 1.0;
-  std::vector<double> quantiles = {};  ///< quantiles of the snap lengths over their mean, for SnapLaw::table
+  std::vector<double> quantiles = {};  ///< quantiles of snap lengths over their mean, for SnapLaw::table
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
   /// Returns a material of this shape with a bristle stiffness of 1 N/m and one bristle per newton.
   bristle::Material material(double presliding_length_m) const;
 };
 
-/// Resolution at which the force is computed.
+/// Resolution at which friction along a path is computed.
 enum class Detail : unsigned char {
   search,  ///< redraw: error 0.2 % rms at most; keep: 512 bristles; slide: 32 strata
   finish   ///< redraw: error 0.05 % rms at most; keep: 2048 bristles; slide: 64 strata
 };
 
-/// Ring of a turning contact, on which all points move equally far.
+/// Ring of a turning contact, all of whose points move equally far.
 struct Ring {
   double lever = 1.0;  ///< radius of the ring over the radius of the record's path and force
-  double share = 1.0;  ///< share of the load that the ring carries
+  double share = 1.0;  ///< share of the load that the ring bears
 };
-/// Returns the rings of a contact: for one that slides as a whole, a single ring of lever 1; for a disc under
-/// even pressure, rings at Gauss points, which give stiffness and sliding friction exactly.
+/// Returns the rings into which a contact is cut: one of lever 1 if it slides as a whole; for a turning disc
+/// under even pressure, rings at Gauss points, which give its stiffness and sliding friction exactly.
 std::vector<Ring> rings_of(bool disc, Detail detail);
 
-/// Computes forces along one path. Caches its last brushes, so that a recent shape needs no new table of its
-/// law of snap lengths. For one thread.
+/// Computes friction along one path. Caches its latest brushes, so that a shape used recently needs no new
+/// table of its law of snap lengths. For one thread.
 class PathForce {
  public:
   explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1, bool disc = false);
@@ -99,9 +99,9 @@ class PathForce {
   PathForce(const PathForce&) = delete;
   PathForce& operator=(const PathForce&) = delete;
 
-  /// Returns the elastic friction (N, positive along the motion) at every wanted point, for a kinetic
-  /// coefficient of 1 at `kinetic_speed` (m/s; 0: too fast to age). In the plane, all x, then all y. For a
-  /// disc, torque over radius.
+  /// Returns the elastic friction (N, positive along the motion) at every point that wants it, for a kinetic
+  /// coefficient of 1 at `kinetic_speed` (m/s; 0: too fast to age). In the plane, all x, then all y
+  /// components. For a disc, torque over radius.
   std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail,
                            double kinetic_speed = 0.0);
 
@@ -115,10 +115,10 @@ class PathForce {
   unsigned axes_;
   bool disc_;
   double most_load_ = 0.0;
-  std::list<std::unique_ptr<Brush>> made_;  // brushes computed so far, the most recently used first
+  std::list<std::unique_ptr<Brush>> made_;  // cache of brushes, the most recently used first
 };
 
-/// Returns the force along the path for bristles that keep their snap lengths.
+/// Returns the friction along a path of bristles that keep their snap lengths (the rule keep).
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
                                double presliding_length_m, Past past, Detail detail);
 

@@ -1,4 +1,4 @@
-// Computes errors of a fit that come from a finite number of bristles.
+// Computes the errors of a fit that come from the contact's finite number of bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -12,20 +12,20 @@ namespace {
 
 constexpr std::size_t brushes = 100;
 constexpr std::uint32_t bristles_of_each = 200;
-// Highest number of samples used: neighbouring samples have nearly equal errors, so more would add nothing.
+// Limit of samples used: neighbouring samples have nearly equal errors, so that more add nothing.
 constexpr std::size_t most_samples = 2000;
-constexpr double widest_slide = 3000.0;  // longest slide simulated before the record, in presliding lengths
+constexpr double widest_slide = 3000.0;  // longest simulated slide before a record, in presliding lengths
 constexpr double whole_memory_variance = 2.0;
 
-/// Returns the elastic force of randomly drawn brushes minus their mean, N, by sample (row) and brush
-/// (column).
+/// Returns how the elastic forces of randomly drawn brushes deviate from their mean, N: a row per sample, a
+/// column per brush.
 Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const FitData& data) {
   const bristle::Material material = model.unit_material(point.values);
   double most_load = 0.0;
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
   bristle::PatchBatch batch;
-  // Motions of all brushes for the first ring, then for the next.
+  // Motions of all brushes in the contact's first ring, then in the next one, and so on.
   std::vector<bristle::Motion> motions(brushes * rings.size());
   std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
@@ -87,7 +87,7 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   return force.colwise() - force.rowwise().mean();
 }
 
-/// Returns the sum of products of neighbouring residuals, to which independent noise adds nothing on average.
+/// Returns the sum of products of neighbouring residuals, which is 0 on average for independent noise.
 double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(r.size() - 1)); }
 
 }  // namespace
@@ -95,7 +95,7 @@ double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(
 PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles) {
-  // The slide rule has no such error: its lengths follow the law exactly, none is drawn at random.
+  // Returns no such error for the slide rule, whose snap lengths follow the law exactly, not at random.
   if (model.options().rule == bristle::SnapRule::slide) {
     const auto freedom = static_cast<double>(residuals.size() - jacobian.cols());
     return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()), false, 0.0,
@@ -119,8 +119,8 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   const Eigen::MatrixXd moved = pseudo_inverse(j) * force;
   const Eigen::MatrixXd left = force - j * moved;
 
-  // Means over the simulated brushes: sum of squares and sum of neighbour products in the residuals that one
-  // brush leaves.
+  // Averages over simulated brushes: the sum of squares, and the sum of products of neighbours, in the
+  // residuals that a fit to one brush leaves.
   const double count = static_cast<double>(brushes);
   double squares = 0.0, products = 0.0, scatter = 0.0;
   for (Eigen::Index i = 0; i < left.cols(); ++i) {
@@ -134,9 +134,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const double of_mean_load = bristles_of_each * model.data().mean_load / most_load;
 
-  // Estimates the variance caused by bristles, relative to the simulation's, as a weighted mean of two
-  // values: the usual one, with an error as large as itself, and the one that the residuals show. Adds a
-  // quarter of its deviation for safety: too few bristles widen the intervals, too many make them wrong.
+  // Estimates the variance that bristles cause, over that in the simulation, as a weighted mean of two
+  // values: that of the usual number, with an error as large as itself, and that shown by the residuals. Adds
+  // a quarter of the mean's error: intervals are wrong with too many bristles, only wide with too few.
   const double usual = of_mean_load / usual_bristles;
   const double chance = r.squaredNorm() / std::sqrt(static_cast<double>(samples));
   PopulationError error;
@@ -151,9 +151,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
     error.bristles = of_mean_load / std::max(shown, 1e-12);
   }
   error.covariance = moved * moved.transpose() * (share / (count - 1.0));
-  // Widens the errors of bristles with full memory: they repeat their errors in every stroke, and the sum of
-  // squares has many minima. Without this factor, linear theory covered the truth in three of four among
-  // forty fits. The factor is measured, not derived.
+  // Doubles the variance for bristles that remember their phases: they repeat their errors in every stroke,
+  // and the sum of squares has many minima. Without the factor, which was measured and not derived, the
+  // intervals held the truth in three of four of forty fits.
   if (model.options().rule == bristle::SnapRule::keep && point.past.memory == Memory::whole)
     error.covariance *= whole_memory_variance;
   error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /

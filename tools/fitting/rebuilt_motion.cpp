@@ -15,10 +15,10 @@
 namespace cli {
 namespace {
 
-// Share of the forces' sum that may be of the rarer sign if the file's motion counts as one-way.
+// Share of the forces' sum that may have the rarer sign in a motion that counts as one-way.
 constexpr double beyond_most = 0.1;
-// Share by which strokes may last less than their length takes at the stated speed, or longer before the rest
-// of the time counts as a rest.
+// Relative tolerance of a stroke's duration: how much shorter it may be than stroke over speed, and how much
+// longer before the excess counts as a rest.
 constexpr double stroke_tolerance = 0.05;
 
 bool goes_both_ways(const std::vector<double>& force) {
@@ -27,7 +27,7 @@ bool goes_both_ways(const std::vector<double>& force) {
   return std::min(up, down) > beyond_most * (up + down);
 }
 
-/// Returns the force of a motion to and fro, scaled to -1 to 1 between its two plateaus.
+/// Returns the force of a motion to and fro, scaled so that its two plateaus are at -1 and 1.
 std::vector<double> between_plateaus(std::vector<double> force) {
   std::vector<double> sorted = force;
   std::sort(sorted.begin(), sorted.end());
@@ -37,23 +37,23 @@ std::vector<double> between_plateaus(std::vector<double> force) {
   return force;
 }
 
-/// Times at which the force passes from one plateau to the other.
+/// Crossings of the force from one plateau to the other, in a motion to and fro.
 struct Crossings {
-  std::vector<double> t;          // s, time at which the force is halfway between the plateaus
-  std::vector<int> sign;          // sign of the plateau that the force goes to
-  std::optional<double> loading;  // s, time at which a record that begins unloaded first has half of a
-                                  // plateau's force
+  std::vector<double> t;          // times at which the force is halfway between the plateaus, s
+  std::vector<int> sign;          // signs of the plateaus that the force goes to
+  std::optional<double> loading;  // time at which a record that begins unloaded first has half the force of a
+                                  // plateau, s
 };
 
 Crossings find_crossings(const std::vector<double>& t, const std::vector<double>& force) {
   Crossings found;
   int side = 0;
-  std::size_t last = 0;  // last row on the plateau before the crossing
+  std::size_t last = 0;  // index of the last row whose force was on a plateau
   for (std::size_t i = 0; i < force.size(); ++i) {
     const int reached = force[i] > 0.5 ? 1 : force[i] < -0.5 ? -1 : 0;
     if (reached != 0 && reached != side) {
       if (side != 0) {
-        // The line through all rows between the plateaus, whose noise is less than that of two rows.
+        // Fits a line through all rows between the plateaus, which averages their noise.
         const double n = static_cast<double>(i - last + 1);
         double time = 0.0, level = 0.0, square = 0.0, product = 0.0;
         for (std::size_t k = last; k <= i; ++k) {
@@ -76,10 +76,10 @@ Crossings find_crossings(const std::vector<double>& t, const std::vector<double>
   return found;
 }
 
-/// Returns the time (s) from a turn of the motion to the crossing of the force. The mean of all strokes is
-/// level until the turn and then bends; the turn is where a line with a parabola behind it fits them best.
+/// Returns the time (s) from a turn of the motion to the crossing of the force. The force, averaged over
+/// strokes, is level until the turn, then bends: a line followed by a parabola is fitted to find the turn.
 double find_lag(const std::vector<double>& t, const std::vector<double>& force, const Crossings& crossings) {
-  // Time from half of the first plateau to the crossing: the median of the strokes.
+  // Times from half of the old plateau to the crossing, one per stroke; `rise` becomes their median.
   std::vector<double> rises;
   for (std::size_t k = 0; k < crossings.t.size(); ++k) {
     std::size_t i =
@@ -90,8 +90,8 @@ double find_lag(const std::vector<double>& t, const std::vector<double>& force, 
   std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
   const double rise = rises[rises.size() / 2];
 
-  std::vector<std::pair<double, double>> near;  // time after a crossing over `rise`, and force scaled to
-                                                // -1 to 1
+  std::vector<std::pair<double, double>> near;  // for all strokes: time after the crossing over `rise`, and
+                                                // scaled force
   for (std::size_t k = 0; k < crossings.t.size(); ++k) {
     const double from = crossings.t[k] - 6.0 * rise, to = crossings.t[k] + 0.2 * rise;
     for (auto i = std::lower_bound(t.begin(), t.end(), from); i != t.end() && *i < to; ++i)
@@ -119,7 +119,7 @@ double find_lag(const std::vector<double>& t, const std::vector<double>& force, 
   return -best * rise;
 }
 
-/// Returns values at the times `at`, by straight lines between those at the times `t`; none stay none.
+/// Interpolates values, given at the times `t`, linearly at the times `at`. An empty column stays empty.
 std::vector<double> interpolated(const std::vector<double>& t, const std::vector<double>& values,
                                  const std::vector<double>& at) {
   std::vector<double> result;
@@ -162,8 +162,8 @@ void rebuild_strokes(FitColumns& data, double speed, double stroke) {
                     "{:.4g} s (a rest at its end may take as long again)",
                     data.name, lasts.front(), lasts.back(), in_mm(stroke), in_mm(fast), takes));
 
-  // Starts of strokes, and how long each moves. A record that begins within a stroke moves from its first
-  // row.
+  // Times at which strokes start, and how long each moves (s). A record that begins within a stroke moves
+  // from its first row.
   const double lag = find_lag(data.t, force, crossings);
   std::vector<double> starts{crossings.loading ? *crossings.loading - 0.5 * lag : data.t.front()}, moves;
   for (const double t : crossings.t) starts.push_back(t - lag);
@@ -220,7 +220,7 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
     x = smoothed_positions(motion, motion.x, data.quantum);
     noise = position_noise(x, 0.2 * data.quantum);
   }
-  std::vector<double> times, places;  // s and m, of the motion's rows and its turning points
+  std::vector<double> times, places;  // times (s) and positions (m) of the motion's rows and turning points
   for (const PathPoint& point : make_path(t, x, std::vector<double>(t.size()), noise)) {
     times.push_back(point.t);
     places.push_back(point.x);
@@ -232,7 +232,7 @@ void merge_motion(FitColumns& data, const FitColumns& motion, double clock) {
   data.has_x = motion.has_x;
   data.disc = data.disc || motion.disc;
   data.written.push_back({motion.written[1].header, interpolated(t, motion.written[1].values, data.t)});
-  // Keeps points of the motion beyond the rows around them as turning points.
+  // Keeps as turning points those positions of the motion that lie beyond the rows around them.
   std::size_t k = 0;
   for (std::size_t i = 1; i < data.t.size(); ++i) {
     const auto [least, most] = std::minmax(data.x[i - 1], data.x[i]);

@@ -32,9 +32,9 @@ struct Row {
   const char* name;
   const char* unit;
   double per_si;
-  const char* key;  ///< name of the parameter in JSON and in Python
+  const char* key;  ///< name of the parameter in JSON and Python
 };
-/// Rows of the report, in the order of FitParameter, then peak, stiffness, and friction towards +x and -x.
+/// Rows of the report: FitParameter in order, then peak, stiffness, and friction towards +x and -x.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"presliding_length", "um", 1e6, "presliding_length"},
                                        {"spread", "", 1.0, "spread"},
@@ -60,10 +60,10 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"kinetic towards +x", "", 1.0, "kinetic_forward"},
                                        {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
 
-/// Returns whether a row of the report applies to this record.
+/// Returns whether a row (a parameter) of the report has a meaning for this record.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // rows of friction towards +x and -x
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // a row of friction towards +x or -x
   return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
 }
 
@@ -75,7 +75,7 @@ const char* start_text(StartState start) {
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
 
-/// Returns the time step of a replay: the measurement's interval, or a whole fraction of it, at most 1 ms.
+/// Returns the time step of a replay: the sampling interval, or a whole fraction of it, at most 1 ms.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
 }
@@ -88,7 +88,7 @@ std::string quoted(const std::string& text) {
   }() + "'";
 }
 
-/// Runs gnuplot on the built-in script, with the samples inserted.
+/// Draws measured and fitted force: runs gnuplot on a built-in script that contains the samples.
 void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
   const std::string script = fmt::format(
       "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
@@ -109,7 +109,7 @@ const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   return *follow[row - fit_parameters];
 }
 
-/// Returns a sentence on how well the brush fits, and the first two parameters.
+/// Returns a sentence that says how well the brush fits, and gives the first two fitted parameters.
 static std::string fit_answer(const FitData& data, const FitResult& r) {
   std::string found;
   std::size_t fitted = 0;
@@ -190,9 +190,9 @@ std::string fit_table(const FitData& data, const FitResult& r) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 1500;  // largest number of samples that a curve in a report has
+constexpr std::size_t most_drawn = 1500;  // limit of samples that a report's curve has
 
-/// Selects evenly spaced samples, with the first and the last of each file among them.
+/// Selects evenly spaced samples to draw, including the first and the last sample of each file.
 std::vector<std::size_t> drawn(const FitColumns& c) {
   const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
   std::vector<std::size_t> places;
@@ -207,7 +207,7 @@ Json taken(const std::vector<double>& values, const std::vector<std::size_t>& pl
   return out;
 }
 
-/// Returns the prepared data and the fit as JSON curves.
+/// Returns the prepared data and the fitted force as JSON arrays.
 Json curves(const FitData& data, const FitResult& r) {
   const std::vector<std::size_t> places = drawn(data.columns);
   const std::size_t n = data.samples();
@@ -224,7 +224,7 @@ Json curves(const FitData& data, const FitResult& r) {
   return out;
 }
 
-/// Returns the columns of time, path, load and force in the file's own units.
+/// Returns the columns of time, path, load and force in the file's own units, as JSON.
 Json as_written(const FitData& data) {
   const std::vector<std::size_t> places = drawn(data.columns);
   Json out = Json::array();
@@ -326,8 +326,8 @@ std::string fit_csv(const FitData& data, const FitResult& r) {
 
 namespace {
 
-/// Returns the name of the motion file beside the scene, needed if the data are no motion file; empty if the
-/// scene is not written to disk.
+/// Returns the name of the motion file to write beside the scene if the data file is no motion file itself;
+/// empty if the scene is not written to disk.
 std::string motion_file(const FitOptions& options) {
   if (options.write.empty() || options.write == "-") return {};
   return platform::path_of(options.write).replace_extension().string() + "_motion.csv";
@@ -339,7 +339,7 @@ std::string fit_motion(const FitData& data) {
   const FitColumns& c = data.columns;
   const bool planar = c.planar(), with_load = c.has_load;
   std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
-  // m, jump of position between two files, over which the body has not slid.
+  // Jump of the position between two joined files, which is no motion of the body, m.
   double jump_x = 0.0, jump_y = 0.0;
   for (std::size_t i = 0; i < c.t.size(); ++i) {
     if (i > 0 && !c.follows(i)) {
@@ -356,7 +356,7 @@ std::string fit_motion(const FitData& data) {
 
 namespace {
 
-/// Writes a material by its coefficients.
+/// Writes a material as TOML by its coefficients (kinetic, peak, presliding length, ...).
 std::string by_coefficients(const FitResult& r) {
   const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
   const bool slides = c.rule == bristle::SnapRule::slide;
@@ -381,7 +381,7 @@ std::string by_coefficients(const FitResult& r) {
   return text;
 }
 
-/// Writes a material by its bristles, if no coefficients determine its law.
+/// Writes a material as TOML by its bristles, for a law of snap lengths that coefficients cannot state.
 std::string own_law(const bristle::Material& m) {
   const auto quantiles = m.snap_length.table_values();
   return fmt::format(
@@ -415,8 +415,8 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  // Highest load of the replayed motion; it may exceed the load of the fit, which may have taken a varying
-  // load as constant.
+  // Highest normal load of the replayed motion. It may exceed the fit's load, which is the mean where the fit
+  // took the load as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
@@ -468,7 +468,7 @@ void rivals_command(const FitOptions& options, bool on_stdout) {
   if (!on_stdout) print_report(judgement_table(judgements));
 }
 
-/// Fits the whole record and writes the outputs that the options ask for.
+/// Fits the record and writes the output files that the options ask for.
 void fit_record(const FitOptions& options, bool prints) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
@@ -505,7 +505,7 @@ void fit_command(const FitOptions& options) {
                                                           {"the motion of --write", motion_file(options)}});
   if (!options.rivals) return fit_record(options, !on_stdout);
   rivals_command(options, on_stdout);
-  FitOptions whole = options;  // the JSON file is left out: it holds the judgements instead
+  FitOptions whole = options;  // writes no JSON file of the fit: that file holds the judgements
   whole.json.clear();
   if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
 }

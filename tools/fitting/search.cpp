@@ -1,4 +1,4 @@
-// Searches starting points of a fit, and minimises from them.
+// Searches starting points of a fit and minimises the residuals from them.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -16,11 +16,11 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-// Share of the travel that must lead backwards to determine a sensor's offset.
+// Share of the travel that must lead backwards for a record to determine the sensor's offset.
 constexpr double least_back = 0.02;
 
-/// Returns the share of the travel in the direction with less travel; in the plane, of the travel that does
-/// not lead away from the start.
+/// Returns the share of the travelled distance in the less travelled direction; in the plane, the share that
+/// does not lead away from the start.
 double share_back(const std::vector<PathPoint>& path) {
   double travel = 0.0, away = 0.0;
   std::size_t begin = 0;
@@ -39,7 +39,7 @@ double share_back(const std::vector<PathPoint>& path) {
 
 bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
 
-/// Returns the lowest local minima of a row of points, at most `most`.
+/// Returns the lowest local minima, at most `most`, in a row of points ordered by length.
 std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
   std::vector<FitPoint> low;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -67,8 +67,8 @@ FitParameterSet Fitter::linear_set() const {
   return linear;
 }
 
-/// Makes a starting point with the shape parameters of `bent` (length, spread, rubbing, Stribeck velocity).
-/// The other parameters, in which the force is linear, come from least squares.
+/// Makes a starting point of a fit: shape parameters (length, spread, rubbing, Stribeck velocity) from
+/// `bent`, the others, in which the force is linear, from least squares.
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.past = model_.past();
@@ -78,8 +78,8 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
         fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
     point.values[p] = bent[p];
   }
-  point.values[fit_kinetic] = 1.0;  // if the coefficient has this value, the derivative is the force for a
-                                    // coefficient of 1
+  point.values[fit_kinetic] = 1.0;  // at this value, the derivative is the force for a coefficient of
+                                    // 1
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
@@ -94,29 +94,29 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   return point;
 }
 
-/// Searches a grid over length and shapes (spread; rubbing, that is residual and renewal), with linear
-/// parameters by least squares. From the best lengths it starts Levenberg-Marquardt over the linear
-/// parameters and `bending`.
+/// Searches a grid of presliding lengths and shapes (spread; rubbing, that is residual and renewal), with the
+/// linear parameters from least squares. From the best lengths, Levenberg-Marquardt refines the linear
+/// parameters and those in `bending`.
 FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
                              double progress) {
   FitParameterSet linear = linear_set();
   FitParameterSet free = linear;
   free.insert(free.end(), bending.begin(), bending.end());
-  // Records of one speed do not tell a lubricant from the brush.
+  // Fits no lubricant to a record of a single speed, which cannot tell it from the brush.
   if (several_speeds()) linear.push_back(fit_viscous);
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
   std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
   for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  // Uses a finer grid for kept snap lengths, whose force has waves: many minima, each narrow.
+  // Uses a finer grid of lengths for kept snap lengths, whose force has waves: many narrow minima.
   const bool keep = options_.rule == SnapRule::keep;
   const double factor = keep ? 1.2 : 1.6;
   const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
     FitPoint best;
-    best.values[fit_kinetic] = 0.0;  // stays 0 if no shape of this length has positive friction
+    best.values[fit_kinetic] = 0.0;  // stays 0 if no shape of this length gives positive friction
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       FitValues shape = shapes[k];
@@ -133,7 +133,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
   std::vector<FitPoint> starts = valleys(best_of_length, 3);
-  // Starts from every shape: a wide law fits fairly everywhere, and would hide the right narrow one.
+  // Starts from every shape of the grid: a wide law fits fairly at all lengths and would hide a narrow one.
   if (keep) {
     starts.clear();
     for (const std::vector<FitPoint>& of_shape : of_shapes) {
@@ -141,8 +141,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
       starts.insert(starts.end(), lowest.begin(), lowest.end());
     }
   }
-  if (rubs(bending)) {  // begins with the best length of the best shapes, which matter more than further
-                        // lengths
+  if (rubs(bending)) {  // starts from the best shapes, each at its best length: shapes matter more than
+                        // further lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
       if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
@@ -162,8 +162,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   return best;
 }
 
-/// Lists shapes from which rubbing (residual and renewal) is fitted; values set by options stay. Empty if
-/// options set both.
+/// Lists shapes from which a fit of rubbing (residual and renewal) starts; values that options fix are kept.
+/// Empty if options fix both.
 std::vector<FitValues> Fitter::rubbed_shapes() const {
   std::vector<FitValues> shapes;
   if (options_.residual && options_.renewal) return shapes;
@@ -182,7 +182,7 @@ std::vector<FitValues> Fitter::rubbed_shapes() const {
   return shapes;
 }
 
-/// Searches with the paper's brush, or with the rubbing that the options set.
+/// Searches with the paper's brush, or with the rubbing (residual and renewal) that options fix.
 FitPoint Fitter::search_plain() {
   std::vector<FitValues> shapes;
   const std::vector<double> spreads = options_.rule == SnapRule::keep
@@ -205,8 +205,8 @@ FitPoint Fitter::search_plain() {
   return better(whole, forgotten) ? whole : forgotten;
 }
 
-/// Searches a fine grid of lengths about a brush with fading memory. With full memory, an error e of the
-/// length puts bristles out of phase by a whole length after a slide of 1/e lengths.
+/// Searches a fine grid of presliding lengths for bristles that never forget their phases, about the best fit
+/// with fading memory. A relative error e of the length puts phases off by a length in 1/e lengths.
 FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   model_.set_past({about.past.start, Memory::whole});
   FitParameterSet linear;
@@ -234,7 +234,7 @@ FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   return best;
 }
 
-/// Polishes a fit with kept snap lengths, whose sum of squares has waves that stop Levenberg-Marquardt: tries
+/// Refines a fit with kept snap lengths, whose sum of squares has waves that stop Levenberg-Marquardt: tries
 /// a grid of lengths and spreads about the point, then ever smaller steps from the best. All other parameters
 /// are linear.
 FitPoint Fitter::polish(const FitPoint& point) {
@@ -273,9 +273,9 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
-/// Returns whether one more parameter, set to one of these values, promises at least half the gain that it
-/// must reach. The promise comes from linear theory about the point without it; the minimum may gain more.
-/// The stage is bent by the fitted force, because noise of the measured force would hide a compliance.
+/// Returns whether one more parameter, at one of some values, promises half the gain that would justify it,
+/// by linear theory about the point without it; the minimum may gain more. The stage is deflected by the
+/// fitted force, since noise of the measured force would hide a compliance.
 bool Fitter::promises(const FitPoint& core, const std::vector<FitValues>& with) {
   if (with.empty()) return false;
   assume(model_, core);
@@ -310,8 +310,8 @@ bool Fitter::promises_rubbing(const FitPoint& core) {
   return promises(core, with);
 }
 
-/// Searches with rubbing (residual and renewal) free; returns a point with nothing free if the options set
-/// both numbers.
+/// Searches with rubbing (residual and renewal) as free parameters. Returns a point without free parameters
+/// if options fix both.
 FitPoint Fitter::search_rubbed() {
   if (options_.residual && options_.renewal) return {};
   FitParameterSet free = bending();
@@ -320,8 +320,8 @@ FitPoint Fitter::search_rubbed() {
   return search_with(rubbed_shapes(), free, 0.4);
 }
 
-/// Adds rubbing (residual and renewal) to a finished fit without it: a search without damper and lubricant
-/// may end where they cannot be added later.
+/// Adds rubbing (residual and renewal) to a complete fit without it: a search for rubbing before damper and
+/// lubricant may end where these cannot be added.
 FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   FitPoint best = plain;
   for (const double residual : {0.0, 0.2}) {
@@ -340,8 +340,8 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   return best;
 }
 
-/// Chooses between brushes without and with rubbing (residual and renewal) once both have all other terms
-/// that the data show. Rubbing must lower the residuals enough to justify its parameters.
+/// Chooses between a brush without and one with rubbing (residual and renewal), after all other terms that
+/// the data show were added to both. Rubbing must lower the residuals enough to justify its parameters.
 FitPoint Fitter::choose() {
   struct Brush {
     FitPoint core, whole;
@@ -409,14 +409,14 @@ FitPoint Fitter::choose() {
   return add_asymmetry(takes_rubbed ? of_rubbed.whole : of_plain.whole);
 }
 
-/// Chooses the state at the first sample: straight bristles, unless the data say clearly that the body came
-/// sliding.
+/// Chooses the brush's state at the first sample: straight bristles, unless the data say clearly that the
+/// body was already sliding.
 FitPoint Fitter::try_starts(FitPoint best) {
   const FitPoint straight = best;
   for (const StartState start : {StartState::forward, StartState::backward}) {
     FitPoint from = straight;
     from.past.start = start;
-    // Skips a starting state that the first stroke already contradicts.
+    // Skips a state at the first sample that contradicts the first stroke.
     if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
     const FitPoint point = minimise(model_, from);
     const double count = samples_that_count(point);
@@ -426,7 +426,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   return try_later_starts(best);
 }
 
-/// Chooses the starting state of each later record with all else fixed; then refits everything.
+/// Chooses the starting state of each later record with all parameters fixed, then fits everything again.
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;
@@ -447,8 +447,8 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
   return changed ? minimise(model_, point) : point;
 }
 
-/// Returns candidates with lubricant (viscous friction), damper, or both added to the brush of `core`. A
-/// brush that redraws or keeps its lengths also keeps its shape, so that it need not be stepped.
+/// Returns candidates that add lubricant (viscous friction), damper, or both to the brush of `core`. With the
+/// rules redraw and keep, the brush's shape stays fixed, so that it need not be stepped again.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
@@ -461,7 +461,7 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     for (const FitParameter p : all) {
       if (!contains(point.free, p)) point.free.push_back(p);
     }
-    // A brush that slides shows a damper only with lengths that are fitted beside it, and is quickly stepped.
+    // Fits the lengths anew with the rule slide, which shows a damper only with lengths fitted beside it.
     if (options_.rule == SnapRule::slide) point = minimise_all(point);
     candidates.push_back(point);
   };
@@ -494,8 +494,8 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   return candidates;
 }
 
-/// Adds lubricant (viscous friction), damper, or both, where they lower the residuals enough to justify their
-/// parameters.
+/// Adds lubricant (viscous friction), damper, or both to a fit where they lower the residuals enough to
+/// justify their parameters.
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {

@@ -8,8 +8,8 @@
 namespace cli {
 namespace {
 
-/// Unbounded coordinates of parameters: logarithms of positive ones, logistic functions of those with a
-/// range.
+/// Unbounded coordinates for the fitted parameters: logarithms of positive ones, logistic functions of those
+/// with a range.
 class Coordinates {
  public:
   Coordinates(const FitModel& model, const FitPoint& from) : model_(model), from_(from) {
@@ -41,7 +41,7 @@ class Coordinates {
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double at = low + (high - low) / (1.0 + std::exp(-place));
-        // Clamps to the range: rounding can move a parameter at the end of its range beyond it.
+        // Clamps a parameter to its range, which rounding may leave if the parameter is at an end of it.
         values[p] =
             std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
@@ -52,7 +52,7 @@ class Coordinates {
     return values;
   }
 
-  /// Returns the derivative of a parameter by its unbounded coordinate u, over FitModel::scale(value).
+  /// Returns the derivative of a parameter by its unbounded coordinate, over FitModel::scale.
   double slope(std::size_t i, const FitValues& values, double place) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
@@ -107,8 +107,8 @@ FitPoint minimise(FitModel& model, FitPoint from) {
             model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) / scale;
       }
     };
-    // Limits the first step to length 1, which is a factor e of each parameter; to less with rubbing
-    // (residual and renewal), whose ranges end near and flat.
+    // Limits the first Levenberg-Marquardt step to a factor e of each parameter, and more tightly with
+    // rubbing (residual and renewal), whose ranges have near, flat ends.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
@@ -144,7 +144,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
   const Eigen::VectorXd r = residuals.array() - residuals.mean();
   const double power = r.squaredNorm();
   if (!(power > 0.0)) return 1.0;
-  // Sums autocorrelations up to a lag of five times the sum (Sokal): further terms are noise.
+  // Sums autocorrelations of the residuals up to a lag of five times the sum (Sokal): later terms are noise.
   double sum = 1.0;
   const Eigen::Index n = r.size();
   for (Eigen::Index lag = 1; lag < n / 3; ++lag) {
@@ -156,7 +156,7 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
 
 namespace {
 
-/// Inverts J'J, where J is the Jacobian, by its eigenvectors; scales the columns to length 1 first.
+/// Returns (J'J)^-1 of a Jacobian J by eigenvectors, after scaling its columns to length 1.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
@@ -168,7 +168,7 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Raises variances to at least those of `other` and keeps the correlations of the given covariance.
+/// Raises variances to those of `other` where these are larger; correlations stay.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;
@@ -211,14 +211,14 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
 void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals,
                     std::size_t samples) {
   constexpr std::size_t parts = 5;
-  constexpr double by_chance = 3.0;  // ratio of variances that noise alone exceeds in 2 % of records
+  constexpr double by_chance = 3.0;  // ratio of variances that mere noise exceeds in 2 % of records
   Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(j.cols(), static_cast<Eigen::Index>(parts));
   for (Eigen::Index row = 0; row < j.rows(); ++row) {
     const std::size_t part = static_cast<std::size_t>(row) % samples * parts / samples;
     gradients.col(static_cast<Eigen::Index>(part)) += j.row(row).transpose() * residuals[row];
   }
   const double freedom = static_cast<double>(parts) - 1.0;
-  // Widens the intervals, since five parts determine their spread poorly.
+  // Widens intervals by Student's law, since five parts of a record determine their spread poorly.
   const double wider = student_quantile(freedom) / student_quantile(1e9);
   const Eigen::MatrixXd normal = inverse_normal_matrix(j);
   Eigen::MatrixXd seen =
@@ -230,15 +230,15 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
 
 double student_quantile(double nu) {
   if (nu < 3.0) {
-    // Interpolates Student's quantile below 3 degrees: exact at 1, 2 and 3; in between a parabola of its
-    // logarithm over 1 / nu is within 1 %.
+    // Interpolates Student's quantile below 3 degrees of freedom: exact at 1, 2 and 3; between them, a
+    // parabola of its logarithm over 1 / nu is within 1 %.
     const double one = std::log(12.70620), two = std::log(4.302653), three = std::log(3.182446);
     const double x = 1.0 / std::max(nu, 1.0);
     return std::exp(one * 3.0 * (x - 1.0 / 2.0) * (x - 1.0 / 3.0) - two * 12.0 * (x - 1.0) * (x - 1.0 / 3.0) +
                     three * 9.0 * (x - 1.0) * (x - 1.0 / 2.0));
   }
-  // Expands about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 3 degrees of freedom
-  // on.
+  // Expands Student's quantile about the normal law's 1.96 (Abramowitz and Stegun 26.7.5), which is within 1
+  // % from 3 degrees of freedom on.
   constexpr double z = 1.959963984540054;
   constexpr double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * nu) + (5 * z5 + 16 * z3 + 3 * z) / (96 * nu * nu) +

@@ -1,5 +1,5 @@
-// Fits a compliant stage between the measured position and the contact, and a low-pass of the force sensor.
-// Both make the force lag behind the position.
+// Fits a compliance of the stage between measured position and contact, and a delay of the force sensor (a
+// low-pass); both make the force lag behind the position.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,19 +12,19 @@
 namespace cli {
 namespace {
 
-constexpr double told_apart = 12.0;  // gain in twice the log likelihood beyond which one of two terms is
-                                     // clearly better
+constexpr double told_apart = 12.0;  // gain in twice the log likelihood that decides between delay and
+                                     // compliance
 
-/// Starting values: a delay over the sampling interval, or the stage's share of the total compliance.
+/// Values from which fits start: delay over sampling interval, or the stage's share of the compliance.
 constexpr std::array<double, 2> shares(bool delayed) {
   return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};
 }
-constexpr int rounds = 2;  // number of fits, in each of which the stage is bent by the force of the previous
-                           // fit
+constexpr int rounds = 2;  // number of successive fits; each deflects the stage by the force of the fit
+                           // before
 
 }  // namespace
 
-/// Minimises with the stage bent by the fitted force: the measured force has noise, which would move the
+/// Fits with the stage deflected by the fitted force: the noise of the measured force would shake the
 /// contact.
 FitPoint Fitter::minimise_bent(FitPoint point) {
   for (int i = 0; i < rounds; ++i) {
@@ -35,8 +35,8 @@ FitPoint Fitter::minimise_bent(FitPoint point) {
   return point;
 }
 
-/// Returns a note that the record hardly distinguishes the delay or compliance of `taken` from that of
-/// `other`.
+/// Returns a sentence saying that the record hardly distinguishes the delay or compliance of `taken` from
+/// that of `other`.
 std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
   const auto text = [](const FitPoint& p) {
     const double delay = p.values[fit_delay], compliance = p.values[fit_compliance];
@@ -49,7 +49,7 @@ std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
       text(taken), text(other), 1e6 * other.values[fit_length], 1e6 * taken.values[fit_length]);
 }
 
-/// Adds delay, compliance, or both, where they lower the residuals enough to justify their parameters.
+/// Adds sensor delay, stage compliance, or both where they lower the residuals enough to justify them.
 FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   const auto explain = [&](FitParameter p, const std::string& why) { why_[p] = why; };
   if (options_.delay) explain(fit_delay, "held");
@@ -68,7 +68,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       from.values[fit_delay] = std::clamp(share * data_.sample_time, 1.1 * model_.lowest(fit_delay),
                                           0.9 * model_.highest(fit_delay));
     } else {
-      // Splits the total compliance, which stays the same, between stage and bristles.
+      // Splits the total compliance between stage and bristles; the total stays the same.
       const double whole = from.values[fit_length] / (from.values[fit_kinetic] * data_.mean_load);
       from.free.push_back(fit_compliance);
       from.values[fit_compliance] = std::clamp(0.5 * share * whole, 1.1 * model_.lowest(fit_compliance),
@@ -111,8 +111,8 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     const double count = samples_that_count(candidate);
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
-  // Tries a stage whose stiffness differs between the two directions. Bristles are symmetric, so the
-  // difference shows beside any of them.
+  // Tries a stage that is stiffer in one direction than in the other. Bristles are symmetric and cannot
+  // imitate that.
   const bool may_soften =
       !options_.compliance && data_.axes == 1 && two_ways() && contains(core.free, fit_length);
   std::vector<FitValues> softer(2, best.values);
@@ -126,7 +126,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
       if (criterion(point, count) < criterion(best, count)) best = point;
     }
   }
-  // Notes whether the other of delay and compliance alone would fit as closely and also be justified.
+  // Notes if the other one of delay and compliance would fit as closely and also be justified.
   const bool one = contains(best.free, fit_delay) != contains(best.free, fit_compliance);
   if (one && candidates.size() == 3) {
     const FitPoint& other = candidates[contains(best.free, fit_delay) ? 1 : 0];

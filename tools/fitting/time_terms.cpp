@@ -1,5 +1,5 @@
-// Fits ageing and strengthening with speed where a record shows them, and friction that differs with
-// direction.
+// Fits ageing and strengthening with speed where a record shows them, and friction that differs with the
+// direction of motion.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -15,14 +15,14 @@ namespace {
 using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
-constexpr double rest_samples = 10.0;  // smallest number of samples at one place that count as a rest
+constexpr double rest_samples = 10.0;  // number of samples at one place that count as a rest
 
-// Gain in twice the log likelihood from which two forms are distinct; 4 would do if bristles did not differ
-// by chance.
+// Gain in twice the log likelihood that decides between two forms of a term; 4 would do if the finite number
+// of bristles caused no scatter.
 constexpr double told_apart = 12.0;
 constexpr int tried_times = 4, tried_speeds = 5;
 
-/// Returns a number of one digit near the geometric mean of two.
+/// Returns a number of one significant digit near the geometric mean of two numbers.
 double middle_of(double low, double high) {
   const double middle = std::sqrt(low * high);
   const double ten = std::pow(10.0, std::floor(std::log10(middle)));
@@ -47,9 +47,9 @@ FitFrame Fitter::time_frame(const FitPoint& core) const {
   return frame;
 }
 
-/// Returns starting points: the likeliest combinations of ageing, strengthening and lubricant, each at its
-/// best time and speed, by linear theory about the brush without them. Only combinations that promise to pay
-/// for their parameters are included.
+/// Returns starting points with the likeliest combinations of ageing, strengthening and lubricant, each at
+/// its best time and speed by linear theory about the brush without them. Leaves out combinations whose gain
+/// would not justify their parameters.
 std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& base) {
   FitPoint about = core;
   about.frame = time_frame(core);
@@ -63,8 +63,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   };
   struct Scaled {
     double scale;
-    std::optional<Eigen::VectorXd> column;  // derivative of the force by the parameter; none: the term is
-                                            // left out
+    std::optional<Eigen::VectorXd> column;  // derivative of the force by the parameter; unset: term left
+                                            // out
   };
   std::vector<Scaled> ageing{{0.0, {}}}, strengthening{{0.0, {}}}, lubricant{{0.0, {}}};
   if (options_.rule == bristle::SnapRule::redraw) {
@@ -120,8 +120,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
           point.values[fit_strengthening_speed] = s.scale;
           point.free.push_back(fit_strengthening_speed);
         }
-        // Requires of linear theory only half of the gain that justifies the parameters, because it
-        // underestimates some gains.
+        // Demands of linear theory only half of the gain that justifies a combination's parameters, because
+        // it underestimates some gains.
         const double count = static_cast<double>(samples()) / correlated_samples(found.left);
         const double most = std::max(count, base_count);
         const double gain =
@@ -145,8 +145,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   return starts;
 }
 
-/// Tries rest times of 0.1 to 1e5 s before the record, if bristles age and start straight. Keeps the best if
-/// it fits clearly better.
+/// Tries rest times of 0.1 to 1e5 s before a record whose bristles age and start straight. Keeps the best one
+/// if it fits clearly better.
 FitPoint Fitter::try_rests(FitPoint point) {
   if (!contains(point.free, fit_ageing) || point.past.start != StartState::straight) return point;
   FitPoint best = point;
@@ -162,7 +162,7 @@ FitPoint Fitter::try_rests(FitPoint point) {
   return gain > 10.0 ? best : point;
 }
 
-/// Replaces logarithmic ageing by the saturating form if that fits clearly better.
+/// Replaces logarithmic by saturating ageing if that fits clearly better.
 FitPoint Fitter::try_saturating(FitPoint point) {
   if (!contains(point.free, fit_ageing)) return point;
   FitPoint best;
@@ -185,7 +185,7 @@ FitPoint Fitter::try_saturating(FitPoint point) {
   return chosen;
 }
 
-/// Adds ageing and strengthening where they lower the residuals enough to justify their parameters. `core` is
+/// Adds ageing and strengthening with speed where they lower the residuals enough to justify them. `core` is
 /// the fit without lubricant and damper; `base` has those of the two that were justified.
 FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   const FitParameter terms[] = {fit_ageing, fit_ageing_time, fit_strengthening, fit_strengthening_speed};
@@ -222,8 +222,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   return best;
 }
 
-/// Adds friction that differs with direction, if the record has several loads: under one load it equals an
-/// offset of the sensor.
+/// Adds friction that differs with direction to a fit, if the record has several loads: under a single load
+/// it equals an offset of the sensor.
 FitPoint Fitter::add_asymmetry(const FitPoint& point) {
   if (data_.axes == 2) {
     why_[fit_asymmetry] = "a record in the plane is fitted as one isotropic contact";

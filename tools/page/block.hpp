@@ -1,4 +1,4 @@
-// Block on a rough floor, pulled by a hand through a spring, along one line.
+// Block on a rough floor that a hand pulls through a spring, along one line: the page's simulation.
 #pragma once
 
 #include <bristle/bristle.hpp>
@@ -11,19 +11,19 @@ namespace page {
 
 struct BlockSettings {
   bristle::Coefficients coefficients;
-  bool infinite = false;           ///< whether the contact is computed as an infinite brush
+  bool infinite = false;           ///< whether the contact has an infinite brush
   std::uint32_t bristles = 1000;   ///< number of representative bristles, all in contact
-  double normal_load = 1.0;        ///< N
-  double mass = 0.1;               ///< kg
-  double spring_stiffness = 60.0;  ///< N/m, of the spring between hand and block
+  double normal_load = 1.0;        ///< normal load, N
+  double mass = 0.1;               ///< mass of the block, kg
+  double spring_stiffness = 60.0;  ///< stiffness of the spring between hand and block, N/m
 };
 
-/// State of the block at the end of a past step (a millisecond).
+/// State of the block at the end of one of the past steps, which last a millisecond.
 struct Sample {
-  double time = 0.0;      ///< s
-  double position = 0.0;  ///< m, position of the block
-  double friction = 0.0;  ///< N, friction on the block
-  double pull = 0.0;      ///< N, force of the spring on the block
+  double time = 0.0;      ///< time, s
+  double position = 0.0;  ///< position of the block, m
+  double friction = 0.0;  ///< friction on the block, N
+  double pull = 0.0;      ///< force of the spring on the block, N
 };
 
 class Block {
@@ -32,14 +32,14 @@ class Block {
   static constexpr std::size_t remembered = 1u << 14;
 
   Block();
-  /// Changes the settings. Throws bristle::Error and keeps the old ones if the new ones are no valid
-  /// material. Bristles keep their bends if only the material or the spring changed.
+  /// Changes the settings. Throws bristle::Error and keeps the old settings if the new ones make no valid
+  /// material. Bristles keep their bends if only the material or the spring changes.
   void set(const BlockSettings& settings);
-  /// Puts the block back to the middle at rest, with straight bristles, and removes the samples.
+  /// Puts the block at rest in the middle, with straight bristles, and deletes all samples.
   void reset();
 
-  /// Starts a pull from the place where the block is. move_hand() then sets the hand's target relative to
-  /// that place, which the hand reaches smoothly within some 40 ms, even if the target jumps as a pointer
+  /// Starts a pull by the hand from where the block is. move_hand() then sets the hand's target relative to
+  /// that place; the hand reaches it smoothly within some 40 ms, even if the target jumps as a pointer
   /// does.
   void grab();
   void move_hand(double position_m);
@@ -53,12 +53,12 @@ class Block {
   bool held() const { return held_; }
   const bristle::Response& response() const { return response_; }
   bristle::PatchInfo info() const { return batch_.info(patch_); }
-  double kinetic_friction() const { return kinetic_; }  ///< N
-  double peak_friction() const { return peak_; }        ///< N
+  double kinetic_friction() const { return kinetic_; }  ///< kinetic friction, N
+  double peak_friction() const { return peak_; }        ///< peak friction, N
   std::uint64_t steps() const { return steps_; }
-  /// Returns the last samples as a ring buffer; the newest is at index (steps() - 1) % remembered.
+  /// Returns the ring buffer of past states; the newest is at index (steps() - 1) % remembered.
   const std::vector<Sample>& samples() const { return samples_; }
-  /// Writes the bends of some bristles in contact to `bends`, m. Returns how many it wrote.
+  /// Writes the bends (m) of some bristles in contact to `bends`. Returns how many it wrote.
   std::size_t read_bends(bristle::Span<double> bends) const;
 
  private:

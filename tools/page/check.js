@@ -30,10 +30,10 @@ open(fs.readFileSync(wasm)).then((library) => {
   library.moveHand(0.03);
   library.step(3000);
   const now = library.state();
-  // The spring of 60 N/m is at rest where friction, at most the peak of 0.5 N, holds it.
+  // Checks that the block rests where its friction, at most the peak of 0.5 N, holds the spring of 60 N/m.
   require_(now.position > 0 && Math.abs(now.position - 0.03) < 0.5 / 60 + 1e-4, `the hand pulls the block: ${now.position} m`);
 
-  // Who shows what the literature reports: Dupont et al. 2002, Courtney-Pratt and Eisner 1957, Carter 1926.
+  // Models expected to show each comparison's phenomenon (Dupont 2002, Courtney-Pratt 1957, Carter 1926).
   const shown = [{brush_rubbed: true, lugre: false, coulomb: false}, {brush_rubbed: true, lugre: true, brush_redraw: false},
     {bed: true, patch: false, coulomb: false}];
   shown.forEach((models, comparison) => {

@@ -14,8 +14,8 @@ struct Comparison {
   cli::Experiment experiment;
   std::vector<std::string> models;
   std::string panel, phenomenon;
-  std::size_t x, y;                                     ///< columns of a row
-  std::vector<std::pair<const char*, double>> shorter;  ///< lower values of parameters, for a short run
+  std::size_t x, y;                                     ///< indices of the plotted columns of a result's row
+  std::vector<std::pair<const char*, double>> shorter;  ///< parameters set lower, so that the run is short
 };
 
 const std::array<Comparison, comparisons>& all() {

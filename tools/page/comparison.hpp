@@ -1,4 +1,4 @@
-// Runs experiments of `bristle experiment` on the page: the brush beside other friction models.
+// Runs experiments of `bristle experiment` in the interactive page: the brush beside other friction models.
 #pragma once
 
 #include <string>
@@ -6,20 +6,20 @@
 
 namespace page {
 
-/// Curve of one model in one of the page's comparisons, and the number that judges it.
+/// Result of one friction model in one of the page's comparisons: its curve, and the number that decides.
 struct Compared {
-  std::vector<double> points;  ///< x and y by turns
-  double finding = 0.0;        ///< value of the comparison's phenomenon
-  bool shown = false;          ///< whether the model shows it, by the experiment's criterion
+  std::vector<double> points;  ///< points of the curve: x, y, x, y, ...
+  double finding = 0.0;        ///< measured value that decides the comparison
+  bool shown = false;          ///< whether the model shows the phenomenon, by the experiment's criterion
 };
 
-constexpr int comparisons = 3;  ///< drift, rubbing, rolling
+constexpr int comparisons = 3;  ///< number of comparisons: drift, rubbing, rolling
 
-/// Returns the names of a comparison's models.
+/// Returns the names of the friction models in a comparison.
 std::vector<std::string> compared_models(int comparison);
 Compared compare(int comparison, const std::string& model);
 
-/// Returns the time of a step of 10,000 sliding bristles, us.
+/// Returns the measured time of a step of 10,000 sliding bristles, us.
 double step_microseconds();
 
 }  // namespace page

@@ -28,8 +28,8 @@ void add_patches(PatchBatch& batch, std::vector<Motion>& motions) {
   motions.push_back({batch.add(aged, cohorts)});
 }
 
-/// Sets the displacements of a step, in quarters of 0.1 um: to and fro along x, sideways along y, and
-/// sometimes far.
+/// Sets a patch's displacement in a step, in quarters of 0.1 um: to and fro along x, sideways along y, and
+/// now and then a long way.
 void set_motion(int tick, std::size_t patch, Motion& motion) {
   const int phase = tick % 64;
   const int along = phase < 32 ? phase : 48 - phase;

@@ -1,12 +1,12 @@
-// Computes a state hash that the page shows beside that of the native build.
+// Computes a state hash in the browser, which the page shows beside that of the native build.
 #pragma once
 
 #include <string>
 
 namespace page {
 
-/// Moves, lifts and reverses patches of every kind, and returns their state hash as sixteen hexadecimal
-/// digits.
+/// Steps patches of every kind through moves, lifts and reversals. Returns their state hash as sixteen
+/// hexadecimal digits, equal on every machine.
 std::string fixed_scene_hash();
 
 }  // namespace page

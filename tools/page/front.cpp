@@ -1,4 +1,4 @@
-// Exports the page's block to JavaScript, as plain functions and arrays of numbers.
+// Exports the page's simulated block to JavaScript as plain functions and arrays of numbers.
 #include <algorithm>
 #include <string>
 
@@ -15,7 +15,7 @@ page::Block& block() {
   return it;
 }
 
-// Indices of the numbers that state() returns.
+// Indices into the array of numbers that the exported function state() returns.
 enum StateField {
   position,
   velocity,
@@ -63,7 +63,7 @@ void configure(int contact, int bristle_count, double normal_load, double spring
       .with_shared_renewal(shared_renewal)
       .with_growth_per_decade(growth_per_decade)
       .with_damping_per_newton(damping_per_newton)
-      .with_stribeck_velocity(0.02);  // m/s, speed up to which the material's damper acts
+      .with_stribeck_velocity(0.02);  // speed over which the damping of bristles fades, m/s
   block().set(settings);
 }
 
@@ -93,14 +93,14 @@ BRISTLE_PAGE(state) const double* state() {
   return values;
 }
 
-/// Returns the ring buffer of samples, four numbers each: time (s), position (m), friction (N), spring force
-/// (N).
+/// Returns the ring buffer of the block's past states, four numbers each: time (s), position (m), friction
+/// (N), spring force (N).
 BRISTLE_PAGE(samples) const double* samples() { return &block().samples().front().time; }
 BRISTLE_PAGE(samples_remembered) int samples_remembered() {
   return static_cast<int>(page::Block::remembered);
 }
 
-/// Returns the bends of `count` bristles, m; bristles that the patch lacks have 0.
+/// Returns the bends (m) of the first `count` bristles; 0 for bristles that the patch lacks.
 BRISTLE_PAGE(bends) const double* bends(int count) {
   static double values[512];
   const auto wanted = static_cast<std::size_t>(std::clamp(count, 0, 512));
@@ -109,15 +109,15 @@ BRISTLE_PAGE(bends) const double* bends(int count) {
   return values;
 }
 
-/// Returns the name of a comparison's model; empty past the last.
+/// Returns the name of model number `model` of a comparison, or "" past the last.
 BRISTLE_PAGE(compared_model) const char* compared_model(int comparison, int model) {
   static std::string name;
   const std::vector<std::string> names = page::compared_models(comparison);
   name = model < static_cast<int>(names.size()) ? names[static_cast<std::size_t>(model)] : std::string();
   return name.c_str();
 }
-/// Runs a comparison with one of its models. Returns its curve: finding, whether it is shown, number of
-/// points, and x and y of each point.
+/// Runs a comparison for one of its models. Returns an array: the measured value, whether the phenomenon is
+/// shown, the number of points of the curve, and x and y of each.
 BRISTLE_PAGE(compare) const double* compare(int comparison, int model) {
   static std::vector<double> values;
   const page::Compared compared =

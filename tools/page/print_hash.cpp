@@ -1,4 +1,4 @@
-// Prints the state hash of the page's fixed scene, for comparison with the one that the browser computes.
+// Prints the state hash of the page's fixed scene in a native build; the browser's must equal it.
 #include <cstdio>
 
 #include "fixed_scene.hpp"

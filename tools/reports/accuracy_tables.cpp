@@ -1,4 +1,4 @@
-// Makes the tables of a report of `bristle accuracy` (schema bristle-accuracy-1).
+// Makes the tables in reports of `bristle accuracy` from their JSON (schema bristle-accuracy-1).
 #include <cmath>
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ JsonColumn error_column(const char* header, const char* key,
   return {header, [key](const Json& row) { return Cell(percent_text(row.at("error").at(key))); }, where};
 }
 
-// Makes a column of the table of features; it shows "-" in rows of features that were not measured.
+// Makes a column of the table of a scene's features; it shows "-" where a feature was not measured.
 template <class Text>
 JsonColumn measured_column(const char* header, Text text) {
   return {header,
@@ -34,7 +34,7 @@ std::string two_places(const Json& value, const char* sign) {
 
 Table settings_table(const Json& accuracy, bool front_only) {
   constexpr auto wide = JsonColumn::wide_only;
-  // Columns, made on each call because they depend on the width of the text.
+  // Columns of the table, made on each call because their texts depend on the width of the terminal.
   const std::vector<JsonColumn> columns = {
       {"<bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
       {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},

@@ -1,4 +1,4 @@
-// Writes reports in words, for the first lines on a terminal.
+// Puts the main result of a report into words, for the first lines on a terminal.
 #include "tools/reports/answers.hpp"
 
 #include <algorithm>
@@ -76,8 +76,8 @@ std::string what_to_leave_out(const Json& accuracy) {
   for (const Json& row : accuracy.at("features")) {
     const std::string state = text_of(row, "state");
     left_out += state == "left out already" ? 1 : 0;
-    // Reports a saving only if its quartiles exclude zero. The advice has already weighed the saving against
-    // the error.
+    // Reports the time that leaving out a feature saves only if its quartiles exclude zero. The advice has
+    // already weighed the saving against the error.
     if (state != "used" || !row.contains("saves") || !text_of(row, "advice").starts_with("leave") ||
         row.at("quartiles").at(0).is_null() || row.at("quartiles").at(0).get<double>() <= 0.01)
       continue;

@@ -1,4 +1,4 @@
-// Makes the tables of a report of `bristle capacity` (schema bristle-capacity-1).
+// Makes the tables in reports of `bristle capacity` from their JSON (schema bristle-capacity-1).
 #include <cmath>
 
 #include <fmt/format.h>
@@ -21,10 +21,10 @@ JsonColumn ns_column(const char* header = "ns per bristle") {
   return {header, [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }};
 }
 
-// Returns whether a row is a loop of bristle, with whose time the other rows of its group are compared.
+// Returns whether a row of loop times is the library's own loop, to whose time others are compared.
 bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle"); }
 
-// Makes a column of ranges (quartiles) with two decimals, so that decimal points line up.
+// Makes a column of quartiles with two decimals each, so that decimal points are aligned.
 JsonColumn quartile_column() {
   return {
       "quartiles", [](const Json& row) {
@@ -54,8 +54,8 @@ JsonColumn fit_time_column(const char* header, const char* key) {
 }  // namespace
 
 bool was_busy(const Json& row, double deadline_s) {
-  // Share of the deadline. On a quiet machine, the median at the largest number that fits is 0.7 to 0.95 of
-  // the deadline, so a lower one means disturbances.
+  // Share of the deadline above which a median is usual: at the largest number of bristles that fits it is
+  // 0.7 to 0.95 on a quiet machine. Less means disturbances.
   constexpr double usual = 0.6;
   return row.value("unconfirmed", false) ||
          (row.at("bristles").get<double>() > 0.0 && !row.at("more_would_fit").get<bool>() &&

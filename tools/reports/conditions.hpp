@@ -1,4 +1,4 @@
-// Conditions of a measurement (machine, commit, compiler), without which a speed means nothing.
+// Conditions of a measurement (machine, commit, compiler), without which its figures mean little.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 namespace cli {
 
 struct Conditions {
-  std::string version;  ///< version of the library
+  std::string version;  ///< version of the measured library
   std::string commit;
-  std::string flags;  ///< compiler, and the flags of the build
+  std::string flags;  ///< name of the compiler, and the flags of the build
   std::string cpu;
   int cores = 1;
   std::string time;  ///< time of the measurement, UTC, as 2026-01-31T12:00:00Z
@@ -19,7 +19,7 @@ struct Conditions {
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// Returns the conditions as two lines of text, with the instruction set of the kernels.
+/// Returns the conditions of a measurement and the kernels' instruction set, as two lines of text.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

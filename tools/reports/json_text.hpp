@@ -1,4 +1,4 @@
-// Parses JSON of files from unknown sources.
+// Parses JSON from files that may hold anything.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Parses JSON of at most 64 levels; deeper values would overflow the stack in the library's recursion.
-/// Throws a UserError that begins with `what`.
+/// Parses JSON nested at most 64 levels deep, since the JSON library's recursion would overflow the stack on
+/// deeper values. Throws a UserError that begins with `what`.
 nlohmann::json parse_json(const std::string& text, const std::string& what);
 
 }  // namespace cli

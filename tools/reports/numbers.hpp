@@ -1,4 +1,4 @@
-// Formats numbers for people.
+// Formats numbers for the tables and sentences of reports.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ std::string time_text(double seconds);
 /// Formats a count with commas: "1,234,567".
 std::string count_text(unsigned long long count);
 
-/// Formats a JSON number with three digits, by powers of ten only below 0.001 and from 10^7 on. Null, which
-/// is JSON's form of a number that is not finite, gives "-".
+/// Formats a JSON number times `scale` with three digits; uses powers of ten only below 0.001 and from 10^7
+/// on. Returns "-" for null, which is JSON's form of a number that is not finite.
 std::string number_text(const nlohmann::ordered_json& value, double scale = 1.0);
 std::string percent_text(const nlohmann::ordered_json& share);
-/// Formats a pair of numbers as a range: "0.98 to 1.02".
+/// Formats a JSON pair of numbers, times `scale`, as a range: "0.98 to 1.02".
 std::string range_text(const nlohmann::ordered_json& pair, double scale = 1.0);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Shows a line of progress on stderr from the first second on, if stderr is a terminal and `quiet` is not
+// Shows a line of progress on stderr once work has taken a second, if stderr is a terminal and `quiet` is not
 // set.
 #pragma once
 
@@ -23,16 +23,16 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Updates the share of work done, in [0, 1]. Cheap enough to call every hundredth step.
+  /// Updates the share of the work done (0 to 1). Cheap enough to call every hundredth step of a run.
   void update(double share, const char* what = "") {
     if (terminal_ && Clock::now() >= next_) show(share, what);
   }
-  /// Shows the line of progress at once. Call it before work that may take seconds.
+  /// Shows the line of progress at once. Call it before work that may last for seconds without update().
   void show(double share, const char* what = "") {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);
     shown_ = true;
-    char text[80];  // cut to 79 characters, because a line that wraps could not be erased
+    char text[80];  // limit of 79 characters, as a wrapped line could not be erased
     std::snprintf(text, sizeof text, "%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
     std::fprintf(stderr, "\r\033[K%s", text);
     std::fflush(stderr);
@@ -46,7 +46,7 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
-/// Returns a function that shows progress. The line disappears when the function's last copy is destroyed.
+/// Returns a function that shows a line of progress until the function's last copy is destroyed.
 inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
   return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };
 }

@@ -1,11 +1,11 @@
-// Computes quantiles of a few measured times.
+// Computes quantiles of a small set of measured times.
 #pragma once
 
 #include <vector>
 
 namespace cli {
 
-/// Returns the quantile `share` of the values, interpolated between sorted values; 0 for no values.
+/// Returns the quantile at level `share` (0 to 1), interpolated between sorted values; 0 for no values.
 double quantile(std::vector<double> values, double share);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// Makes the tables of a report of `bristle stability` (schema bristle-stability-1).
+// Makes the tables in reports of `bristle stability` from their JSON (schema bristle-stability-1).
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -19,7 +19,7 @@ std::string share_text(const Json& of, const char* part) {
   return share_text(of.at(part).get<double>(), of.at("cells").get<double>());
 }
 
-// Makes a column with the number of a map's cells whose field `key` has this value.
+// Makes a column that counts the cells of a stability map whose field `key` has the given value.
 JsonColumn cells_column(const char* header, const char* key, Json value) {
   return {header, [key, value](const Json& map) {
             const Json& cells = map.at("cells");
@@ -45,8 +45,8 @@ const std::vector<JsonColumn>& map_columns() {
   return columns;
 }
 
-// Adds columns for a group of cells of the map with swinging load, found under `key`: how many there are, and
-// how many come to rest.
+// Adds two columns on a group of cells (`key`) of the stability map with swinging load: the number of cells,
+// and how many of them come to rest.
 void add_load_columns(std::vector<JsonColumn>& columns, const char* header, const char* key) {
   const auto of = [key](const Json& row) -> const Json& { return row.at("swinging_load").at(key); };
   columns.push_back({header, [of](const Json& row) { return Cell(number_text(of(row).at("cells"))); }});

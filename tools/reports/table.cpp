@@ -11,9 +11,9 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t gap = 2;           // blanks between two columns
-constexpr std::size_t readable = 20;     // least width, in characters, of a column of text
-constexpr std::size_t widest_word = 30;  // largest width, in characters, of a word; longer words are cut
+constexpr std::size_t gap = 2;           // number of blanks between two columns
+constexpr std::size_t readable = 20;     // least width of a text column, in characters
+constexpr std::size_t widest_word = 30;  // width in characters beyond which a word is cut
 
 std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;
@@ -25,7 +25,7 @@ std::size_t longest_word(std::string_view text) {
   return longest;
 }
 
-// Colours the text of a cell. Colours repeat what the words say.
+// Adds the terminal's colour for a cell's style. Colours only repeat what the words say.
 std::string coloured(const std::string& text, CellStyle style) {
   if (!text_layout().colour || style == CellStyle::plain || text.empty()) return text;
   return style == CellStyle::bad ? fmt::format(fmt::emphasis::bold | fg(fmt::terminal_color::red), "{}", text)
@@ -73,7 +73,7 @@ std::size_t Table::natural_width() const {
   return std::accumulate(widths.begin(), widths.end(), gap * (widths.size() - 1));
 }
 
-// Returns the least width of a column, in characters. Numbers stay on one line; headers and texts may break.
+// Returns a column's least width, in characters: numbers stay on one line, headers and texts may break.
 std::size_t Table::least_width(std::size_t column) const {
   std::size_t least = longest_word(headers_[column].text);
   for (const Row& row : rows_) {
@@ -97,10 +97,10 @@ std::string Table::text_row(const std::vector<Cell>& cells, const std::vector<st
   std::string out;
   for (std::size_t y = 0; y < height; ++y) {
     std::string line;
-    std::size_t ink = 0;  // bytes of the line up to its last visible character
+    std::size_t ink = 0;  // length of the line up to its last visible character, bytes
     for (std::size_t i = 0; i < block.size(); ++i) {
       const std::size_t c = block[i], lines = broken[i].size();
-      // Aligns headers to the bottom of their row, cells to the top.
+      // Aligns headers to the bottom of their line of the table, and cells to the top.
       const std::size_t above = is_header ? height - lines : 0;
       const std::string text = y < above || y - above >= lines ? std::string() : broken[i][y - above];
       const std::string padding(width[c] - width_of(text), ' ');
@@ -144,7 +144,7 @@ std::string Table::text() const {
       used += gap + width[next];
       block.push_back(next++);
     }
-    // Gives the remaining width to columns of text first, then to those with long headers.
+    // Widens columns to use up the width left: first columns of text, then those with long headers.
     std::vector<std::size_t> shown = width;
     for (const bool left : {true, false}) {
       for (const std::size_t c : block) {

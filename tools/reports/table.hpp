@@ -1,5 +1,5 @@
-// Table of figures, as text for a terminal or as CSV. Its columns may be declared once over the rows of a
-// JSON report.
+// Table of figures, printed as text for a terminal or as CSV. Its columns can be declared once, as functions
+// of the rows of a JSON report.
 #pragma once
 
 #include <cstddef>
@@ -17,31 +17,31 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< colour or weight on a terminal
+  CellStyle style = CellStyle::plain;  ///< colour and weight on a terminal: plain, good or bad
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
 
-/// Table whose columns of text are aligned left and whose numbers are aligned right.
+/// Table whose columns of text are aligned left and whose columns of numbers are aligned right.
 class Table {
  public:
   /// Sets the headers of the columns. A column whose header begins with '<' is aligned left.
   explicit Table(std::vector<std::string> headers);
 
   void add(std::vector<Cell> row);
-  /// Adds a row above all rows so far.
+  /// Adds a row above all rows added before.
   void add_first(std::vector<Cell> row);
-  /// Adds a line of text that spans all columns.
+  /// Adds below the last row a line of text that spans all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Returns the table as text, as wide as text_layout() says. Breaks headers and texts over lines; columns
-  /// without room follow below, where the first column is repeated.
+  /// Returns the table as text within the width of text_layout(). Headers and texts break over lines; columns
+  /// that find no room follow in a further block, which repeats the first column.
   std::string text() const;
-  /// Returns the width, in characters, of the table's longest line if no text is broken.
+  /// Returns the width of the table's longest line, in characters, if no text is broken.
   std::size_t natural_width() const;
-  /// Returns the table without notes as CSV (RFC 4180, but lines end in \n).
+  /// Returns the table as CSV (RFC 4180, but lines end in \n), without its lines of text.
   std::string csv() const;
 
  private:
@@ -61,17 +61,17 @@ class Table {
   std::vector<Row> rows_;
 };
 
-/// Column of a table, computed from rows of type Row: rows of a JSON report, or a struct.
+/// Column of a table: a header, and a function from a row (of a JSON report, or a struct) to a cell.
 template <class Row>
 struct Column {
-  enum Where { everywhere, wide_only };  ///< wide_only: shown only with the option --wide
+  enum Where { everywhere, wide_only };  ///< wide_only: shown only with --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;
 };
 
-/// Makes a table from rows. The first `group` cells of a row stay empty if all equal those of the row before.
-/// `after_row(table, row)` may add notes.
+/// Makes a table from rows. The first `group` cells of a row are blank if they all equal those of the row
+/// above. `after_row(table, row)` may add lines of text.
 template <class Row, class Rows>
 Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, std::size_t group = 0,
                const std::type_identity_t<std::function<void(Table&, const Row&)>>& after_row = {}) {

@@ -25,14 +25,14 @@
 namespace cli {
 namespace {
 
-/// Row of the path of a bed (an elastic body): its displacement since the beginning, at time t. Linear
-/// between rows.
+/// Row of a bed's path (a bed is the contact of an elastic body): its displacement since the beginning, at
+/// time t. Linear between rows.
 struct BedRow {
-  double t = 0.0;                 ///< s
-  double x = 0.0, y = 0.0;        ///< m
-  double spin = 0.0;              ///< rad
-  double rolled[2] = {0.0, 0.0};  ///< m
-  double load = 0.0;              ///< N
+  double t = 0.0;                 ///< time of the row, s
+  double x = 0.0, y = 0.0;        ///< displacement, m
+  double spin = 0.0;              ///< turn about the normal, rad
+  double rolled[2] = {0.0, 0.0};  ///< rolled distance, m
+  double load = 0.0;              ///< normal load, N
 };
 
 struct SceneBed {
@@ -44,7 +44,7 @@ struct SceneBed {
 };
 
 struct BedScene {
-  Scene scene;  ///< scene without its beds, so without any patch
+  Scene scene;  ///< scene without its beds, which `beds` has, and so without patches
   std::vector<SceneBed> beds;
 };
 
@@ -53,7 +53,7 @@ constexpr Range positive{0.0, 1e15, true, ""};
 
 bristle::BedMaterial read_material(const TomlTable& table) {
   double friction[2];
-  table.pair("friction", {0.0, 100.0, false, ""}, friction);  // static and kinetic coefficient
+  table.pair("friction", {0.0, 100.0, false, ""}, friction);  // coefficients of static and kinetic friction
   if (friction[1] == 0.0) friction[1] = friction[0];
   bristle::BedMaterial material(friction[0], friction[1]);
   if (table.has("shear_modulus"))
@@ -122,8 +122,8 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    BedRow row = rows.empty() ? BedRow{} : rows.back();  // numbers that a row leaves out keep the values of
-                                                         // the row before
+    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys missing in a row keep the last row's
+                                                         // values
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
@@ -157,7 +157,7 @@ BedRow row_at(const std::vector<BedRow>& rows, double t) {
 struct BedResult {
   ForceStatistics force[2], torque, load;
   double work = 0.0, dissipated = 0.0, stored = 0.0, most_slipping = 0.0;
-  std::uint64_t refused = 0;  ///< number of steps refused with Status::bad_input
+  std::uint64_t refused = 0;  ///< number of a bed's steps refused with Status::bad_input
 };
 
 using Json = nlohmann::ordered_json;
@@ -165,9 +165,9 @@ Json json_of(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-/// Parses a scene that has beds; returns nothing for other scenes. Throws UserError with file, line and key.
+/// Parses a scene that has beds; returns nothing if it has none. Throws UserError with file, line and key.
 std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
-  // A quick search, which avoids parsing most scenes twice.
+  // Searches for the word first, which avoids parsing most scenes (those without beds) twice.
   if (text.find("bed") == std::string::npos) return std::nullopt;
   const toml::table root = parse_toml(text, path);
   if (!root.contains("bed")) return std::nullopt;
@@ -200,7 +200,7 @@ std::optional<BedScene> parse_bed_scene(const std::string& text, const std::stri
   return result;
 }
 
-/// Returns the motion that carries a bed from one row of its path to another.
+/// Returns the motion that takes a bed from one row of its path to the other.
 bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
   bristle::BedMotion m;
   m.id = id;

@@ -1,5 +1,5 @@
-// Runs scenes of beds (tools/scenes/README.md), which are elastic bodies on prescribed paths, for `bristle
-// run`.
+// Runs scenes with beds, which are contacts of elastic bodies on prescribed paths, for `bristle run`
+// (tools/scenes/README.md).
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace cli {
 
-/// Runs a scene with this text and writes the reports, if the scene has a [[bed]]; returns false otherwise.
-/// Throws UserError.
+/// Runs a scene, given by its text, and writes the reports; returns false, without running, if it has no
+/// table [[bed]]. Throws UserError.
 bool run_bed_scene(const RunOptions& options, const std::string& text);
 
 }  // namespace cli

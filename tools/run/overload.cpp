@@ -30,7 +30,7 @@ std::uint64_t parse_count(const char* cell, std::string_view column, double most
 
 Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStepper& stepper)
     : stepper_(stepper), record_path_(options.record) {
-  // Refuses record and replay together, before the record is opened, since it may be the file to replay.
+  // Refuses both options before the file to record is opened, which might be the file to replay.
   if (!options.replay.empty() && !options.record.empty())
     throw UserError(
         "--record-decisions and --replay-decisions: a replay makes no decisions; give one of them");
@@ -46,7 +46,7 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
       shedder_.emplace(bristle::LoadShedderOptions{}
                            .with_budget(result_.budget_s)
                            .with_record(2 * stepper.copies().size() + 16));
-      // Adds patches in ascending priority, so that the shedder appends each and moves none.
+      // Adds patches to the load shedder in ascending priority, so that it appends each and moves none.
       std::vector<std::size_t> order(stepper.copies().size());
       std::iota(order.begin(), order.end(), std::size_t{0});
       const auto patch_of = [&](std::size_t c) -> const ScenePatch& {
@@ -141,7 +141,7 @@ void Overload::after_step(double time_s) {
 
 OverloadResult Overload::finish() {
   if (record_) record_.finish();
-  // Applies the changes recorded after the last step, since they are part of the final state.
+  // Applies recorded changes made after the last step: they are part of the final state.
   if (result_.replayed) before_step();
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);

@@ -1,5 +1,5 @@
-// Keeps the steps of a run within a time budget by leaving out bristles, or repeats the recorded changes of
-// such a run.
+// Keeps the steps of a run within a time budget by leaving out bristles, or repeats what a recorded run left
+// out.
 #pragma once
 
 #include <cstdint>
@@ -16,26 +16,26 @@
 namespace cli {
 
 struct OverloadOptions {
-  std::optional<double> budget_us;  ///< us per step; none: budget of the scene
-  std::string record, replay;       ///< files of the changes in bristles; empty: none
+  std::optional<double> budget_us;  ///< time budget, us per step; none: as in the scene
+  std::string record, replay;       ///< files to record changes in bristles to, and to repeat them from
 };
 
 struct OverloadResult {
-  double budget_s = 0.0;  ///< s per step; 0: none, so no bristle was left out for time
+  double budget_s = 0.0;  ///< time budget, s per step; 0: none, so that all bristles stayed
   bool replayed = false;
-  std::uint64_t decisions = 0;  ///< number of changes in how many bristles a patch uses
+  std::uint64_t decisions = 0;  ///< number of changes of a patch's bristles in use
   std::uint64_t late_steps = 0;
-  std::uint64_t most_bristles = 0, bristles = 0;  ///< number of bristles left out: the highest of the run,
-                                                  ///< and that at its end
-  double least_share = 1.0;                       ///< least share of its bristles that a patch kept
-  double least_pieces = 1.0;                      ///< least share of its pieces that an infinite brush kept
-  std::uint32_t patches = 0;                      ///< number of patches that lack bristles at the end of the
-                                                  ///< run
-  double rate_s = 0.0;                            ///< s per bristle and step, measured during the run
+  std::uint64_t most_bristles = 0, bristles = 0;  ///< number of bristles left out: largest of the run, and at
+                                                  ///< its end
+  double least_share = 1.0;                       ///< least share of bristles in use, over patches and steps
+  double least_pieces = 1.0;                      ///< least share of pieces in use, over infinite patches
+  std::uint32_t patches = 0;                      ///< number of patches without all their bristles at the
+                                                  ///< end
+  double rate_s = 0.0;                            ///< time per bristle and step, measured in the run, s
 };
 
-/// Leaves out and restores bristles between the steps of a run, to keep within the budget, or as a recorded
-/// run did. With neither a budget nor a record it does nothing.
+/// Leaves out and restores bristles between the steps of a run, either to keep within a time budget or as a
+/// recorded run did. Without budget and record it does nothing.
 class Overload {
  public:
   /// Starts to control the patches of `stepper`, which must outlive this object. Throws UserError.
@@ -43,10 +43,10 @@ class Overload {
 
   bool is_on() const noexcept { return shedder_.has_value() || result_.replayed; }
   void before_step();
-  /// Takes the time that a step took: CPU time if one thread steps, else wall time.
+  /// Tells how long a step took, s: CPU time if one thread steps, else wall time.
   void after_step(double time_s);
-  /// Appends the changes since the last call to the record. Call it once a step, outside the timed part.
-  /// Throws UserError.
+  /// Appends the changes since its last call to the record file. Call it once per step, outside the timed
+  /// part. Throws UserError.
   void write_decisions();
   OverloadResult finish();
 

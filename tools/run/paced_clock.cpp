@@ -13,7 +13,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 
 constexpr std::int64_t same_signal_ns = second_ns / 2;
 
-std::atomic<std::int64_t> first_signal_ns{0};  // ns, time of the first stop signal; 0: none came
+std::atomic<std::int64_t> first_signal_ns{0};  // time of the first stop signal, ns; 0: none yet
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "a signal handler may use no other");
 
 // Handles a stop signal. Calls only functions that are allowed in a signal handler.

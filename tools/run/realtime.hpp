@@ -1,5 +1,5 @@
-// Steps a scene in real time, alternately with a loop that only sleeps (the bare loop): `bristle run
-// --realtime`.
+// Steps a scene in real time, in turns with a bare loop that only sleeps, whose delays are the machine's:
+// `bristle run --realtime`.
 #pragma once
 
 #include <cstdint>
@@ -18,52 +18,52 @@
 namespace cli {
 
 struct RealtimeOptions {
-  std::optional<double> rate_hz;  ///< Hz, rate of steps; none: one over the scene's dt
+  std::optional<double> rate_hz;  ///< rate of steps, Hz; none: 1 over the scene's time step
   double busy_wait_s = 0.0;
-  double bare_share = 1.0;  ///< number of the bare loop's ticks per tick of ours, in (0, 1]
+  double bare_share = 1.0;  ///< ticks of the bare loop per tick of the stepping loop, in (0, 1]
   RealtimeThreadOptions thread;
-  std::string histograms;  ///< CSV file for histograms; empty: none
+  std::string histograms;  ///< CSV file to write histograms of times to; empty: none
 };
 
-/// Times of one of the two loops, over all its turns.
+/// Measured times of the stepping loop or of the bare loop, over all its turns.
 struct PacedLoopResult {
   bristle::DeadlineMonitor monitor;
   double seconds = 0.0;
-  double stolen_s = 0.0;        ///< s, time that the hypervisor took from all cores, counted in steps of
-                                ///< 10 ms
-  double stolen_worst_s = 0.0;  ///< s, time that the hypervisor took during the turn with the worst tick
-  double queued_worst_s = 0.0;  ///< s, time that the thread waited for a core, from the tick before the worst
-                                ///< one to the worst one's end
+  double stolen_s = 0.0;        ///< time that a hypervisor took from all cores, s, which the system counts in
+                                ///< steps of 10 ms
+  double stolen_worst_s = 0.0;  ///< time that a hypervisor took in the turn with the worst tick, s
+  double queued_worst_s = 0.0;  ///< time that the thread waited for a core, s, from the tick before the worst
+                                ///< one to the end of the worst
 };
 
 struct RealtimeResult {
-  double scene_dt = 0.0;  ///< s, time step in the scene file
-  double period = 0.0;    ///< s, time step used, in every step
+  double scene_dt = 0.0;  ///< time step in the scene file, s
+  double period = 0.0;    ///< time step and period of the run, s
   double busy_wait = 0.0;
-  std::optional<int> fifo, core;  ///< real-time priority and core that the system granted
+  std::optional<int> fifo, core;  ///< real-time priority and core, if granted by the system
   bool locked_memory = false;
   std::vector<std::string> refused;
   PacedLoopResult ours, bare;
-  std::uint64_t held_up = 0;  ///< number of ticks skipped because this program's own accounting took too long
-  bool stopped = false;       ///< whether a signal ended the run early
+  std::uint64_t held_up = 0;  ///< number of ticks skipped for this program's bookkeeping, not for steps
+  bool stopped = false;       ///< whether a signal (Ctrl-C) ended the run early
 };
 
 using platform::QueueClock;
 using platform::stolen_now;
 
-/// Returns a result with empty times of both loops, and what the system granted the thread.
+/// Returns an empty result, with no times yet, that says what the system granted the thread.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
                               const RealtimeThread& thread);
 
-/// Runs one turn (`segment`) of a loop. Adds its wall time to the result, and the time that the hypervisor
-/// stole meanwhile.
+/// Runs one turn (`segment`) of the stepping or the bare loop. Adds its wall time, and the time that a
+/// hypervisor took in it, to the loop's result.
 template <class Segment>
 void run_segment(PacedLoopResult& loop, Segment&& segment);
 
-/// Runs ticks of the bare loop, in which nothing is done, so that its delays are those of the machine.
+/// Runs `ticks` ticks of the bare loop, which does nothing, so that its delays are those of the machine.
 void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock, const QueueClock& queue);
 
-/// Records a tick, and how long it waited for a core if it is the worst tick so far.
+/// Records the times of a tick and, if it is the worst so far, how long it waited for a core.
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
 
 /// Returns a text on what delayed the worst tick of a loop, as far as the system reports it.
@@ -71,8 +71,8 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads);
 
 std::string realtime_table(const RealtimeResult& result, int threads);
 nlohmann::ordered_json to_json(const RealtimeResult& result, int threads);
-/// Returns the histograms as CSV `loop,histogram,low_us,high_us,count`, with a row for every bucket that is
-/// not empty.
+/// Returns both loops' histograms of times as CSV `loop,histogram,low_us,high_us,count`, without empty
+/// buckets.
 std::string histogram_csv(const RealtimeResult& result);
 
 template <class Segment>

@@ -1,4 +1,4 @@
-// Writes reports of `bristle run --realtime`: times of its own loop and of the bare loop, which only sleeps.
+// Writes reports of `bristle run --realtime`: times of the stepping loop and of the loop that only sleeps.
 #include <iterator>
 
 #include <fmt/format.h>
@@ -110,8 +110,8 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
     causes.push_back(fmt::format("the machine: off the CPU or waiting for {}",
                                  time_text(worst.step > worst.cpu ? worst.step - worst.cpu : 0.0)));
   }
-  // Names waiting for a core as a cause if it took more than a tenth of the time from the tick's due time to
-  // its end.
+  // Names waiting for a core as a cause of the worst tick if it took more than a tenth of the time from when
+  // the tick was due to its end.
   if (loop.queued_worst_s > 0.1 * worst.end_after_due)
     causes.push_back(fmt::format("ready for {} while others had the core", time_text(loop.queued_worst_s)));
   if (worst.events.involuntary_switches > 0)

@@ -12,8 +12,8 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
   if (options.core && !is_bound()) {
-    // Refuses a real-time priority without a core to bind to: the thread could occupy the core of a worker,
-    // which has the usual priority and then never runs.
+    // Refuses a real-time priority without a core to bind to: the thread might occupy the core of a worker
+    // thread, which has the usual priority and would never run.
     refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
                                    *options.fifo_priority, *options.core));
     return;

@@ -1,4 +1,4 @@
-// Asks the system for a thread's real-time priority, core and locked memory.
+// Asks the system for real-time priority, a fixed core and locked memory for a thread.
 #pragma once
 
 #include <optional>
@@ -9,17 +9,17 @@ namespace cli {
 
 struct RealtimeThreadOptions {
   std::optional<int> fifo_priority;  ///< SCHED_FIFO priority, 1 to 99
-  std::optional<int> core;           ///< number of the core to which the thread is bound
-  bool lock_memory = false;          ///< whether pages in use stay in memory (mlockall)
+  std::optional<int> core;           ///< core to which the thread is bound
+  bool lock_memory = false;          ///< whether memory in use is kept from being paged out (mlockall)
 };
 
-/// Makes the calling thread a real-time thread while this object lives, as far as the system permits. Reports
-/// what the system refuses, and does without. Its timers become exact (without the usual 50 us of slack),
-/// which needs no permission. Threads made later do not inherit the priority.
+/// Makes the calling thread a real-time thread for as long as this object lives. Does without what the system
+/// refuses, and lists it. Always makes the thread's timers exact (without the usual slack of 50 us), which
+/// needs no permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
-  /// Asks the system for the options. `has_workers` says that other threads work for this one, which must not
-  /// take their cores.
+  /// Asks the system for what `options` want. `has_workers` says that worker threads step for this thread, so
+  /// that their cores must stay free.
   RealtimeThread(const RealtimeThreadOptions& options, bool has_workers);
   ~RealtimeThread();
   RealtimeThread(const RealtimeThread&) = delete;
@@ -28,7 +28,7 @@ class RealtimeThread {
   bool has_fifo() const noexcept { return has_fifo_; }
   bool is_bound() const noexcept { return before_.has_value(); }
   bool has_locked_memory() const noexcept { return has_locked_memory_; }
-  /// Returns a line for each request that the system refused: what, why, and what to do.
+  /// Returns a line for each refused request, which says what, why, and what to do.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
 
  private:

@@ -1,4 +1,4 @@
-// Writes reports of `bristle run`: a table for people, JSON for programs.
+// Writes the reports of `bristle run`: a table for people and JSON for programs.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -29,8 +29,8 @@ std::string joined(const std::vector<std::string>& texts) {
   return all.empty() ? "nothing" : all;
 }
 
-/// Returns the pieces per mean snap length of an infinite patch. Asks the patch where the option is 0
-/// (automatic).
+/// Returns the resolution of an infinite patch, in pieces per mean snap length: the option or, where that is
+/// 0 (automatic), what the patch chose.
 double resolution_of(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   return options.resolution > 0.0 ? options.resolution : info.representatives;
 }
@@ -39,7 +39,7 @@ std::string name_of(const ScenePatch& patch) {
   return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
 }
 
-// Number of rows in a table for people; the JSON report has all.
+// Limit of rows in a table for people; the JSON report has all rows.
 constexpr std::size_t rows_shown = 12;
 
 std::string more_rows(std::size_t rows) {
@@ -59,7 +59,7 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
   return text + fmt::format(", {} kB", count_text((r.memory_bytes + 1023) / 1024));
 }
 
-/// Returns the kind and number of a patch's bristles as text.
+/// Returns the kind of a patch's population and its number of bristles, as text.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
     return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
@@ -76,7 +76,7 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  // Replaces control characters by '?', as text from files may hold them.
+  // Passes the description through one_line(), as a text from a file may hold control characters.
   line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
@@ -156,7 +156,7 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
   return table.text() + more_rows(r.patches.size());
 }
 
-/// Returns the table of the patches' energies; empty if no patch computes them.
+/// Returns a table of the patches' energies; "" if no patch computes energies.
 std::string energy_table(const Scene& scene, const RunResult& r) {
   Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
@@ -169,7 +169,7 @@ std::string energy_table(const Scene& scene, const RunResult& r) {
   return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
 }
 
-/// Returns the answer in words: whether the run keeps its deadline, and the friction found.
+/// Returns the run's main result in words: whether the steps keep the deadline, and the friction.
 std::string run_answer(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
   std::string text =

@@ -31,7 +31,7 @@ class SceneRun {
   RunResult run();
 
  private:
-  double time_of(std::uint64_t k) const noexcept {  // s, time at the start of step k of this run
+  double time_of(std::uint64_t k) const noexcept {  // time at the start of this run's step k, s
     return static_cast<double>(result_.steps_before + k) * scene_.dt;
   }
   void run_back_to_back();
@@ -53,8 +53,8 @@ class SceneRun {
   SceneStepper stepper_;
   Overload overload_;
   std::vector<Way> ways_;
-  /// Place where a body last stuck. It trails a sliding body by at most ten snap lengths (the longest mean of
-  /// its patches, kept here).
+  /// Place where a body last stuck, which follows a sliding body at a distance of ten snap lengths: ten times
+  /// `length`, the longest mean of its patches.
   struct Hold {
     double place[2], length;
     Sticking sticking;
@@ -103,7 +103,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
 void SceneRun::step_within_budget(double t) {
   using bristle::DeadlineMonitor;
   if (!overload_.is_on()) return stepper_.step(t);
-  // Takes CPU time on a single thread. With workers takes wall time, as the thread also waits for them.
+  // Takes a step's CPU time if one thread steps; with workers the wall time, since it waits for them.
   const auto now = stepper_.batch().threads() == 1 ? &DeadlineMonitor::cpu_now : &DeadlineMonitor::wall_now;
   const double start = now();
   overload_.before_step();
@@ -120,9 +120,9 @@ void SceneRun::step(double t) {
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
 
-// Adds a step to the friction coefficients. Counts only the elastic force, since dampers and lubricant are
-// not friction of the bristles. A step counts as sliding once the patch has moved ten mean snap lengths since
-// it last reversed or lost contact.
+// Adds a step to the sums for friction coefficients. Uses the elastic force alone, since dampers and
+// lubricant are not friction of the bristles. A step counts as sliding if the patch has moved ten mean snap
+// lengths since it last reversed or lost contact.
 void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                                 const bristle::Response& response) {
   Way& way = ways_[c];
@@ -145,7 +145,7 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
-    // Sums the whole force, since its component along the step is noisy with an encoder.
+    // Sums the magnitude of the force: its component along the step is noisy if an encoder gave the motion.
     result.sliding_force += force;
     result.sliding_load += motion.normal_load;
     ++result.sliding_steps;
@@ -257,8 +257,8 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // bytes; one step may then take a
-                                                                   // second or more
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // a state above 100 MB, for which a step
+                                                                   // may take a second
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
@@ -269,8 +269,8 @@ void SceneRun::run_back_to_back() {
   }
 }
 
-// Runs ticks of the paced loop. A tick's motion is prepared before the sleep, so that timing starts when the
-// tick is due.
+// Runs ticks of the loop that steps in real time. Prepares a tick's motion before the sleep, so that timing
+// starts when the tick is due.
 std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                           const QueueClock& queue, Progress& progress) {
   using bristle::DeadlineMonitor;
@@ -282,8 +282,8 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   clock.start();
   double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
   for (; k < first + ticks; ++k) {
-    // Detects a tick that was late because of this tool's own work, although the step before was in time.
-    // Neither the step nor the machine is charged.
+    // Detects a tick that is late because of this program's bookkeeping, though the step before it was in
+    // time. Then neither the step nor the machine is blamed.
     const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
     const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
     std::uint64_t left_out = clock.wait();
@@ -291,7 +291,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     if (held_up) {
       const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
       result_.realtime->held_up += by_tool;
-      left_out -= by_tool;  // leaves in the count only the ticks skipped because of the machine
+      left_out -= by_tool;  // counts only the skipped ticks that the machine is to blame for
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);
@@ -317,8 +317,8 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
-  // Gives the two loops turns of a second each, so that both meet the same conditions. In a short run a turn
-  // has at least two ticks, since it takes two to enclose a period.
+  // Alternates the stepping and the bare loop in turns of a second, so that both meet the same conditions. A
+  // turn has at least two ticks, since it takes two to enclose a period.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;
@@ -326,7 +326,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
-    // Gives the bare loop at least two ticks, too, where ours has two.
+    // Gives the bare loop at least two ticks where the stepping loop has two.
     const auto share =
         static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
     const std::uint64_t bare = std::max(share, std::min<std::uint64_t>(ticks, 2));
@@ -345,7 +345,7 @@ RunResult SceneRun::run() {
   } else {
     run_back_to_back();
   }
-  // Leaves out the time of the bare loop.
+  // Reports the wall time of the stepping loop alone, without the turns of the bare loop.
   result_.seconds =
       result_.realtime ? result_.realtime->ours.seconds : bristle::DeadlineMonitor::wall_now() - start;
   finish();
@@ -406,7 +406,7 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  // Allows the run to save its state to the file from which it was restored.
+  // Allows --save-state to name the file of --restore-state, which continues a run in one file.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
   inputs.push_back({"--replay-decisions", options.overload.replay});
@@ -423,7 +423,7 @@ void run_command(const RunOptions& options) {
   if (!on_stdout) print_report(run_table(scene, options, result));
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
-  // Throws after the reports are written, so that a failure to save the state does not cost them.
+  // Throws only after the reports are written, so that a failure to save the state does not cost them.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 

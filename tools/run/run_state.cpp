@@ -19,11 +19,11 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t numbers_of_run = 4;  // number of doubles at the head of the state: steps, dt, copies,
+constexpr std::size_t numbers_of_run = 4;  // numbers at the head of a saved run: steps, dt, copies,
                                            // bodies
 constexpr std::size_t numbers_per_way = 4;
 
-/// Converts numbers to little-endian 64-bit floats, as which all but the patches' states is saved.
+/// Converts numbers to little-endian 64-bit floats, the form in which a run (but its patches) is saved.
 std::vector<std::byte> to_bytes(const std::vector<double>& numbers) {
   std::vector<std::byte> bytes;
   for (const double number : numbers) {
@@ -76,7 +76,7 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
   const std::size_t wanted = numbers_of_run + numbers_per_way * ways.size() + places;
   const auto refuse = [&path](const std::string& why) { throw UserError(fmt::format("{}: {}", path, why)); };
   try {
-    // Refuses a file larger than the state of this run could be, before reading it.
+    // Reads no file larger than a saved state of this scene can be; it is refused instead.
     constexpr std::size_t head = 64;
     const bristle::StateFile file =
         bristle::read_state_file(path, stepper.batch().state_size() + 8 * wanted + head);

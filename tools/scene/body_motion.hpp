@@ -1,4 +1,4 @@
-// Moves a body on friction patches: finds the displacement of a step from its equation of motion.
+// Moves a body on friction patches: solves its equation of motion for the displacement of each step.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 namespace cli {
 
-/// Effort of solving a body's equation of motion, over all its steps.
+/// Effort of solving a body's equation of motion, summed over all its steps.
 struct SolveStatistics {
-  std::uint64_t iterations = 0;  ///< number of evaluations of the friction force
+  std::uint64_t iterations = 0;  ///< number of times the friction force was evaluated
   int worst_iterations = 0;
-  double worst_residual = 0.0;  ///< largest error of the equation over the largest force in it
+  double worst_residual = 0.0;  ///< largest residual of the equation over its largest force
 };
 
 /// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +
@@ -25,20 +25,20 @@ struct SolveStatistics {
 /// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
 class BodyMotion {
  public:
-  /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motion array.
+  /// Makes the motion of a body. `patches` has the indices of its patches in the batch's motions.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
-  /// Returns the normal load on each patch, N.
+  /// Returns the normal load (N) on each of the body's patches at time t.
   double load_per_patch(double t) const noexcept;
 
-  /// Solves the step: sets displacement and load of the body's patches in `motions`. Call it before
-  /// PatchBatch::step.
+  /// Solves a step's equation of motion: sets displacement and load of the body's patches in `motions`. Must
+  /// be called before PatchBatch::step.
   void solve(bristle::PatchBatch& batch, double t, double dt,
              bristle::Span<bristle::Motion> motions) noexcept;
-  /// Updates the body's velocity from the friction that acted. Call it after PatchBatch::step.
+  /// Updates the body's velocity by the friction of the step. Must be called after PatchBatch::step.
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
-  /// Sets place (m) and velocity (m/s) of the body.
+  /// Sets position (m) and velocity (m/s) of the body, as when a saved run is restored.
   void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
     for (int axis = 0; axis < 2; ++axis) {
       position_[axis] = position[axis];
@@ -52,8 +52,8 @@ class BodyMotion {
   double highest_speed() const noexcept { return highest_speed_; }
 
  private:
-  /// Equation solver for a body on a rail (one degree of freedom) or in the plane (two); a body uses one of
-  /// them.
+  /// Solver for a body with one degree of freedom (on a rail) or two (in the plane). A body uses one of the
+  /// two.
   template <int Dof>
   struct Coupled {
     bristle::MovingBody<Dof> body;

@@ -34,7 +34,7 @@ constexpr Range turns{-1e6, 1e6, false, "turns"};
 constexpr Range any_positive{0.0, 1e300, true, ""};
 constexpr Range any_not_negative{0.0, 1e300, false, ""};
 
-// ----------------------------------------------------------------------------------------- materials
+// -------------------------------------------------------------------- readers of [[material]] tables
 
 bristle::SnapLength read_snap_length(const TomlTable& table) {
   const Range length{0.0, 1.0, false, "m"};
@@ -100,7 +100,7 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   return m;
 }
 
-/// Reads the key `typical`, which names a typical material whose coefficients other keys then change.
+/// Reads the key `typical`, which names a common pair of materials; other keys may change its coefficients.
 bristle::Coefficients read_typical(const TomlTable& table) {
   if (!table.has("typical")) return {};
   const std::string name = table.text("typical");
@@ -118,8 +118,8 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.spread = table.number("spread", any_not_negative, c.spread);
   c.rule = read_rule(table, c.rule);
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
-  // Needs no key `peak` if `drop` (slide rule) or `spread` (other rules) is given, from which the peak
-  // follows.
+  // Requires the key `peak` unless `drop` (slide rule) or `spread` (other rules) is given, from which the
+  // peak follows.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
   const bool has_peak = !follows || table.has("peak");
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
@@ -207,12 +207,12 @@ SceneMaterial read_material(TomlTable table) {
   return result;
 }
 
-// ------------------------------------------------------------------------------------------- patches
+// ----------------------------------------------------------------------- readers of [[patch]] tables
 
-/// Index of all tables of one kind, by their names. A scene may have hundreds of thousands of tables.
+/// Index by name of all tables of one kind; a scene may have hundreds of thousands of tables.
 class Names {
  public:
-  /// Adds a table's name; its index is the number of names so far.
+  /// Adds a table's name. Its index is the number of names added before.
   void add(const std::string& name, const TomlTable& table) {
     if (!index_.emplace(name, index_.size()).second)
       table.fail("name", fmt::format("'{}' appears twice", name));
@@ -230,8 +230,8 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// Reads population, resolution, cohorts and fluctuation. Refuses those keys that the chosen population does
-/// not use.
+/// Reads a patch's keys population, resolution, cohorts and fluctuation. Refuses those that the chosen
+/// population does not use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   o.population = static_cast<bristle::Population>(
       table.choice("population", {"automatic", "representatives", "infinite"}, 0));
@@ -252,7 +252,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
   }
-  // 0 means automatic, as a missing key does
+  // A resolution of 0 means automatic, as a missing key does.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
     table.fail(
@@ -264,7 +264,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
 
-/// Reads the key `lay`. Refuses options that do not go together with it.
+/// Reads a patch's key `lay` (the direction of grooves in its surface). Refuses options that exclude it.
 void read_lay(const TomlTable& patch, const bristle::Material& material, bristle::PatchOptions& o) {
   if (!patch.has("lay")) return;
   bristle::Lay& lay = o.lay;
@@ -283,8 +283,8 @@ void read_lay(const TomlTable& patch, const bristle::Material& material, bristle
   }
 }
 
-/// Checks that a patch's number of bristles suffices for its material. The message names both, since either
-/// may be changed.
+/// Checks that a patch has enough bristles for its material. The error message names both tables, since the
+/// user may change either.
 void check_material(const ScenePatch& patch, const SceneMaterial& material) {
   if (patch.options.population == bristle::Population::infinite) return;
   try {
@@ -332,7 +332,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   return patch;
 }
 
-// ------------------------------------------------------------------------------------------- motions
+// ---------------------------------------------------------------------- readers of [[motion]] tables
 
 std::vector<LoadStep> read_load_steps(const TomlTable& parent, std::string_view key, const Range& range) {
   std::vector<LoadStep> steps;
@@ -352,8 +352,8 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // numbers that a row leaves out keep the
-                                                               // values of the row before
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys missing in a row keep the last row's
+                                                               // values
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     row.x = table.number("x", position, row.x);
@@ -377,7 +377,7 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files that were read, by path and
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files read so far, by path and
                                                                  ///< clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
@@ -387,13 +387,13 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
-    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // removes the motion that the file replaces
+    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the motion that the file replaces
   motion.keyframes.clear();
   if (trace->has_load) motion.load_steps.clear();
   motion.trace = trace;
 }
 
-/// Reads a [[motion]]. `traces` holds the motion files read so far, so that each is read once.
+/// Reads a [[motion]] table. `traces` caches motion files, so that each is read only once.
 PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
@@ -453,7 +453,7 @@ void check_axes(const ScenePatch& patch, const std::string& where) {
   }
 }
 
-// -------------------------------------------------------------------------------------------- bodies
+// ------------------------------------------------------------------------ readers of [[body]] tables
 
 std::vector<ForceRow> read_force(const TomlTable& parent) {
   std::vector<ForceRow> rows;
@@ -485,7 +485,7 @@ std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
   return sines;
 }
 
-/// Reads a [[body]]. `body_on` holds the name of the body that is on a patch, by the patch's index.
+/// Reads a [[body]] table. `body_on` maps the index of a patch to the name of the body on it.
 SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
                     std::map<std::size_t, std::string>& body_on) {
   SceneBody body;
@@ -516,7 +516,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
       table.fail("patches", "have different axes; those under one body must have the same");
     }
     body.axes = patch.options.axes;
-    // Patches under a body must compute the mean force, from which the body's motion is solved.
+    // Adds the mean force to the outputs of a patch under a body, whose motion is solved from it.
     patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
     body.patches.push_back(index);
   }
@@ -530,7 +530,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
   return body;
 }
 
-// --------------------------------------------------------------------------------------------- scene
+// ------------------------------------------------------------------------ readers of the whole scene
 
 void check_all_moved(const Scene& scene) {
   std::vector<bool> moved(scene.patches.size(), false);
@@ -544,15 +544,15 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
-/// Returns the largest number of bristles that a patch may have; for an infinite patch, of cohorts (groups of
-/// bristles).
+/// Returns the largest number of bristles that a patch may come to have; for an infinite patch, of cohorts
+/// (groups of bristles).
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
   if (options.population == bristle::Population::infinite) return options.cohorts ? options.cohorts : 256;
   return options.bristles ? options.bristles : 4096;
 }
 
 void check_size(const Scene& scene) {
-  if (scene.limits.bytes) return;  // check_memory counts bytes instead
+  if (scene.limits.bytes) return;  // with a limit in bytes, check_memory() counts bytes instead
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
     bristles += most_bristles_of(patch.options) * patch.count;
@@ -644,7 +644,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Largest number of materials in a scene without a memory limit, since each takes milliseconds to prepare.
+  // Limit of materials in a scene without a memory limit, since preparing each takes milliseconds.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
   std::vector<TomlTable> material_tables = table.tables("material");

@@ -17,12 +17,12 @@
 namespace cli {
 namespace {
 
-constexpr std::uint64_t beside_a_patch = 1900;  // bytes of a copy in addition to its patch's bristles
+constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch needs beside its bristles
 
-// Bytes that every machine has; a smaller scene is not checked.
+// Bytes of memory that every machine has; a scene that needs less is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 
-/// Returns an upper bound on the bytes of a patch with these options.
+/// Returns an upper bound on the bytes of memory of a patch with these options.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
@@ -30,8 +30,8 @@ std::uint64_t at_most(const bristle::PatchOptions& o) {
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
-/// Estimates memory by asking the library for the bytes of patches with few bristles, and extrapolates to
-/// many.
+/// Estimator of memory: asks the library for the bytes of patches with few bristles, and extrapolates to the
+/// scene's number.
 class Probe {
  public:
   explicit Probe(const Scene& scene) : scene_(scene) {}
@@ -50,7 +50,7 @@ class Probe {
   }
 
  private:
-  static constexpr std::uint32_t few = 256;  // number of bristles in a block of memory
+  static constexpr std::uint32_t few = 256;  // number of bristles of a trial patch, and of a block
   static constexpr std::uint64_t block = 72;
   struct Bytes {
     std::uint64_t patch = 0, per_bristle = 0;
@@ -62,7 +62,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_representative};
     } catch (const bristle::Error&) {
-      return {};  // gives no estimate: the run itself reports the error with its place
+      return {};  // no estimate: the run itself will report the error with its place
     }
   }
 

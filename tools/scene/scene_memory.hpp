@@ -1,4 +1,4 @@
-// Estimates the memory of a scene before it is allocated.
+// Estimates the memory that a scene needs, before it is allocated.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 
 namespace cli {
 
-/// Returns the bytes that all patches and the results of a run need, within some per cent.
+/// Returns the bytes that a scene's patches and its run's results need, right within some per cent.
 std::uint64_t estimate_memory(const Scene& scene);
 
-/// Checks that a scene fits into memory. Throws UserError if it needs more than Scene::limits allow or,
-/// without a limit, more than is free.
+/// Checks that a scene fits into memory. Throws UserError if it needs more than Scene::limits allows or,
+/// without that limit, more than is free.
 void check_memory(const Scene& scene);
 
 }  // namespace cli

@@ -10,14 +10,14 @@
 
 namespace cli {
 
-constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;  ///< bytes of the largest scene file
+constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;  ///< limit of a scene file's size, bytes
 
-/// Reads a scene as parse_scene() does. Messages name the file `path`, and the paths of motion files are
-/// relative to it. Throws UserError.
+/// Reads a scene from a parsed document. Messages name the file `path`, to which the paths of motion files
+/// are relative. Throws UserError.
 Scene scene_of(const toml::table& root, const std::string& path, const SceneLimits& limits = {},
                const ShareDone& progress = {});
 
-/// Reads the table [scene]. Throws UserError.
+/// Reads the keys of the table [scene] into `scene`. Throws UserError.
 void read_scene_table(TomlTable table, Scene& scene);
 
 }  // namespace cli

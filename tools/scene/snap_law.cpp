@@ -17,7 +17,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
       return SnapLength::uniform(mean_m * (1.0 - half_width), mean_m * (1.0 + half_width));
     }
     case SnapLaw::normal: {
-      // Ratio of the cut law's mean to the uncut one's: cutting the normal law at 0 raises the mean.
+      // Ratio by which cutting a normal law at 0 raises its mean; the uncut law is made smaller by it.
       const double raised = SnapLength::normal(1.0, spread).mean();
       return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
     }
@@ -31,7 +31,7 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
 double largest_spread(SnapLaw family, SnapRule rule) {
   switch (family) {
     case SnapLaw::uniform:
-      return 0.57735;  // spread of a law that is uniform from 0 to twice its mean
+      return 0.57735;  // standard deviation over mean of a uniform law that begins at 0
     case SnapLaw::normal:
     case SnapLaw::exponential:
       return 1.0;

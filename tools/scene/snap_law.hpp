@@ -1,5 +1,5 @@
-// Makes laws of the snap length from family, mean and spread, which fits and experiments vary. Gives the
-// limits of spread.
+// Makes laws of the snap length from family, mean and spread, which fits and experiments vary, and gives the
+// limits of the spread.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@ namespace cli {
 /// redraw, and for keep (core/MODEL.md, "Jumps").
 constexpr double widest_redraw_cv = 1.25, widest_cv = 3.0;
 
-/// Makes a law with this mean (m) and spread (standard deviation over mean): lognormal, normal (cut at 0; its
-/// spread is that of the uncut law), uniform, exponential or single (whose spread is fixed). Throws
-/// bristle::Error if the family has no such spread.
+/// Makes a law of snap lengths with this mean (m) and spread (standard deviation over mean): lognormal,
+/// normal (cut at 0; the spread is the uncut law's), uniform, exponential or single (whose spread is fixed).
+/// Throws bristle::Error if the family cannot have the spread.
 bristle::SnapLength make_snap_length(bristle::SnapLaw family, double mean_m, double spread);
 
-/// Returns the largest spread that both make_snap_length() and the snap rule allow.
+/// Returns the largest spread (standard deviation over mean) that both the law and the snap rule allow.
 double largest_spread(bristle::SnapLaw family, bristle::SnapRule rule);
 
-/// Returns the ratio of the bristles' mean bend in steady sliding to the mean snap length.
+/// Returns the bristles' mean bend in steady sliding, over the mean snap length.
 double kinetic_bend(bristle::SnapRule rule, double cv);
 
-/// Names of the rules in files, options and reports, in the order of SnapRule.
+/// Names of the snap rules in files, options and reports, in the order of SnapRule.
 inline constexpr const char* rule_names[] = {"redraw", "keep", "slide"};
 inline const char* to_string(bristle::SnapRule rule) noexcept {
   return rule_names[static_cast<std::size_t>(rule)];

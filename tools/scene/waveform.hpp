@@ -1,5 +1,5 @@
-// Computes sines in plain arithmetic. Prescribed motions use them instead of libm's, whose last bits differ
-// between machines and would change the state hash of a scene.
+// Computes sines in plain arithmetic for prescribed motions: the last bits of libm's sines differ between
+// machines and would change the state hash of a scene.
 #pragma once
 
 #include <cmath>
@@ -8,12 +8,12 @@ namespace cli {
 
 /// Returns sin(2 pi turns), within 2e-16 of the true value for |turns| < 2^40.
 inline double sine_of_turns(double turns) noexcept {
-  const double phase = turns - std::floor(turns);  // exact, in [0, 1)
+  const double phase = turns - std::floor(turns);  // phase of the sine in turns, exact, in [0, 1)
   const double quarter = std::floor(4.0 * phase + 0.5);
   const double a = (phase - 0.25 * quarter) * 6.283185307179586477;  // angle of at most pi / 4 in magnitude
   const double a2 = a * a;
-  // Evaluates the Taylor polynomials of sine and cosine, whose first omitted term is below 1e-17 for |a| <=
-  // pi / 4.
+  // Evaluates the Taylor polynomials of sine and cosine. The first term that they omit is below 1e-17 for |a|
+  // <= pi / 4.
   const double sine =
       a + a * a2 *
               (-1.0 / 6 +
@@ -35,11 +35,11 @@ inline double sine_of_turns(double turns) noexcept {
     case 3:
       return -cosine;
     default:
-      return sine;  // quarter 0, or 4 just below a whole turn
+      return sine;  // quarter is 0, or 4 just below a whole turn
   }
 }
 
-/// Returns cos(2 pi turns), as exact as sin(2 pi turns) above.
+/// Returns cos(2 pi turns), within 2e-16 as sine_of_turns().
 inline double cosine_of_turns(double turns) noexcept { return sine_of_turns(turns + 0.25); }
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-# Configures Sphinx, which makes the guides a site. tools/site/build gathers the sources and calls it.
+# Configures Sphinx, which turns the guides into a web site. tools/site/build gathers the sources and calls Sphinx.
 import os
 
 project = "bristle"

@@ -1,4 +1,4 @@
-"""Links and headings of markdown files, as GitHub and the site read them."""
+"""Finds the links and headings of markdown files as GitHub and the site read them."""
 import re
 
 
@@ -9,7 +9,7 @@ def without_code(text):
 
 
 def links_of(text):
-    """Returns the targets of links and pictures: [text](target), [name]: target."""
+    """Returns the targets of a page's links and pictures, written [text](target) or [name]: target."""
     plain = without_code(text)
     found = re.findall(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)", plain)
     return found + re.findall(r"(?m)^\[[^\]]+\]:\s*(\S+)", plain)

@@ -1,5 +1,5 @@
-// Runs single cases of `bristle stability`: stiff and soft materials in SI units, stopping distances, and a
-// force that acts one step late.
+// Runs the cases of `bristle stability` beside its maps: stiff and soft materials in SI units, stopping
+// distances, a force that acts one step late, and rest on a slope.
 #include <array>
 #include <cmath>
 
@@ -43,8 +43,8 @@ std::vector<CaseRow> stability_cases() {
   return rows;
 }
 
-// Compares stopping distances from steady sliding. Without dampers friction is a constant F, so a mass m at
-// speed v stops after m v^2 / (2 F).
+// Compares distances in which a mass in steady sliding stops. Without dampers friction is a constant F, so
+// that a mass m at speed v truly stops after m v^2 / (2 F).
 std::vector<StopRow> stopping_distances(bristle::SnapRule rule) {
   StabilityOptions options;
   options.rule = rule;
@@ -65,12 +65,12 @@ std::vector<StopRow> stopping_distances(bristle::SnapRule rule) {
   return rows;
 }
 
-// Returns the damping of a device, in units of K T, that absorbs the energy made by a force that is held over
-// the next step. On a sticking patch moved to and fro, the held force does the work sum F_i d_(i+1), with F_i
-// the force on the body after step i and d_i the displacement of step i; a damper b takes sum b d_i^2 / T.
+// Returns the device damping b, in units of K T, that absorbs the energy created by holding a friction force
+// over the next step. Over a sticking patch moved to and fro, the held force does the work sum F_i d_(i+1),
+// with force F_i and displacement d_i of step i; the damping takes sum b d_i^2 / T.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
-  constexpr int samples = 1000;  // number of time steps in a swing of the patch
+  constexpr int samples = 1000;  // time steps in one swing of the patch
   bristle::PatchBatch batch;
   bristle::Motion motion;
   motion.id = batch.add(
@@ -98,8 +98,8 @@ double late_force_damping(bool mean) {
   return work / (squares / dt) / (stiffness * dt);
 }
 
-// Rests a plate on a slope and measures its creep. The feet are level with its centre of mass, so that
-// friction does not tip the plate.
+// Lets a plate rest on a slope and measures its creep. Its feet are level with the centre of mass, so that
+// friction does not tip it.
 RestRow rest_on_slope(Scheme scheme, double seconds, const StabilityOptions& options) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);

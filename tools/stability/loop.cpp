@@ -15,40 +15,40 @@ namespace cli {
 namespace {
 
 constexpr double zeta = 1000.0;          // number of bristles in contact at the largest load, 1 N
-constexpr double rest_amplitude = 1e-7;  // amplitude in mean snap lengths below which the loop counts as at
-                                         // rest
-constexpr double bound_amplitude = 1e5;  // amplitude in mean snap lengths above which motion counts as
-                                         // growing without bound
-constexpr double lasting_energy = 0.8;   // ratio of the energy in the last quarter of the run to that in the
-                                         // quarter before, above which snapping lasts
+constexpr double rest_amplitude = 1e-7;  // amplitude that counts as rest, in mean snap
+                                         // lengths
+constexpr double bound_amplitude = 1e5;  // amplitude that counts as growing without bound, in mean snap
+                                         // lengths
+constexpr double lasting_energy = 0.8;   // ratio of the energy in the last quarter of a run to that in the
+                                         // third, above which snapping lasts
 
-// Peak-to-peak motion, in mean snap lengths, above which snapping lasts: the snap length of the shortest
-// bristle.
+// Peak-to-peak motion above which snapping lasts, in mean snap lengths: the length of the shortest bristle,
+// since lengths are uniform from 0.5 to 1.5.
 constexpr double lasting_amplitude = 0.5;
-constexpr double quanta_at_rest = 4.0;  // number of encoder counts; smaller motions count as rest
+constexpr double quanta_at_rest = 4.0;  // motion in encoder counts, below which the mass rests
 
-// Change of position x and velocity v of a mass in a step, per unit of velocity and of the force held over
-// the step.
+// Exact motion of a mass in a step with the force held: change of position x and velocity v per unit of
+// initial velocity and per unit of force.
 struct Hold {
   double x_of_v, x_of_f, v_of_v, v_of_f;
 };
 Hold hold_of(double mass, double device_damping, double dt) {
   const double a = device_damping * dt / mass;
   if (a < 1e-9) return {dt, 0.5 * dt * dt / mass, 1.0, dt / mass};
-  const double fall = -std::expm1(-a);  // 1 - e^-a
+  const double fall = -std::expm1(-a);  // 1 - exp(-a), a: damping exponent of a step
   const double x_of_v = dt * fall / a;
   return {x_of_v, (dt - x_of_v) / device_damping, 1.0 - fall, fall / device_damping};
 }
 
-// State of one axis of the loop.
+// State of the mass on one axis of the closed loop.
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
-  double force = 0.0;  // N, force on the mass that acts in the next step
+  double force = 0.0;  // force on the mass in the next step, N
 };
 
-// Advances an axis by one step: returns its displacement and sets v to the velocity at the end. Not for the
-// implicit schemes.
+// Advances the mass by one step along an axis, for an explicit scheme. Returns its displacement and sets v to
+// its velocity at the end of the step.
 double advance(Scheme scheme, const Hold& hold, double mass, double dt, Axis& a) {
   const double v0 = a.v;
   if (scheme == Scheme::explicit_euler) {
@@ -67,8 +67,8 @@ bool damper_sees_true_velocity(Scheme scheme) {
   return scheme == Scheme::explicit_euler || scheme == Scheme::hold;
 }
 
-// Returns the loop on a linear spring and damper as a matrix over (position, velocity times T, last
-// displacement), for the dimensionless stiffness k, damping c and device damping beta.
+// Returns the matrix of one step of the loop on a linear spring and damper, over (position, velocity times T,
+// last displacement), for dimensionless stiffness k, damping c and device damping beta.
 Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   const Hold hold = hold_of(1.0, beta, 1.0);
   Eigen::Matrix3d matrix;
@@ -84,8 +84,8 @@ Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   return matrix;
 }
 
-// Returns the largest magnitude of an eigenvalue. Any size: a solver for each size would compile twice as
-// long.
+// Returns the largest magnitude of an eigenvalue. Takes matrices of dynamic size, since a solver for each
+// fixed size would double the time to compile.
 double spectral_radius(const Eigen::MatrixXd& matrix) {
   return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
 }
@@ -145,14 +145,14 @@ Loop::Loop(const LoopSetup& setup) : s_(setup), hold_(hold_of(s_.mass_kg, s_.dev
   body_.mass *= s_.mass_kg;
   contact_.axes = s_.axes;
   slide_in();
-  // Sets the last displacement and velocity as if the mass had arrived at the start velocity.
+  // Begins the run as if the mass had arrived at the start velocity in the last step.
   axis_[0].v = s_.start_velocity;
   axis_[0].last_d = s_.dt_s * s_.start_velocity;
   axis_[0].force =
       response_.elastic[0] - material.damping_at(std::fabs(s_.start_velocity)) * zeta * s_.start_velocity;
 }
 
-// Slides thirty mean snap lengths before the run, in steps of which no snap length is a multiple.
+// Slides thirty mean snap lengths before the run, in steps that divide no snap length evenly.
 void Loop::slide_in() {
   motion_.normal_load = next_load(0);
   if (!s_.sliding) return;
@@ -173,7 +173,7 @@ void Loop::displace(int axis, double d) {
   axis_[axis].x += d;
   axis_[axis].last_d = d;
   const double q = s_.quantum_m;
-  // Rounds positions to whole counts and takes their difference, as an encoder reports it.
+  // Computes the displacement as an encoder does: positions rounded to counts, then subtracted.
   motion_.displacement[axis] =
       q > 0.0 ? q * (std::nearbyint(axis_[axis].x / q) - std::nearbyint(before / q)) : d;
 }
@@ -227,8 +227,8 @@ void Loop::step(double load) {
   }
 }
 
-// Returns the energy of the mass on a spring with the stiffness of all bristles when they stick, about the
-// middle of the path in this quarter of the run.
+// Returns the energy (J) of the mass on a spring as stiff as all sticking bristles, for the highest speed and
+// half the peak-to-peak motion in one quarter of the run.
 double Loop::energy(const Quarter& q) const {
   const double amplitude = 0.5 * q.peak_to_peak();
   return 0.5 * s_.mass_kg * q.fastest * q.fastest + 0.5 * s_.stiffness * amplitude * amplitude;
@@ -255,8 +255,8 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // m and m/s, extreme positions and highest
-                                                             // speed in the present hundred steps
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // lowest and highest position (m), highest speed
+                                                             // (m/s) in these hundred steps
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;
@@ -298,7 +298,7 @@ namespace {
 struct SchemeText {
   const char *name, *linear_condition;
 };
-/// Names and linear stability conditions, in the order of Scheme.
+/// Names and linear stability conditions of the integration schemes, in the order of Scheme.
 constexpr SchemeText schemes[] = {{"explicit Euler", "k < c < 2 + k/2"},
                                   {"semi-implicit, end", "k + 2c < 4"},
                                   {"semi-implicit, mean", "k < 2c and c < 2"},

@@ -1,5 +1,5 @@
-// Runs a mass on one friction patch in closed loop, where friction moves the mass and the mass moves the
-// patch; and the same loop on a linear spring and damper.
+// Simulates a mass on one friction patch in a closed loop, where friction moves the mass and the mass moves
+// the patch. Gives the linear theory of that loop too, with a spring and damper for the patch.
 #pragma once
 
 #include <cstdint>
@@ -10,96 +10,96 @@
 
 namespace cli {
 
-/// Scheme by which force and motion are coupled from one time step to the next. "End force" is the friction
-/// at the end of a step, "mean force" its average over the step.
+/// Integration scheme: how force and motion are coupled from one time step to the next. "End force" means the
+/// friction at the end of a step, "mean force" its average over the step.
 enum class Scheme {
   explicit_euler,  ///< explicit Euler: position from the old velocity, velocity from the old force
 
-  /// Velocity from the old force, position from the new velocity; end force.
+  /// Velocity from the last step's end force, then position from the new velocity.
   semi_implicit,
-  semi_implicit_mean,  ///< as semi_implicit, but with the mean force
+  semi_implicit_mean,  ///< as semi_implicit (velocity first), but with the step's mean force
   predictor,           ///< bristle::predict_displacements
   midpoint,            ///< bristle::solve_displacements
-  linear_always,       ///< implicit Euler with constant stiffness, without force limit
-  hold,                ///< end force held over the next step; damper by the true velocity
-  hold_difference,     ///< as hold, but with the damper computed from the last two positions
-  device,              ///< end force held over the next step, device damping b, encoder
-  device_mean          ///< as device, with the mean force and no encoder
+  linear_always,       ///< implicit Euler with a constant stiffness, without a limit of force
+  hold,                ///< end force held over the next step; damping force from the true velocity
+  hold_difference,     ///< end force held over the next step; damping force from two positions
+  device,              ///< end force held over the next step by a device with damping b and an encoder
+  device_mean          ///< device with mean force held over the next step, without encoder
 };
 const char* to_string(Scheme scheme) noexcept;
 /// Returns the condition for stability on a linear spring and damper, as text in k = K T^2/m, c = C T/m and
-/// beta = b T/m (stiffness K, damping C, device damping b, step T, mass m).
+/// beta = b T/m (stiffness K, damping C, device damping b, time step T, mass m).
 const char* linear_condition(Scheme scheme) noexcept;
-/// Returns whether a scheme's stability map has beta (device damping) as second axis, instead of c.
+/// Returns whether a scheme's map has the device damping beta as second axis, instead of the damping c.
 constexpr bool is_device(Scheme scheme) noexcept {
   return scheme == Scheme::device || scheme == Scheme::device_mean;
 }
 constexpr bool uses_mean(Scheme scheme) noexcept {
   return scheme == Scheme::semi_implicit_mean || scheme == Scheme::midpoint || scheme == Scheme::device_mean;
 }
-/// Returns whether a scheme is implicit, and so stable on any linear spring and damper.
+/// Returns whether a scheme is implicit, and so stable on every linear spring and damper.
 constexpr bool is_implicit(Scheme scheme) noexcept {
   return scheme == Scheme::predictor || scheme == Scheme::midpoint || scheme == Scheme::linear_always;
 }
 
-/// Returns the spectral radius of the loop on a linear spring and damper; the loop is stable below 1. Not for
-/// the implicit schemes.
+/// Returns the spectral radius of the loop on a linear spring and damper; below 1 it is stable. For the
+/// explicit schemes only.
 double linear_radius(Scheme scheme, double k, double c, double beta);
-/// Returns the spectral radius of the loop in sliding, where friction is constant and only dampers change the
-/// velocity.
+/// Returns the spectral radius of the loop while sliding, where friction is constant and only dampers change
+/// the velocity.
 double sliding_radius(Scheme scheme, double c, double beta);
-/// Returns whether the loop on a linear spring and damper is stable; with an implicit scheme it always is.
+/// Returns whether the loop on a linear spring and damper is stable; implicit schemes always are.
 bool linearly_stable(Scheme scheme, double k, double c, double beta);
-/// Returns the values of k between 1e-4 and 1e3 at which the linear loop turns stable or unstable, ascending.
+/// Returns in ascending order the k from 1e-4 to 1e3 at which the linear loop becomes stable or unstable.
 std::vector<double> stability_limits(Scheme scheme, double c, double beta);
 
-/// Set-up of one run of the loop.
+/// Parameters of one simulation of a mass on a friction patch.
 struct LoopSetup {
   Scheme scheme = Scheme::semi_implicit;
   double mass_kg = 0.1;
   double dt_s = 1e-3;
-  double stiffness = 0.0;           ///< K, N/m, stiffness of all bristles at the largest load
-  double damping = 0.0;             ///< C, N s/m, of the bristles' dampers at rest and largest load
-  double stribeck_velocity = 1e12;  ///< m/s, speed at which the dampers fade; default: never
-  double device_damping = 0.0;      ///< b, N s/m, damping of the device
-  double quantum_m = 0.0;           ///< m, step of the encoder; 0: exact positions
-  double mean_snap_length = 1e-5;   ///< m, mean snap length; lengths are uniform from 0.5 to 1.5 of it
+  double stiffness = 0.0;           ///< stiffness K of all bristles at the largest load, N/m
+  double damping = 0.0;             ///< damping C of the bristles at rest and largest load, N s/m
+  double stribeck_velocity = 1e12;  ///< speed over which the bristles' damping fades, m/s; default: never
+  double device_damping = 0.0;      ///< damping b of the device, N s/m
+  double quantum_m = 0.0;           ///< count of the encoder, m; 0: exact positions
+  double mean_snap_length = 1e-5;   ///< mean snap length, m; lengths are uniform from 0.5 to 1.5 means
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   std::uint32_t bristles = 300;
-  double start_velocity = 0.0;  ///< m/s, initial velocity along the first axis
-  bool sliding = false;         ///< whether the run starts in steady sliding, not with straight bristles
+  double start_velocity = 0.0;  ///< initial velocity along the first axis, m/s
+  bool sliding = false;         ///< whether the run starts in steady sliding; if not, with straight bristles
   int axes = 1;
-  /// Whether, with two axes, the mass gets the start velocity sideways after a quarter of the run.
+  /// Whether the mass (with two axes) also gets the start velocity sideways after a quarter of the run.
   bool turn = false;
-  double smallest_load = 1.0;       ///< lowest load over the largest load; 1: constant load
-  std::uint64_t steps = 8000;       ///< number of steps of the whole run
-  std::uint64_t load_period = 500;  ///< number of steps in a swing of the load
-  bool stop_early = true;           ///< whether the run ends early at rest or at unbounded motion
+  double smallest_load = 1.0;       ///< lowest load over largest load; 1: constant load
+  std::uint64_t steps = 8000;       ///< number of time steps of the whole run
+  std::uint64_t load_period = 500;  ///< number of steps in one swing of the load
+  bool stop_early = true;           ///< whether the run ends once the mass rests or its motion is unbounded
   bristle::Population population = bristle::Population::representatives;
 
-  /// Returns the friction of steady sliding at the largest load, without dampers, N.
+  /// Returns the friction force of steady sliding at the largest load, without dampers, N.
   double kinetic_n() const noexcept;
 };
 
 enum class Verdict {
-  settles,  ///< the motion dies away, or is negligibly small
-  grows,    ///< the motion grows, without snaps so far or without bound
-  rings     ///< bristles keep snapping, at an amplitude that lasts
+  settles,  ///< the motion dies away or is negligible
+  grows,    ///< the motion grows, up to now without snaps, or without bound
+  rings     ///< bristles keep snapping, and the motion keeps its amplitude
 };
 const char* to_string(Verdict verdict) noexcept;
 
 struct LoopResult {
   Verdict verdict = Verdict::settles;
   bool unbounded = false;
-  /// m, peak-to-peak motion in the last quarter of the run, on the axis where it is larger.
+  /// Peak-to-peak motion in the last quarter of the run, on the axis where it is larger, m.
   double peak_to_peak_m = 0.0;
-  double highest_speed = 0.0;  ///< m/s, highest speed in the last quarter of the run
-  double energy_ratio = 0.0;   ///< highest energy in the last quarter of the run over that in the quarter
-                               ///< before
-  double distance_m = 0.0;     ///< m, largest distance from the start along the first axis
+  double highest_speed = 0.0;  ///< highest speed in the last quarter of the run, m/s
+  double energy_ratio = 0.0;   ///< highest energy in the last quarter of the run over that in the third
+                               ///< quarter
+  double distance_m = 0.0;     ///< largest distance from the start along the first axis, m
 };
 
-/// Runs the loop. Throws bristle::Error on parameters that the library refuses.
+/// Simulates the mass on the patch. Throws bristle::Error on parameters that the library refuses.
 LoopResult run_loop(const LoopSetup& setup);
 
 }  // namespace cli

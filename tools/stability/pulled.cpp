@@ -13,8 +13,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Bristles with one drawn snap length, in steady sliding over an ageing contact: their age when they snap,
-/// and how fast the bend then gains on the snap length, which grows with age.
+/// Life of bristles with one drawn snap length in steady sliding with ageing: their age (s) at the snap, and
+/// the speed (m/s) at which the bend then gains on the snap length, which grows with age.
 struct Life {
   double age, gain;
 };
@@ -27,7 +27,7 @@ std::vector<Life> lives(const SpringPull& pull) {
   for (int i = 0; i < bristles; ++i) {
     const double drawn = m.snap_length.quantile((i + 0.5) / bristles);
     double age = drawn / v, last = 0.0;
-    // Fixed-point iteration for the age, which converges from below.
+    // Iterates to the age at which a bristle snaps; the iteration converges from below.
     for (int k = 0; k < 200 && age - last > 1e-15 * age; ++k) {
       last = age;
       age = drawn * m.ageing_factor(age) / v;
@@ -45,20 +45,20 @@ double steady_force(const SpringPull& pull) {
 
 }  // namespace
 
-// Returns the complex stiffness dF/dx by first-order perturbation, for x = v t + u with u = exp(p t). A
-// bristle born at time s is bent by r = x(t) - x(s), and remains while its drawn snap length exceeds r / g(t
-// - s), with g the growth by age. The conserved number of bristles gives the first-order change of the birth
-// rate n0 + n1, and from it the force.
+// Returns the complex stiffness dF/dx of sliding with ageing by first-order perturbation: x = v t + u with u
+// = exp(p t). A bristle born at time s is bent by r = x(t) - x(s) and remains while its drawn snap length
+// exceeds r / g(t - s), where g is the growth by age. The conserved number of bristles gives the first-order
+// change of their birth rate n0 + n1, and from it the force.
 Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
-  double number = 0.0;  // mean age of bristles when they snap, which is 1 / n0
+  double number = 0.0;  // mean age of bristles at their snap: 1 / birth rate n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
   for (const Life& life : lives(pull)) {
     const double a = life.age;
     const Complex faded = std::exp(-p * a), gone = 1.0 - faded;
     number += a;
-    kept += gone / p;                    // integral of exp(-p a) over the ages a of a bristle's life
-    bent += (gone / p - a * faded) / p;  // integral of a exp(-p a) over the ages a of a bristle's life
+    kept += gone / p;                    // integral of exp(-p a) over the age a, up to the snap
+    bent += (gone / p - a * faded) / p;  // integral of a exp(-p a) over the age a, up to the snap
     lost += gone / life.gain;
     lost_bent += a * gone / life.gain;
   }
@@ -85,7 +85,7 @@ double critical_stiffness(const SpringPull& pull) {
   const auto loss = [&](double omega) {
     return damping * omega + sliding_stiffness(pull, {0.0, omega}).imag();
   };
-  // Searches downwards for the highest frequency (rad/s) at which steady sliding is not damped.
+  // Searches from high to low for the highest frequency (rad/s) at which steady sliding is not damped.
   const double unit = pull.speed_m_per_s / pull.material.snap_length.mean();
   double fast = 300.0 * unit, slow = fast;
   if (!(loss(fast) > 0.0)) return std::numeric_limits<double>::infinity();
@@ -136,7 +136,7 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   result.lowest_force = std::numeric_limits<double>::infinity();
   double energy = 0.5 * pull.mass_kg * body.velocity[0] * body.velocity[0] + batch.stored_energy(motion.id);
   for (long i = 0; i < steps; ++i) {
-    // Computes the spring force in the middle of the step.
+    // Computes the force of the pulling spring at mid-step.
     const double before = body.velocity[0];
     const double force = stiffness * (stretch + 0.5 * dt * (v - before));
     const bristle::BodyVector<1> external = Eigen::Matrix<double, 1, 1>(force);
@@ -167,8 +167,8 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   return result;
 }
 
-// Lists pulls in two regimes. Creep: inertia is negligible, and strengthening with speed opposes the fall of
-// friction with speed. Inertial: viscous friction opposes that fall.
+// Lists slow pulls in two regimes. Creep: inertia is negligible, and strengthening with speed opposes the
+// fall of friction with speed. Inertial: viscous friction opposes it.
 std::vector<SpringPull> pulls() {
   const auto material = [](double ageing_time) {
     return bristle::Material::from_coefficients(bristle::Coefficients::paper()
@@ -183,8 +183,8 @@ std::vector<SpringPull> pulls() {
   return {creep, inertial};
 }
 
-// Finds the stiffness at which the growth rate of a disturbance changes sign in simulation, by bisection of
-// ln(stiffness).
+// Finds by simulation the spring's critical stiffness, at which the growth rate of a disturbance changes
+// sign, by bisection of ln(stiffness).
 PullRow pull_row(const SpringPull& pull, Scheme scheme) {
   PullRow row;
   row.pull = pull;

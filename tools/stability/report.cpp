@@ -1,4 +1,4 @@
-// Writes reports of `bristle stability`: tables for people, JSON for programs, CSV for the plot.
+// Writes the reports of `bristle stability`: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -125,8 +125,8 @@ Json map_json(const SchemeMap& map) {
           {"cells", cells}};
 }
 
-// Adds points of the limit, each between a stable and an unstable neighbour on a fine grid, because the limit
-// may have several values of c at one k.
+// Adds points of a scheme's stability limit to the CSV text, each between a stable and an unstable neighbour
+// on a fine grid, because the limit may have several values of c at one k.
 void add_limit_points(std::string& text, Scheme scheme) {
   if (is_implicit(scheme)) return;
   constexpr int ks = 240, seconds = 200;

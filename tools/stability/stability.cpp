@@ -20,14 +20,14 @@ namespace cli {
 namespace {
 
 constexpr double mass_kg = 0.1, dt_s = 1e-3, mean_snap_length_m = 1e-5;
-constexpr double push = 0.3;  // initial amplitude in runs that stick, in mean snap lengths
+constexpr double push = 0.3;  // initial amplitude of sticking runs, in mean snap lengths
 
-// Distance in which the initial speed of sliding stops, in mean snap lengths.
+// Distance, in mean snap lengths, in which the mass of a sliding run stops.
 constexpr double slide = 20.0;
-constexpr double encoder_quantum = 0.1;  // step of the encoder, in mean snap lengths
+constexpr double encoder_quantum = 0.1;  // count of the encoder, in mean snap lengths
 
-// Returns values at equal ratios, off the round numbers: the theoretical limits k = c and k = 2 c then lie
-// between cells of the map, and c = 1, which stops a mass in one step, is avoided.
+// Returns values of a map's axis in geometric progression, off the round numbers: the theoretical limits k =
+// c and k = 2 c then lie between cells, and c = 1, which stops a mass in one step, is avoided.
 std::vector<double> axis_values(double from, double to, int per_decade, double offset) {
   std::vector<double> values;
   for (int i = 0;; ++i) {
@@ -87,7 +87,7 @@ void simulate_varied(VariedMap& map, const StabilityOptions& options) {
       LoopSetup swinging = cell_setup(scheme, k, second, true, options);
       swinging.smallest_load = smallest_load;
       swinging.stop_early = false;
-      // Scales stiffness and damper with the load; a device's damping does not depend on the load.
+      // Scales the patch's stiffness and damping with its load; a device's damping does not depend on it.
       const bool at_smallest = linearly_stable(scheme, smallest_load * k, smallest_load * c, beta);
       const bool swing_settles = run_loop(swinging).verdict == Verdict::settles;
       const bool always = at_largest && at_smallest, never = !at_largest && !at_smallest;
@@ -106,7 +106,7 @@ StabilityResult measure(const StabilityOptions& options) {
   result.maps.resize(mapped_schemes().size());
   result.varied.resize(mapped_schemes().size());
   std::vector<std::function<void()>> jobs;
-  result.rests.resize(2);  // jobs of the plate on the slope start first, since they take longest
+  result.rests.resize(2);  // the jobs of the resting plate start first, since they take longest
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.push_back([&result, &options, i] {
       result.rests[i] =
@@ -207,8 +207,8 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
   s.rule = options.rule;
   s.steps = options.quick ? 4000 : 8000;
   s.sliding = sliding;
-  // Sets the start velocity. In sticking: that of a free swing of amplitude `push`, but at most `push` per
-  // step. In sliding: that which stops after `slide`, by distance v^2 / (2 F / m) with friction F.
+  // Sets the start velocity of a run: if sticking, that of a free swing of amplitude `push`, at most `push`
+  // per step; if sliding, the one that stops after the distance `slide`, v^2 / (2 F / m) with friction F.
   const double speed = mean_snap_length_m / dt_s;
   s.start_velocity = sliding ? std::sqrt(2.0 * s.kinetic_n() / mass_kg * slide * mean_snap_length_m)
                              : speed * push * std::min(1.0, std::sqrt(k));
@@ -226,7 +226,7 @@ void stability_command(const StabilityOptions& options) {
   try {
     result = measure(options);
   } catch (const bristle::Error& error) {
-    throw UserError(error.what());  // the variable BRISTLE_ISA asks for what the machine lacks
+    throw UserError(error.what());  // BRISTLE_ISA names an instruction set that the machine lacks
   }
   result.seconds_taken = bristle::DeadlineMonitor::wall_now() - start;
   if (!on_stdout) print_report(stability_table(options, result));

@@ -1,5 +1,5 @@
-// Simulates a quarter of a car on one wheel that climbs a slope, stops and rolls back. A bed of bristles
-// couples the car's mass and the wheel's inertia.
+// Simulates a quarter of a car on one wheel that climbs a slope, stops and rolls back. A bed of bristles, the
+// contact, couples the car's mass and the wheel's inertia.
 #include <algorithm>
 #include <cmath>
 
@@ -11,14 +11,14 @@ namespace cli {
 namespace {
 
 constexpr double load = 4000.0, friction = 0.9, mass = 400.0, radius = 0.3, half = 0.07;
-// m/s at the start; s; N along the slope.
+// Start speed of the car (m/s), simulated time (s), and force of gravity down the slope (N).
 constexpr double start = 2.0, seconds = 8.0, downhill = 0.05 * load;
 
 struct Car {
   bristle::BedBatch beds;
   bristle::BedMotion motion;
   bristle::BedResponse out;
-  double per_car, per_rim, dt;  ///< speed gained per force in a step, by the car and by the rim
+  double per_car, per_rim, dt;  ///< speed gained by 1 N in a step, of car and of rim, m/s per N; time step, s
   double speed = start, rim = start, at = 0.0;
 
   explicit Car(const WheelRow& row)
@@ -29,8 +29,8 @@ struct Car {
         beds.add(bristle::BedMaterial(friction).with_slip_stiffness(row.slip_stiffness, row.slip_stiffness),
                  bristle::BedShape::wheel_row(half), options);
   }
-  /// Sets the bed's motion in a step under a force on the wheel, with the speeds at `share` of the step.
-  /// Returns the car's displacement, m.
+  /// Sets the bed's motion in a step for a friction force on the wheel, with speeds as they are after `share`
+  /// of the step. Returns the car's displacement, m.
   double move(double force, double share) {
     const double way = dt * (speed + share * per_car * (force - downhill));
     motion.rolled[0] = dt * (rim - share * per_rim * force);
@@ -43,7 +43,7 @@ struct Car {
     speed += per_car * (force - downhill);
     rim -= per_rim * force;
   }
-  /// Solves for the mean force of the step by Newton's method with the bed's tangent, between bounds.
+  /// Solves for the mean force of a step by Newton's method within bounds, with the bed's tangent stiffness.
   void step_midpoint() {
     double high = 1.001 * friction * load, low = -high, force = out.force[0];
     for (int i = 0; i < 30; ++i) {
@@ -72,7 +72,7 @@ WheelResult drive(const WheelRow& row, bool midpoint) {
     result.gained_j = std::max(result.gained_j, now - before);
     before = now;
   }
-  // Speed without slip, where the wheel's inertia adds to the mass.
+  // Compares with the speed of rolling without slip, where the wheel's inertia adds to the car's mass.
   const double heavy = mass + row.inertia / (radius * radius);
   result.speed_error = car.speed - (start - downhill / heavy * seconds);
   return result;

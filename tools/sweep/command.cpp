@@ -1,4 +1,4 @@
-// Runs the subcommand `bristle sweep`.
+// Runs the command `bristle sweep`, a parameter study over a scene.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,7 +32,7 @@ std::string left_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
-/// Shows progress: the number of rows done, and the time predicted for the others.
+/// Shows the progress of a sweep: the number of rows done, and the time predicted for the others.
 class RowProgress {
  public:
   explicit RowProgress(std::uint64_t rows) : rows_(rows), line_("sweep") {}
@@ -53,7 +53,7 @@ class RowProgress {
 
 std::string journal_path(const SweepOptions& options) {
   if (!options.journal.empty()) return options.journal;
-  // Keeps no journal if a table goes to a device or FIFO, beside which there is no place for it.
+  // Keeps no journal if a table goes to a device or a FIFO, beside which there is no folder for it.
   const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(platform::path_of(o), error);
@@ -62,7 +62,7 @@ std::string journal_path(const SweepOptions& options) {
   return file == options.out.end() ? std::string() : *file + ".journal";
 }
 
-/// Lowest and highest value of a column, and their sum and number.
+/// Range of a column of the table: lowest and highest value, sum and number of values.
 struct Spread {
   double least = 0.0, greatest = 0.0, sum = 0.0;
   std::uint64_t count = 0;
@@ -96,7 +96,7 @@ Overview overview_of(const SweepRows& rows) {
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
 
-/// Returns a sentence with the ranges of the first three results that vary over the rows.
+/// Returns a sentence with the ranges of the first three results that vary from row to row.
 std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
   std::string text;
   std::size_t said = 0;
@@ -130,7 +130,7 @@ std::string ranges_table(const Overview& overview) {
   return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
 }
 
-/// Returns a table of all rows of a small study; empty if the table would be too wide to read.
+/// Returns a table of all rows if the study is small and the table narrow enough to read; else "".
 std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
@@ -184,8 +184,8 @@ std::string report_json(const SweepRows& rows, const std::vector<std::string>& o
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-/// Checks that no output is also an input. Returns whether a table or the report goes to stdout, where a
-/// summary would mix with it.
+/// Checks that no output file is also an input. Returns whether a table or the report goes to stdout, where
+/// the summary for people would mix with it.
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::string>& out,
                  const std::string& json, const std::string& journal) {
   std::vector<FileOption> outputs = {{"--json", json}, {"--journal", journal}};

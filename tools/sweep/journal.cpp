@@ -21,7 +21,7 @@ constexpr std::size_t most_journal_bytes = std::size_t{1} << 36;
 
 std::string line_of(const std::string& json) { return text_hash(json) + ' ' + json + '\n'; }
 
-/// Returns the JSON of a journal's line; empty if the line is incomplete or changed, by its hash.
+/// Returns the JSON in a line of the journal; "" if its hash says that it is incomplete or was changed.
 std::string json_of(std::string_view line) {
   if (line.size() < 18 || line[16] != ' ') return {};
   const std::string_view json = line.substr(17);
@@ -56,7 +56,7 @@ SweepRows::SweepRows(const Study& study, const std::string& journal)
 
 void SweepRows::read(const std::string& text) {
   const std::string ours = line_of(header_.dump());
-  if (ours.starts_with(text)) {  // a header line alone, perhaps incomplete
+  if (ours.starts_with(text)) {  // only a header line, perhaps cut short by a kill
     sound_bytes_ = text.size() == ours.size() ? ours.size() : 0;
     return;
   }
@@ -81,8 +81,8 @@ void SweepRows::read(const std::string& text) {
   }
 }
 
-/// Adds a row from a journal; returns whether it is new. Checks its cells, since anyone can write a journal
-/// with valid hashes.
+/// Adds a row read from a journal; returns whether it is a new one. Checks its cells, since anyone can write
+/// a journal whose hashes are right.
 bool SweepRows::take(const std::string& row) {
   const Json cells = parse_json(row, path_);
   if (!cells.is_array() || cells.size() != columns_.size() || !cells[0].is_number_unsigned() ||

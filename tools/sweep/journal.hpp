@@ -20,8 +20,8 @@ namespace cli {
 
 class SweepRows {
  public:
-  /// Opens or begins the journal file; with an empty name rows are kept in memory only. Throws UserError if
-  /// the file belongs to another study, or another process is writing it.
+  /// Opens or begins the journal file; without a file name, rows are kept in memory only. Throws UserError if
+  /// the file belongs to another study, or if another process is writing it.
   SweepRows(const Study& study, const std::string& journal);
   ~SweepRows() { close(); }
   SweepRows(const SweepRows&) = delete;
@@ -29,23 +29,23 @@ class SweepRows {
 
   const nlohmann::json& header() const { return header_; }
   const std::vector<SweepColumn>& columns() const { return columns_; }
-  /// Returns the rows in the order of their index, in the form of Study::run_row(); empty texts for rows not
-  /// done.
+  /// Returns the rows by index, as texts in the form of Study::run_row(); the text is empty for a row that is
+  /// not done.
   const std::vector<std::string>& rows() const { return rows_; }
   std::uint64_t done() const { return done_; }
-  /// Returns the number of rows that the journal file had when it was opened.
+  /// Returns how many rows the journal file had when it was opened.
   std::uint64_t found() const { return found_; }
   std::vector<std::uint64_t> missing() const;
   /// Returns the hash of all rows in the order of their index, without measured times, as 16 hexadecimal
-  /// digits.
+  /// digits: equal studies have equal hashes.
   std::string table_hash() const;
 
-  /// Adds a row; a repeated one counts once. Writes whole lines only, so that a killed process leaves no
-  /// partial row. Throws UserError, for instance on a full disk.
+  /// Adds a row; counts a repeated one once. Writes only whole lines to the journal, so that a killed process
+  /// leaves no partial row. Throws UserError, for instance on a full disk.
   void add(const std::string& row);
   /// Closes the journal file, so that another process may write it; the rows stay in memory.
   void close();
-  /// Deletes the journal file, whose rows are then in a table.
+  /// Deletes the journal file, once a table has its rows.
   void remove();
 
  private:

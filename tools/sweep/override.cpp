@@ -55,7 +55,7 @@ std::size_t index_of(const toml::array& array, const std::string& part, const st
   return index;
 }
 
-/// Returns a TOML table that holds the value under the key "v".
+/// Returns a TOML table that holds the value under a key "v", from which it can be copied as a TOML node.
 toml::table holder(const SweepValue& value, const std::string& path) {
   if (value.is_number_integer()) return toml::table{{"v", value.get<std::int64_t>()}};
   if (value.is_number()) return toml::table{{"v", value.get<double>()}};
@@ -73,7 +73,7 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   if (toml::table* table = node.as_table()) {
     if (part.empty()) fail(path, "has an empty part");
     if (last) {
-      if (part == "peak_over_kinetic") table->erase("peak");  // a material has only one of the two keys
+      if (part == "peak_over_kinetic") table->erase("peak");  // erases peak, as only one may be given
       if (part == "peak") table->erase("peak_over_kinetic");
       table->insert_or_assign(part, *holder(value, path).get("v"));
       return;
@@ -91,7 +91,7 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   fail(path, fmt::format("'{}' lies within a value, which has no parts", part));
 }
 
-/// Returns the name by which a path calls a table: its own, or for a motion that of the patch that it moves.
+/// Returns the name that a path uses for a scene's table: its own; for a motion, that of the moved patch.
 std::string name_of(const toml::table& table, const std::string& kind) {
   const toml::node* name = table.get(kind == "motion" ? "patch" : "name");
   return name && name->is_string() ? name->as_string()->get() : std::string();

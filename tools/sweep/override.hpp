@@ -1,5 +1,5 @@
-// Sets any key of a scene's document by its path, such as scene.dt, so that a study needs no list of keys
-// that may vary.
+// Sets any key of a scene's TOML document by a path such as scene.dt, so that a study can vary every key
+// without a list of them.
 #pragma once
 
 #include <functional>
@@ -23,13 +23,13 @@ namespace cli {
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 
-/// Calls `visit` with the path under each key `file` of a [[motion]].
+/// Calls `visit` with the file name (to change, if wanted) in each [[motion]] that has the key `file`.
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Lists the paths of all keys of a scene that hold a number, in the form that set_key() accepts.
+/// Lists the paths of all keys of a scene that hold a number, as set_key() accepts them.
 NameList keys_to_vary(const toml::table& root);
 
-/// Returns a TOML document as one text, without comments and with sorted keys.
+/// Returns a TOML document as text without comments and with sorted keys: equal contents give equal text.
 std::string canonical_text(const toml::table& root);
 
 }  // namespace cli

@@ -36,7 +36,7 @@ SweepValue value_of(std::string_view text) {
   return std::string(text);
 }
 
-/// Splits a list at commas that no bracket, brace or quote encloses.
+/// Splits a list of values at commas, except commas within brackets, braces or quotes.
 std::vector<std::string_view> split_list(std::string_view text) {
   std::vector<std::string_view> items;
   std::size_t begin = 0;
@@ -69,8 +69,8 @@ std::vector<std::string_view> split_range(std::string_view text) {
   return parts;
 }
 
-/// Rounds a value to twelve digits, which removes differences between machines. Takes long double, for which
-/// glibc's pow does not depend on the CPU.
+/// Rounds a value to twelve digits, which makes it equal on all machines. Takes long double, since glibc's
+/// pow of that type does not depend on the CPU.
 double rounded(long double value) {
   return std::strtod(fmt::format("{:.12g}", static_cast<double>(value)).c_str(), nullptr);
 }
@@ -118,7 +118,7 @@ VariedKey parse_range(VariedKey varied, const std::vector<std::string_view>& par
   if (!count) return varied;
   if (*count < 1 || *count > most_values)
     refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count, most_values));
-  // Makes the values whole numbers if both ends of the range and the step between values are whole.
+  // Makes the values whole if both ends of the range and the step between values are whole numbers.
   const bool whole_ends = whole_text_as<std::int64_t>(parts[0]) && whole_text_as<std::int64_t>(parts[1]);
   bool whole = whole_ends;
   for (std::uint64_t i = 0; i < *count; ++i) {

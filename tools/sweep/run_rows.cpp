@@ -1,4 +1,4 @@
-// Runs rows of a study on threads of this machine.
+// Runs rows of a parameter study on several threads of this machine.
 #include <algorithm>
 #include <mutex>
 #include <thread>

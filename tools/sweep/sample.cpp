@@ -59,7 +59,7 @@ std::vector<double> sobol_points(std::size_t dimensions, std::uint64_t points, s
   boost::random::sobol sequence(dimensions);
   for (std::uint64_t i = 0; i < points; ++i)
     for (std::size_t d = 0; d < dimensions; ++d) {
-      // Adds the first point (0, 0, ...), which Boost's sequence leaves out.
+      // Adds the first point (0, 0, ...) of the Sobol sequence, which Boost's implementation leaves out.
       const std::uint64_t digits = i == 0 ? 0 : sequence();
       shares[i * dimensions + d] = unit(digits ^ shift[d]);
     }

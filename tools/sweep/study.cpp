@@ -32,8 +32,8 @@ constexpr std::uint64_t most_reference_numbers = 100'000'000;
 
 constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
 
-/// Returns the unit of a key, by the last part of its path; empty for other keys, which are pure numbers or
-/// unknown here.
+/// Returns the unit of a varied key by the last part of its path; empty for keys that are pure numbers or not
+/// listed here.
 std::string unit_of(const VariedKey& varied) {
   static constexpr std::pair<const char*, const char*> units[] = {
       {"s", " dt duration deadline budget ageing_time delay_per_copy from until t "},
@@ -72,8 +72,8 @@ ColumnType type_of(const VariedKey& varied) {
   return ColumnType::text;
 }
 
-/// Converts a value to a cell of the column's type. A single text among the values makes the whole column
-/// text.
+/// Converts a varied key's value to a cell of its column. A single text among the values makes the whole
+/// column text.
 Json cell_of(const SweepValue& value, ColumnType type) {
   if (type == ColumnType::text && value.is_number()) return value.dump();
   if (type == ColumnType::number) return value.get<double>();
@@ -111,7 +111,7 @@ void parse_window(const std::string& text, double& from, double& until) {
     throw UserError(fmt::format("--window is '{}'; its end must come after its beginning", text));
 }
 
-/// Returns the allowed keys that the scene reader lists in its message on an unknown key; empty for any other
+/// Returns the keys that the scene reader's message on an unknown key lists as allowed; empty for any other
 /// message.
 std::vector<std::string> keys_allowed_by(const std::string& message, const std::string& key) {
   const std::size_t said = message.find(fmt::format("unknown key '{}'", key));
@@ -125,10 +125,10 @@ std::vector<std::string> keys_allowed_by(const std::string& message, const std::
   return keys;
 }
 
-/// End forces of a run, in the order of steps and within a step of copies.
+/// End forces of all steps of a run, N; within a step, in the order of the copies.
 using Forces = std::vector<double>;
 
-/// Observes a run and sums quantities that the run's own statistics lack.
+/// Observer of a run that sums what the run's own statistics lack, such as errors in a time window.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, double from, double until, const Forces* reference)
@@ -136,7 +136,7 @@ class Gatherer {
 
   void operator()(const SceneStepper& stepper) {
     const double t = static_cast<double>(++steps_) * scene_.dt;
-    // Allows half a step of tolerance at the window's ends, because step times are rounded.
+    // Widens the time window by half a step at its ends, because step times are rounded.
     const bool inside = t > from_ + 0.5 * scene_.dt && t < until_ + 0.5 * scene_.dt;
     std::size_t last = windows_.size();
     for (std::size_t c = 0; c < stepper.copies().size(); ++c) {
@@ -209,7 +209,7 @@ Forces forces_of(const Scene& scene, const RunOptions& options, const StepCheck&
   return forces;
 }
 
-/// Returns a text (modification time and size) that changes when the file changes.
+/// Returns a text of modification time and size, which changes when the file does.
 std::string stamp_of(const std::string& path) {
   std::error_code error;
   const auto time =
@@ -218,7 +218,7 @@ std::string stamp_of(const std::string& path) {
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
-/// Error of this machine (such as too little memory), which does not make the row's scene impossible.
+/// Error that is this machine's (such as too little memory) and does not make the row's scene impossible.
 struct NotHere : UserError {
   using UserError::UserError;
 };
@@ -292,8 +292,8 @@ std::vector<FileOption> Study::inputs() const {
   return inputs;
 }
 
-// Reads every motion file that a row may need: those in the scene, in the settings, and in a varied key
-// `file`.
+// Reads every motion file that a row may need: those named in the scene, in settings, and as values of a
+// varied key `file`.
 void Study::collect_files() {
   const std::filesystem::path folder = platform::path_of(options_.scene).parent_path();
   const auto add = [&](const std::string& name) {
@@ -401,7 +401,7 @@ Json Study::header() const {
           {"commit", conditions().commit}};
 }
 
-// Parses the scene's text for each row, because a copy of a parsed document loses its line numbers.
+// Parses the scene's text again for each row, since a copy of a parsed document loses its line numbers.
 toml::table Study::document() const { return parse_toml(scene_text_, scene_file_); }
 
 void Study::set_values(toml::table& root, const std::vector<SweepValue>& values) const {
@@ -409,8 +409,8 @@ void Study::set_values(toml::table& root, const std::vector<SweepValue>& values)
   for (std::size_t v = 0; v < varied_.size(); ++v) set_key(root, varied_[v].key, values[v]);
 }
 
-// Gives the first [[patch]] the row's seed, so that a scene with this `seed` repeats the row. Other patches
-// get hashes of the seed.
+// Sets the seeds of a row's patches: the first patch gets the row's `seed`, so that a scene with this seed
+// repeats the row; the others get hashes of it.
 void Study::set_seeds(toml::table& root, std::uint32_t seed) const {
   toml::node* patches = root.get("patch");
   if (patches == nullptr || !patches->is_array()) return;
@@ -430,7 +430,7 @@ std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
       values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
     return values;
   }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // keys in reverse order, so that the last key varies
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // goes from the last key, which varies
                                                     // fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();
@@ -458,13 +458,13 @@ Scene Study::scene_from(toml::table root) const {
     if (found != paths_.end()) name = found->second;
   });
   Scene scene = scene_of(root, scene_file_);
-  scene.budget.reset();  // switches off leaving out bristles by time, so that rows can be repeated
+  scene.budget.reset();  // removes the time budget: rows that leave out bristles for time cannot be repeated
   return scene;
 }
 
 // Throws, before any row is run, for keys that the scene never accepts. (A value that the scene refuses
-// concerns only its row.) A key may need others that vary with it, so each is tried alone and in the first
-// and last row.
+// concerns only its row.) Tries each key alone and in the first and last row, since a key may need others
+// that vary with it.
 void Study::check_keys() const {
   for (const std::vector<VariedKey>* keys : {&set_, &varied_, &reference_})
     for (const VariedKey& varied : *keys) {
@@ -496,7 +496,7 @@ void Study::check_keys() const {
     }
 }
 
-// Checks that the motion files, which each row reads again, did not change since the study's hash was
+// Checks that motion files, which each row reads again, are as they were when the study's hash was
 // computed.
 void Study::check_files() const {
   for (const auto& [path, stamp] : stamps_)

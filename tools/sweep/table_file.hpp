@@ -1,4 +1,4 @@
-// Writes rows of a study as a data file.
+// Writes the rows of a parameter study as a CSV file.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace cli {
 
-/// Checks that a table can be written to this path, and that its ending asks for CSV. Throws UserError.
+/// Checks that a table can be written to this path and is not asked for as NetCDF. Throws UserError.
 void check_table_file(const std::string& path);
 
-/// Writes the rows as CSV (RFC 4180): a header with units in brackets as in motion files, empty cells for
-/// missing results. "-": stdout. Throws UserError.
+/// Writes the rows as CSV (RFC 4180): a header with units in brackets, as motion files have, and empty cells
+/// for missing results. "-" means stdout. Throws UserError.
 void write_table_file(const SweepRows& rows, const std::string& path);
 
 std::string table_csv(const SweepRows& rows);

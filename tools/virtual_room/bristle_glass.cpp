@@ -8,10 +8,10 @@ namespace room {
 namespace {
 
 constexpr float flash_lasts_s = 0.22f;
-// Deflection over snap length above which a snapped hair is not lit up.
+// Deflection over snap length above which a bristle that snapped gets no flash in the magnifying glass.
 constexpr float bent_after_flash = 0.25f;
 
-// Places root i at the golden angle, which spreads any number of points evenly over a disc.
+// Places the root of hair number i at multiples of the golden angle, which covers the disc evenly.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
   const float radius =
       0.86f * BristleGlass::reach * std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
@@ -32,7 +32,7 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// Finds bristles that snapped. All others move by the block's displacement, which is the median of all moves.
+// Finds bristles that snapped between two pictures: all others moved with the block, by the median move.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();
@@ -48,12 +48,12 @@ void BristleGlass::find_snaps(const BristleView& now) {
   for (std::size_t i = 0; i < count; ++i) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0],
                 y = now.zy[i] - before_.zy[i] - displacement[1];
-    // Detects a redrawn snap length: ageing lengthens a bristle at rest too, but by less.
+    // Counts a bristle as snapped if its snap length was redrawn; ageing changes it too, but by less.
     const bool redrawn =
         std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
-    // Lights up a bristle that snapped, unless it has bent again since: in fast sliding all snap between two
-    // pictures.
+    // Lights up a bristle that snapped, unless it has bent again since: in fast sliding all bristles snap
+    // between two pictures.
     if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
     hairs_[i].age = 0.0f;
     ++snaps_;
@@ -73,13 +73,13 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
     seen_.clear();
   }
   cohorts_ = room.settings.infinite;
-  // Largest relative growth of a snap length by ageing between two pictures.
+  // Largest relative growth of a snap length by ageing between two pictures; more means a new snap length.
   grows_ = room.settings.growth_per_decade > 0.0 ? 0.02f : 0.0f;
   const float passed = continues && std::isfinite(simulated) ? static_cast<float>(simulated) : 0.0f;
   if (cohorts_) {
     update_cohorts(room, passed);
   } else {
-    // Fades flashes by the simulated time where none passes for the user: a pause that shows another moment.
+    // Fades flashes by the simulated time if none passes for the user: a pause that shows another moment.
     update_hairs(room, elapsed > 0.0f ? elapsed : passed, passed);
   }
   for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
@@ -88,9 +88,9 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
 }
 
-// Shows the infinite brush's cohorts (bristles last straight at the same place) as groups of hairs, in
-// proportion to their shares of the bristles; bristles of one cohort bend alike. A cohort that moved with the
-// block since the last picture is the same one, any other is new.
+// Shows the cohorts of an infinite brush (bristles last straight at one place, which bend alike) as groups of
+// hairs in proportion to their shares of the bristles. A cohort that moved with the block since the last
+// picture is the same one; any other is new.
 void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);
@@ -113,7 +113,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     }
   }
   seen_ = found;
-  // Lays cohorts side by side in the order of their bending, each as wide as its share of the bristles.
+  // Lays cohorts side by side in the order of their bending; each is as wide as its share of the bristles.
   std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
   hairs_.resize(found.size());
   float from = -0.86f * reach;
@@ -153,7 +153,7 @@ void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simul
   const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
   for (std::size_t i = 0; i < count; ++i) {
     const float z = std::hypot(now.zx[i], now.zy[i]);
-    // Limits the lean: hairs bent beyond two mean lengths would lie on the floor.
+    // Limits the drawn lean: a hair bent beyond two mean snap lengths would lie on the floor.
     const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
     hairs_[i].lean[0] = scale * now.zx[i];
     hairs_[i].lean[1] = scale * now.zy[i];

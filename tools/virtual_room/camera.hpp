@@ -1,4 +1,4 @@
-// Camera: an eye that orbits a point, z up.
+// Camera as an eye that orbits a point; z points up.
 #pragma once
 
 #include <Eigen/Dense>
@@ -6,10 +6,10 @@
 namespace room {
 
 struct Ray {
-  Eigen::Vector3f from, along;  ///< m, origin of the ray; unit vector along it
+  Eigen::Vector3f from, along;  ///< origin of the ray, m; unit vector along it
 };
 
-/// Rectangle of the picture in pixels, y down.
+/// Rectangle of a picture in pixels, from its upper left corner; y points down.
 struct Area {
   float x = 0, y = 0, width = 1, height = 1;
 
@@ -17,10 +17,10 @@ struct Area {
 };
 
 struct Camera {
-  Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m, point that the eye looks at
-  float distance = 0.99f;                         ///< m, from the eye to the target
-  float azimuth = -1.93f, elevation = 0.40f;      ///< rad, direction of the eye seen from the target
-  float field_of_view = 0.56f;                    ///< rad, vertical angle that the picture covers
+  Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< point that the eye looks at, m
+  float distance = 0.99f;                         ///< distance of the eye from the target, m
+  float azimuth = -1.93f, elevation = 0.40f;      ///< direction of the eye seen from the target, rad
+  float field_of_view = 0.56f;                    ///< vertical angle that the picture covers, rad
 
   Eigen::Vector3f eye() const;
   Eigen::Matrix4f view() const;
@@ -28,12 +28,12 @@ struct Camera {
 
   void orbit(float azimuth_by, float elevation_by);
   void zoom(float factor);
-  /// Moves the target with the picture, by fractions of the picture's height.
+  /// Moves the camera's target so that the picture shifts by these fractions of its height.
   void pan(float right, float up);
 
-  /// Returns the ray through a pixel of the area that the camera fills.
+  /// Returns the ray from the eye through a pixel of the area that the camera fills.
   Ray ray(const Area& area, float px, float py) const;
-  /// Finds the pixel where a point is seen; returns false if it is behind the eye or far outside.
+  /// Finds the pixel at which a point is seen. Returns false if it is behind the eye or far outside.
   bool find_pixel(const Area& area, const Eigen::Vector3f& point, float& px, float& py) const;
 };
 

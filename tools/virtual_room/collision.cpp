@@ -5,12 +5,12 @@
 namespace room {
 namespace {
 
-// m, gaps below which block and tool count as close.
+// Gap (m) below which block and surface, or tool and anything, count as close and are listed as a touch.
 constexpr double block_margin = 1e-3, tool_margin = 1e-4;
 
 struct Plane {
   Vector3 normal;
-  double offset;  // the plane is normal . x = offset; inside the room normal . x is larger
+  double offset;  // plane normal . x = offset; the room is where normal . x exceeds it
 };
 
 std::array<Plane, surfaces> planes_of(const RoomMeasures& m) {
@@ -21,7 +21,7 @@ std::array<Plane, surfaces> planes_of(const RoomMeasures& m) {
            {Vector3(0, 0, -1), -m.height}}};
 }
 
-/// Returns the plane of a surface under a place: of a floor with a mesh, that of the triangle there.
+/// Returns the plane of a surface of the room at a place; on a mesh, the plane of the triangle there.
 Plane plane_at(const RoomMeasures& m, Surface surface, const Plane& flat, const Vector3& place) {
   if (surface != Surface::floor || !m.floor) return flat;
   const FloorMesh::Triangle* triangle = m.floor->at(place.x(), place.y());
@@ -30,7 +30,7 @@ Plane plane_at(const RoomMeasures& m, Surface surface, const Plane& flat, const 
   return {normal, normal.dot((*triangle)[0])};
 }
 
-/// Returns corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
+/// Returns corner i (0 to 7) of the block in its own axes; bits 0, 1, 2 of i mean the side at +x, +y, +z.
 Vector3 corner_of(const RoomMeasures& m, int i) {
   return {(i & 1 ? 0.5 : -0.5) * m.block[0], (i & 2 ? 0.5 : -0.5) * m.block[1],
           (i & 4 ? 0.5 : -0.5) * m.block[2]};
@@ -63,11 +63,11 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  Vector3 out = centre - closest;  // vector to the tool's centre from the nearest point of the block
+  Vector3 out = centre - closest;  // vector from the block's nearest point to the tool's centre, m
   double distance = out.norm();
   if (distance > 0.0) {
     out /= distance;
-  } else {  // the tool's centre is inside the block, so it is pushed out through the nearest face
+  } else {  // pushes a tool whose centre is inside the block out through the nearest face
     int axis = 0;
     const double depth = (half - centre.cwiseAbs()).minCoeff(&axis);
     const double side = centre[axis] < 0.0 ? -1.0 : 1.0;

@@ -24,18 +24,18 @@ inline constexpr int corners = 8;
 enum class Surface : unsigned char { floor, end_wall, left_wall, right_wall, roof };
 inline constexpr int surfaces = 5;
 
-/// Place where two bodies touch or nearly do.
+/// Place at which two bodies (block, tool, or a surface of the room) touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
-  Surface surface = Surface::floor;  ///< surface of the room that is touched; not used for block_tool
-  int corner = 0;                    ///< index of the block's corner that touches, for block_surface
+  Surface surface = Surface::floor;  ///< surface of the room; unused for block_tool
+  int corner = 0;                    ///< index of the block's corner, for block_surface
 
-  /// m, place of the touch: on block or tool if a surface is touched; on the block if the tool touches it
+  /// Place of the touch, m: on the block, or on the tool if that touches a surface
   Vector3 point = Vector3::Zero();
-  Vector3 normal = Vector3::UnitZ();  ///< unit vector out of the other body, into the block (or the tool)
-  double gap = 0.0;                   ///< m, distance of the bodies; negative: depth of their overlap
+  Vector3 normal = Vector3::UnitZ();  ///< unit vector from the other body into the block (or tool)
+  double gap = 0.0;                   ///< distance of the bodies, m; negative: depth of overlap
 
-  /// Returns a key that identifies the place of this touch for as long as it lasts.
+  /// Returns a number that identifies the pair of bodies and the corner for as long as they touch.
   int key() const noexcept {
     if (pair == Pair::block_tool) return surfaces * corners;
     return pair == Pair::block_surface ? static_cast<int>(surface) * corners + corner
@@ -44,18 +44,18 @@ struct Touch {
 };
 inline constexpr int touch_keys = surfaces * corners + 1 + surfaces;
 
-/// Touches of one tick, in an order that depends only on the bodies' poses.
+/// Touches found in one tick, in an order that depends only on the poses of block and tool.
 struct Touches {
   std::array<Touch, touch_keys> list;
   std::size_t count = 0;
 };
 
 struct Pose {
-  Vector3 position = Vector3::Zero();           ///< m, place of the block's centre of mass
-  Rotation orientation = Rotation::Identity();  ///< orientation of the block's axes in the room's
+  Vector3 position = Vector3::Zero();           ///< place of the block's centre of mass, m
+  Rotation orientation = Rotation::Identity();  ///< rotation from the block's axes to the room's
 };
 
-/// Finds all touches with a gap below a millimetre (a tenth for the tool).
+/// Finds all touches with a gap below 1 mm; for the tool, below 0.1 mm.
 void find_touches(const RoomMeasures& measures, const Pose& block, const Vector3& tool,
                   Touches& touches) noexcept;
 

@@ -1,4 +1,4 @@
-// Scenes that compare blocks: which blocks there are, what moves them, and which figure is shown for each.
+// Scenes that compare blocks: which blocks there are, what moves them, which figure is shown for each.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 namespace room {
 
 struct ComparedScene {
-  const char* name;  ///< name of the scene on its button
-  const char* key;   ///< name of the scene in scripts
+  const char* name;  ///< name on the scene's button
+  const char* key;   ///< name in scripts
   const char* says;
-  std::size_t beside;  ///< number of blocks beside the first one
-  bool driven;         ///< whether a carriage holds and moves all blocks
+  std::size_t beside;  ///< number of blocks besides the first one
+  bool driven;         ///< whether a carriage on rails moves all blocks
   const char* names[1 + most_compared];
 };
 inline constexpr std::array<ComparedScene, 5> compared_scenes = {{
@@ -49,7 +49,7 @@ inline const ComparedScene& scene_of(Comparison which) {
   return compared_scenes[std::min(static_cast<std::size_t>(which), compared_scenes.size() - 1)];
 }
 
-/// Returns the settings of compared block `i`, where the first block has settings `s`.
+/// Returns the settings of block i beside the first one, which has the settings `s`.
 inline Settings settings_beside(const Settings& s, std::size_t i) {
   Settings other = s;
   switch (s.compare) {
@@ -72,19 +72,19 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
   return other;
 }
 
-// ------------------------------------------------------------------------------------------- the carriage
+// ------------------------------------------------------ motion of the carriage that moves compared blocks
 
-/// Cycles per second; amplitude in bristle lengths.
+/// Cycles of the carriage per second in the rubbing scene, and their amplitude in presliding lengths.
 inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
-/// s, lengths of the rests between slides of one second each. The sequence then repeats in the other
-/// direction.
+/// Durations (s) of the rests between slides of one second each, in the scene of rests. After the last slide
+/// the sequence repeats in the other direction.
 inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
-inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s and s, speed and duration of a slide
+inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< speed (m/s) and duration (s) of a slide
 
 struct RestPhase {
-  double place = 0.0;  ///< m, place of the carriage that holds the blocks
+  double place = 0.0;  ///< place of the carriage that moves the blocks, m
   bool slides = false;
-  double rested = 0.0;  ///< s, length of the rest before this slide; during a rest, its full length
+  double rested = 0.0;  ///< duration of the rest before this slide or, at rest, of this rest, s
 };
 inline RestPhase rest_phase(double t) {
   double once = slide_lasts;
@@ -111,7 +111,7 @@ inline RestPhase rest_phase(double t) {
   return phase;
 }
 
-/// Returns the carriage's place, m along x from the middle of the floor.
+/// Returns the place of the carriage (m along x, from the middle of the floor) at time t.
 inline double carriage_place(const Settings& s, double t) {
   constexpr double turn = 2.0 * 3.14159265358979323846;
   if (s.compare == Comparison::rubbing)
@@ -119,13 +119,13 @@ inline double carriage_place(const Settings& s, double t) {
   return s.compare == Comparison::rest ? rest_phase(t).place : 0.0;
 }
 
-// ----------------------------------------------------------------------------------- what is said of each
+// --------------------------------------------------------- figures that are shown for each compared block
 
-/// Meter of the contact strength of a block that a carriage moves.
+/// Meter of the highest friction of a block that a carriage moves: the strength of its contact.
 class Strength {
  public:
   void begin() noexcept { *this = {}; }
-  /// Adds a tick. Call it every tick; `friction` is in N along x.
+  /// Adds the friction (N, along x) of a tick. Call it every tick.
   void take(Comparison scene, double t, double friction) noexcept {
     const double size = std::fabs(friction);
     if (scene == Comparison::rubbing) {
@@ -147,11 +147,11 @@ class Strength {
       newton_ = highest_ = std::fmax(highest_, size);
     }
   }
-  /// Returns the strength (N): in the rubbing scene the highest friction of the last whole cycle, in the
-  /// scene of rests that of the slide after the last rest. 0: none yet.
+  /// Returns the strength (N): in the rubbing scene, the highest friction of the last whole cycle; in the
+  /// scene of rests, that of the slide after the last rest. 0: none yet.
   double newton() const noexcept { return newton_; }
-  /// Returns the second figure beside newton(). In the rubbing scene: newton() over its value in the first
-  /// cycle. In the scene of rests: the length of the rest, s.
+  /// Returns the figure shown beside newton(): in the rubbing scene, newton() over its value in the first
+  /// cycle; in the scene of rests, the duration of the rest, s.
   double beside(Comparison scene) const noexcept {
     if (scene == Comparison::rubbing) return first_ > 0.0 ? newton_ / first_ : 0.0;
     return part_;

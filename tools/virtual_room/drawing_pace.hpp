@@ -1,4 +1,4 @@
-// Chooses how much of a picture is drawn, so that the loop gets its time where OpenGL is slow.
+// Chooses how much of the room is drawn, so that the haptic loop gets its time where OpenGL is slow.
 #pragma once
 
 #include <algorithm>
@@ -9,13 +9,13 @@ namespace room {
 
 struct Drawing {
   bool shadows = true;
-  bool half_resolution = false;  ///< whether the room is drawn at half resolution (panels are not)
-  double period_s = 1.0 / 60;    ///< s, shortest time from one picture to the next
-  const char* says = "";         ///< note for the user on what is left out
+  bool half_resolution = false;  ///< whether the room, not its panels, has half resolution
+  double period_s = 1.0 / 60;    ///< shortest time from one picture to the next, s
+  const char* says = "";         ///< tells the user what is left out
 };
 
-/// Chooses a level of drawing by the time that pictures take. A level that turned out too slow is tried again
-/// ever more rarely.
+/// Chooses a level of drawing by the time that pictures take. Tries a level that turned out too slow again,
+/// but ever more rarely.
 class DrawingPace {
  public:
   static constexpr std::array<Drawing, 4> levels = {
@@ -23,13 +23,13 @@ class DrawingPace {
        {false, false, 1.0 / 60, "no shadows"},
        {false, true, 1.0 / 60, "no shadows, half resolution"},
        {false, true, 1.0 / 15, "no shadows, half resolution, 15 pictures a second"}}};
-  /// s, times of a picture beyond which drawing is made plainer, and below which it may be made richer.
+  /// Time of a picture above which the next plainer level is drawn, and below which a richer one may be, s.
   static constexpr double too_slow_s = 0.04, fast_s = 0.02;
 
   const Drawing& now() const noexcept { return levels[level_]; }
 
-  /// Notes the time (s) that a picture took, and the share of real time at which the simulation ran meanwhile
-  /// (1 if unknown). Call it for every picture, at time `t`, s.
+  /// Takes in the time of a picture (s), and the share of real time at which the simulation ran meanwhile (1
+  /// if unknown). Call it for every picture; `t` is the present time, s.
   void take(double t, double picture_s, double share) noexcept {
     mean_s_ = count_ == 0 ? picture_s : mean_s_ + 0.1 * (picture_s - mean_s_);
     mean_share_ = count_ == 0 ? share : mean_share_ + 0.1 * (share - mean_share_);
@@ -52,8 +52,8 @@ class DrawingPace {
   }
 
   std::size_t level_ = 0;
-  long count_ = 0;      ///< number of pictures drawn so far at this level
-  bool tried_ = false;  ///< whether this level was tried after a plainer one
+  long count_ = 0;      ///< number of pictures drawn at this level
+  bool tried_ = false;  ///< whether this level follows a plainer one
   double mean_s_ = 0.0, mean_share_ = 1.0, since_ = 0.0, wait_s_ = 5.0;
 };
 

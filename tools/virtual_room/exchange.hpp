@@ -1,8 +1,8 @@
-// Exchange between haptic and graphic loop: no lock, no waiting, no allocation on either side.
+// Exchange between the haptic and the graphic loop: no lock, no waiting, no allocation on either side.
 //
-// A quantity with a newest value (the room, the settings, the hand) goes through a triple buffer: the writer
-// never waits, the reader sees the newest whole value. Items that must all arrive (acts, points of the plots)
-// go through a ring that drops and counts new items while it is full.
+// A value of which only the newest counts (room, settings, hand) goes through a triple buffer: the writer
+// never waits, the reader sees the newest whole value. Items that must all arrive (acts, which are a user's
+// requests; points of plots) go through a ring, which drops and counts new items while it is full.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ namespace room {
 
 inline constexpr std::size_t cache_line = 64;
 
-/// Triple buffer: passes the newest value of one writing thread to one reading thread. Values published
-/// between two reads are lost.
+/// Triple buffer: passes the newest value from one writing thread to one reading thread. A value that is not
+/// read before the next is published is lost.
 template <class T>
 class TripleBuffer {
  public:
@@ -43,7 +43,7 @@ class TripleBuffer {
   }
   const T& latest() const noexcept {
     return slots_[reading_].value;
-  }  ///< value that stays valid until refresh()
+  }  ///< newest value; it stays valid until refresh()
      ///@}
 
  private:
@@ -57,13 +57,13 @@ class TripleBuffer {
   alignas(cache_line) unsigned reading_ = 2;
 };
 
-/// Queue from one writing to one reading thread. Holds `capacity` values, a power of two.
+/// Queue from one writing thread to one reading thread, with room for `capacity` (a power of two) values.
 template <class T, std::size_t capacity>
 class SpscRing {
   static_assert(capacity > 0 && (capacity & (capacity - 1)) == 0);
 
  public:
-  /// Appends a value, on the writing thread. If the ring is full, counts the loss and returns false.
+  /// Appends a value; for the writing thread. If the ring is full, counts a loss and returns false.
   bool push(const T& value) noexcept {
     const std::size_t at = written_.load(std::memory_order_relaxed);
     if (at - read_.load(std::memory_order_acquire) == capacity) {
@@ -74,7 +74,7 @@ class SpscRing {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Takes the oldest value, on the reading thread. Returns false when the ring is empty.
+  /// Takes the oldest value; for the reading thread. Returns false if the ring is empty.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);
     if (at == written_.load(std::memory_order_acquire)) return false;
@@ -82,7 +82,7 @@ class SpscRing {
     read_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Returns the number of values dropped. Any thread.
+  /// Returns the number of values lost because the ring was full. Any thread may call it.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
@@ -92,14 +92,14 @@ class SpscRing {
   std::atomic<std::uint64_t> dropped_{0};
 };
 
-/// Channels between the threads: the haptic thread; the graphic thread, which shows the room; and the desk,
-/// the thread beside the haptic one that allocates and reads files (haptic_loop.cpp).
+/// Channels between three threads: the haptic one; the graphic one, which shows the room; and the desk, which
+/// works beside the haptic thread and may allocate and read files (haptic_loop.cpp).
 struct Exchange {
-  TripleBuffer<Snapshot> room;        ///< haptic to graphic: state at the end of each tick
-  SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: a point each tick; room for 16 s at 1 kHz
-  TripleBuffer<Settings> settings;    ///< graphic to desk: all settings at once
-  TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: the mouse as a device
-  SpscRing<Act, 64> acts;             ///< graphic to haptic: acts, in order
+  TripleBuffer<Snapshot> room;        ///< haptic to graphic: room after each tick
+  SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: a point per tick, 16 s at 1 kHz
+  TripleBuffer<Settings> settings;    ///< graphic to desk: the user's settings
+  TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: hand moved by mouse
+  SpscRing<Act, 64> acts;             ///< graphic to haptic: the user's requests, in order
 };
 
 }  // namespace room

@@ -13,9 +13,9 @@ namespace room {
 namespace {
 
 constexpr std::size_t most_triangles = 100000;
-constexpr double farthest = 10.0;  // m, largest coordinate of a vertex
+constexpr double farthest = 10.0;  // limit of a vertex's coordinates, m
 
-// Returns twice the area of a, b, c seen from above; negative if they are clockwise.
+// Returns twice the area of the triangle a, b, (x, y) seen from above; negative if clockwise.
 double area(const FloorMesh::Vector3& a, const FloorMesh::Vector3& b, double x, double y) {
   return (b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x());
 }
@@ -29,7 +29,7 @@ FloorMesh::Vector3 normal_of(const FloorMesh::Triangle& t) noexcept {
 }
 
 FloorMesh::FloorMesh(const std::vector<Triangle>& triangles) {
-  constexpr double least_area = 1e-12;  // m^2, twice that of a triangle that is vertical or a line
+  constexpr double least_area = 1e-12;  // twice the area (m^2) below which a triangle is vertical or a line
   for (Triangle t : triangles) {
     if (area(t) < 0.0) std::swap(t[1], t[2]);
     if (area(t) > least_area) triangles_.push_back(t);
@@ -101,7 +101,7 @@ FloorMesh read_floor_mesh(const std::string& path) {
         refuse("a vertex needs three numbers of at most 10 m");
       vertices.push_back(at);
     } else if (word == "f") {
-      std::vector<std::size_t> face;  // "7", "7/2", "7/2/3": the first number is the vertex
+      std::vector<std::size_t> face;  // words "7", "7/2" or "7/2/3", whose first number is the vertex
       while (words >> word) {
         const long index = std::strtol(word.c_str(), nullptr, 10);
         if (index < 1 || index > static_cast<long>(vertices.size()))

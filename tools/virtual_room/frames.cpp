@@ -1,4 +1,4 @@
-// Writes the pictures of a run without a window, one file each.
+// Writes the pictures of a run without a window as PNG files, one per picture.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -34,11 +34,11 @@ rivals::Pair displacement_of(double dt_s, const TangentRows& rows, const Vector9
   return {d[0], d[1]};
 }
 
-// Returns the derivative of a rival's force with respect to displacement, by one-sided differences. The
-// models are smooth except at corners, where either side serves.
+// Returns the derivative of a rival model's force by displacement, by one-sided differences: rival models are
+// smooth except at corners, where either side serves.
 Eigen::Matrix2d stiffness_of(const rivals::Rival& rival, rivals::Pair d, rivals::Pair force, double dt_s,
                              double load) {
-  // Step of the difference (m): far below any presliding length, far above rounding.
+  // Step of the difference, m: far below any presliding length and far above rounding.
   constexpr double h = 1e-10;
   const rivals::Pair fx = rivals::find_force(rival, {d.x + h, d.y}, dt_s, load).end - force;
   const rivals::Pair fy = rivals::find_force(rival, {d.x, d.y + h}, dt_s, load).end - force;
@@ -106,8 +106,8 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
   return mean;
 }
 
-// Adds one contact of the solver for each cell of the tool's pad, so that the rim may slip while the middle
-// sticks. Returns the number of cells.
+// Adds to the solver one contact for each cell of the tool's pad (a disc), so that its rim may slip while its
+// middle sticks. Returns the number of cells.
 std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t first) noexcept {
   std::array<bristle::PatchCell, pad_cells> cells;
   pad_motion_ = {};
@@ -124,8 +124,8 @@ std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t firs
   return count;
 }
 
-// Moves the pad's cells along straight lines given by one displacement and one spin. Deflections follow the
-// poses of block and tool, so a pad that comes back has not crept.
+// Moves the cells of the tool's pad along straight lines, by one displacement and one spin for all.
+// Deflections follow the poses of block and tool, so that a pad that returns has not crept.
 void Friction::move_pad(double dt_s, const Velocity& mean,
                         bristle::Span<const PatchContact> contacts) noexcept {
   if (cells_ == 0) return;
@@ -139,14 +139,14 @@ void Friction::move_pad(double dt_s, const Velocity& mean,
   pad_->write_motions({&pad_motion_, 1}, {motions_.data() + points_, cells_});
 }
 
-// Solves backward Euler, M (u1 - u0) = T (f + sum of J^T F(T J u1)), by Newton's method with step halving:
-// mass M, velocities u0 and u1 before and after the step of duration T, outside force f, and each contact's
-// friction F and rows J. As F is that at the end of the step, Coulomb's steep ramp through zero acts as a
-// damper that stops the body within the step.
+// Solves backward Euler for rival models, M (u1 - u0) = T (f + sum of J^T F(T J u1)), by Newton's method with
+// step halving: mass M, velocities u0 and u1 before and after the step of duration T, outside force f, and
+// each contact's friction F and rows J. Since F is the force at the end of the step, Coulomb's steep ramp
+// through zero acts as a damper that stops the body within the step.
 Velocity Friction::find_rival_motion(double dt_s, const Body& body, const Velocity& external,
                                      bristle::Span<const PatchContact> contacts) noexcept {
   constexpr int most_steps = 30, most_halvings = 12;
-  constexpr double tolerance = 1e-12;  // allowed residual, relative to the momentum in the equation
+  constexpr double tolerance = 1e-12;  // accepted residual over the momentum in the equation
   const Matrix9 mass = body.mass;
   const Vector9 start = body.velocity, push = dt_s * external;
   Matrix9 slope;

@@ -1,4 +1,4 @@
-// OpenGL program: a linked pair of shaders, and its uniforms.
+// OpenGL program: a linked vertex and fragment shader, and its uniforms.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -7,10 +7,10 @@
 
 namespace room {
 
-/// OpenGL program. Its context must stay current while it lives.
+/// OpenGL program. The context in which it was made must be current until its destruction.
 class Program {
  public:
-  /// Compiles and links. Throws std::runtime_error with the driver's log.
+  /// Compiles and links the two shaders. Throws std::runtime_error with the driver's log.
   Program(const char* vertex_source, const char* fragment_source);
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;

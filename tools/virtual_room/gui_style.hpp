@@ -1,4 +1,4 @@
-// Fonts and colours of the panels.
+// Fonts and colours of the virtual room's panels.
 #pragma once
 
 #include <imgui.h>
@@ -13,10 +13,10 @@ inline constexpr ImU32 panel = IM_COL32(22, 25, 30, 255), raised = IM_COL32(33, 
 inline constexpr ImU32 text = IM_COL32(226, 230, 236, 255), faint_text = IM_COL32(148, 157, 170, 255);
 inline constexpr ImU32 line = IM_COL32(52, 58, 68, 255), faint_line = IM_COL32(40, 45, 53, 255);
 inline constexpr ImU32 friction = IM_COL32(255, 133, 64, 255), applied = IM_COL32(70, 178, 255, 255);
-// Colours after Okabe and Ito, distinguishable for the colour-blind.
+// Colours after Okabe and Ito, which the colour-blind can distinguish.
 inline constexpr ImU32 good = IM_COL32(36, 190, 145, 255), warning = IM_COL32(240, 228, 66, 255);
 inline constexpr ImU32 bad = IM_COL32(236, 92, 52, 255), accent = IM_COL32(70, 178, 255, 255);
-// Colours for the curves of compared blocks, beside `friction`.
+// Colours of the curves of compared blocks; the first block's curve has the colour `friction`.
 inline constexpr ImU32 beside[] = {IM_COL32(86, 180, 233, 255), IM_COL32(190, 196, 206, 255)};
 inline constexpr ImU32 snaps = IM_COL32(240, 228, 66, 255);
 }  // namespace colours
@@ -28,8 +28,8 @@ struct Fonts {
   ImFont* bold = nullptr;
 };
 
-/// Sets the style of the current ImGui context for displays of this scale (1 = 96 dots an inch) and fills its
-/// font atlas: Roboto where it is installed, else DejaVu, else ImGui's own.
+/// Sets the style of the current ImGui context for a display scale (1 = 96 dots an inch) and loads its fonts:
+/// Roboto where it is installed, else DejaVu, else ImGui's own.
 Fonts set_style(float scale);
 
 }  // namespace room

@@ -1,5 +1,5 @@
-// Smooths a hand that arrives in jumps: a mouse reports pixels sixty times a second, and a spring of 400 N/m
-// turns each jump into a blow.
+// Smooths the position of a hand that arrives in jumps: a mouse reports pixels sixty times a second, and a
+// spring of 400 N/m would turn each jump into a blow.
 #pragma once
 
 #include <algorithm>
@@ -7,16 +7,16 @@
 
 namespace room {
 
-/// Cascade of two equal low-pass filters, exact for a hand constant between calls. A jump arrives after about
-/// `delay`, without jump, kink or overshoot.
+/// Filter of a hand's position and press: two equal low-passes in series, exact for an input that is constant
+/// between calls. Its output follows a jump after about `delay`, without jump, kink or overshoot.
 class HandFilter {
  public:
-  static constexpr double delay = 0.04;  ///< s, mean delay of the filtered hand
+  static constexpr double delay = 0.04;  ///< mean delay of the filtered hand, s
 
   void begin(const double (&at)[4]) noexcept {
     for (int i = 0; i < 4; ++i) first_[i] = second_[i] = at[i];
   }
-  /// Advances the filter by `dt_s`, during which the hand was at `at`: position (m) and press (N).
+  /// Advances the filter by `dt_s`, in which the hand was at `at`: position (m) and press on the tool (N).
   void follow(const double (&at)[4], double dt_s) noexcept {
     const double steps = std::max(dt_s, 0.0) / (0.5 * delay), rest = std::exp(-steps);
     for (int i = 0; i < 4; ++i) {

@@ -1,5 +1,5 @@
-// Hand whose motion is known beforehand, as rows of time with position or force. Scripts, recordings and
-// motion files all become this.
+// Motion of a hand that is known beforehand, as rows of time with position or force: from a script, a
+// recording or a motion file.
 #pragma once
 
 #include <string>
@@ -11,24 +11,24 @@
 namespace room {
 
 struct HandRow {
-  double t = 0.0;  ///< s, time of this row, not before the row above
+  double t = 0.0;  ///< time of the row, s; rows are in order
   Hand hand;
 };
 
 /// Motion of a hand: linear between rows, constant before the first and after the last. Between a row with a
-/// position and one without, the earlier row holds until the later.
+/// position and one without, the earlier row's values last until the later row.
 struct HandMotion {
   std::vector<HandRow> rows;
-  Hand at(double t) const noexcept;  ///< returns the hand at time t (s); does not allocate
+  Hand at(double t) const noexcept;  ///< returns the hand at time t (s), without allocating
   double end() const noexcept { return rows.empty() ? 0.0 : rows.back().t; }
 };
 
 /// Reads a recording (columns t,x,y,z,holds,fx,fy,fz,turns,angle in the room's axes), or a motion file of
-/// `bristle run` (t,x,y,load, no z): then the tool lies on the middle of the block's top, follows x, y from
-/// there, and presses with the load. Throws cli::UserError naming file, line and column.
+/// `bristle run` (t,x,y,load; no z): then the tool lies in the middle of the block's top, follows x and y
+/// from there, and presses with the load. Throws cli::UserError naming file, line and column.
 HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures);
 
-/// Device that plays a motion; from `lost_at` to `back_at` (s) it fails, to test a lost device.
+/// Device that plays a known motion. From `lost_at` to `back_at` (s) it fails, to test the loss of a device.
 class PlayedHand final : public Device {
  public:
   PlayedHand(const char* name, HandMotion motion, double lost_at = 1e300, double back_at = 1e300)

@@ -1,7 +1,7 @@
-// Runs the haptic loop on two threads when the clock is real. The haptic thread ticks. The desk, the thread
-// beside it, does what needs memory, files or time (materials, patches, scripts, recordings) and hands over
-// each result as an Order. With the virtual clock the caller's thread does both in turn, so that everything
-// happens at the same tick in every run.
+// Runs the haptic loop. With the real clock it has two threads: the haptic thread ticks; the desk beside it
+// does what needs memory, files or time (materials, patches, scripts, recordings), and hands over each result
+// as an Order. With the virtual clock the caller's thread does both in turn, so that everything happens at
+// the same tick in every run.
 #include "tools/virtual_room/haptic_loop.hpp"
 
 #include <algorithm>
@@ -37,16 +37,16 @@
 namespace room {
 namespace {
 
-constexpr double fade_time = 0.05;      // s, time over which the force on the hand fades in and out
-constexpr double message_time = 6.0;    // s, time for which a message is shown
-constexpr double farthest_hand = 10.0;  // m, largest hand coordinate accepted on each axis
-constexpr double strongest_hand = 1e3;  // N, largest hand force accepted on each axis
+constexpr double fade_time = 0.05;      // time over which the force on the hand fades in and out, s
+constexpr double message_time = 6.0;    // time for which a message to the user is shown, s
+constexpr double farthest_hand = 10.0;  // limit of the hand's coordinates on each axis, m
+constexpr double strongest_hand = 1e3;  // limit of the hand's force on each axis, N
 
-// Deadline (s) that no tick misses: the loop only measures the periods between ticks, and does not look for
-// the cause of a late one.
+// Deadline (s) that no tick can miss, so that the loop only measures the periods between ticks and does not
+// look for the cause of a late one.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
-// Speeds of slow motion, as shares of ticks that step the world.
+// Speeds of slow motion, each as the share of ticks that step the world.
 constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
 constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
@@ -63,13 +63,13 @@ Message to_message(const std::string& line) {
 
 enum class Recording : unsigned char { as_it_is, begin, end };
 
-/// Order from the desk to the haptic thread. One at a time: the desk waits until an order was taken.
+/// Order from the desk (the allocating thread) to the haptic thread. The desk waits until it is taken.
 struct Order {
   bool has_parameters = false;
   Parameters parameters, beside[most_compared];
   std::uint64_t revision = 0;
   bool reset = false;
-  Device* device = nullptr;  ///< new device; null: the present device stays
+  Device* device = nullptr;  ///< new device; null: no change of device
   Recording recording = Recording::as_it_is;
   Message message;
 };
@@ -86,7 +86,7 @@ Hand within_reach(const Hand& hand, bool& sane) {
 
 double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
 
-// Returns a file name that no earlier recording has, so that nothing is overwritten.
+// Returns a file name, like the wanted one, that no earlier recording has, so that none is overwritten.
 std::string free_name(const std::string& wanted) {
   const auto taken = [](const std::string& base) {
     for (const char* ending : {".csv", ".hand.csv", ".toml"}) {
@@ -102,7 +102,7 @@ std::string free_name(const std::string& wanted) {
 }  // namespace
 
 struct HapticLoop::Impl {
-  /// Block of a comparison, in a room of its own; stepped only while it is shown.
+  /// Compared block in a room of its own, beside the first block; stepped only while it is shown.
   struct Beside {
     explicit Beside(const RoomMeasures& measures)
         : batch(bristle::BatchOptions{}.with_threads(1)), world(measures, batch), maker(batch) {
@@ -111,7 +111,7 @@ struct HapticLoop::Impl {
     bristle::PatchBatch batch;
     World world;
     PatchMaker maker;
-    bool has_patches = false;  // whether `world` uses the patches of `maker`; read by the desk
+    bool has_patches = false;  // whether `world` uses the patches of `maker`; only the desk reads this
   };
 
   Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
@@ -141,7 +141,7 @@ struct HapticLoop::Impl {
     recording = recorder.is_open();
   }
 
-  // ------------------------------------------------------------------------------------ haptic thread
+  // ------------------------------------------------------------------- functions of the haptic thread
 
   void tick(double due_s) noexcept {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
@@ -171,14 +171,14 @@ struct HapticLoop::Impl {
     Hand now = hand;
     bool there = device->read(world.time(), now);
     now = within_reach(now, there);
-    // Keeps the end of the hand's spring in place once the hand lets go, whatever position a device reports:
-    // the force fades instead of jumping.
+    // Keeps the hand's end of the spring in place once the hand lets go, whatever position the device
+    // reports, so that the force fades and does not jump.
     if (!now.holds) std::copy(hand.position, hand.position + 3, now.position);
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
-    // Fades the spring of a hand that lets go, and every force of a lost device, so that neither leaves a
-    // jump. A force beside the spring (the mouse's press) is not faded on letting go: the device ends it.
+    // Fades the spring of a hand that lets go, and all forces of a lost device, so that neither makes a jump.
+    // A force beside the spring (the mouse's press) does not fade on letting go: the device ends it.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
     grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
@@ -192,11 +192,11 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
-      // The clock restarts here, before the desk knows, so recording stops.
+      // Stops a recording of the hand: the clock restarts here, before the desk (file thread) knows.
       if (hand_recorded) recording = hand_recorded = false;
       reset_worlds();
     }
-    // Raises the force on the hand without a jump after a pause; the world feels the full force at once.
+    // Fades in the force on the hand after a pause, without a jump; the world feels it in full at once.
     feedback = std::min(1.0, feedback + change);
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
@@ -211,7 +211,7 @@ struct HapticLoop::Impl {
     for (std::size_t i = 0; i < most_compared; ++i) {
       beside[i]->world.take(order.beside[i]);
     }
-    // Resets the worlds, because bent bristles of one scene would push the block of the next.
+    // Resets the worlds for a new scene, as bristles bent in the old one would push its block.
     if (begins) reset_worlds();
   }
 
@@ -266,8 +266,8 @@ struct HapticLoop::Impl {
     }
   }
 
-  // Returns whether this tick steps the world. In slow motion most ticks only wait; the virtual clock always
-  // steps.
+  // Returns whether this tick steps the world. In slow motion most ticks only wait; with the virtual clock
+  // every tick steps.
   bool is_due(double due_s) noexcept {
     if (speed == 0 || due_s <= 0.0) return true;
     progress += speeds[speed];
@@ -275,22 +275,22 @@ struct HapticLoop::Impl {
     progress -= 1.0;
     return true;
   }
-  // Serves the device in a tick of slow motion that does not step: repeats the last force, so that the device
-  // is not taken for lost.
+  // Serves the device in a tick of slow motion that does not step: sends the last force again, so that the
+  // device does not count as lost.
   void wait_slowly() noexcept {
     Hand unused = hand;
     device->read(world.time(), unused);
     device->write(last_force);
   }
 
-  // Runs a tick while paused: reads the device, so that packets do not queue up, and ignores them.
+  // Runs a tick while the room pauses: reads the device, so that its packets do not pile up, without use.
   void stand_still() noexcept {
     Hand unused;
     device->read(world.time(), unused);
     release_device();
   }
 
-  // Sets the device's force to zero where nothing computes it: in a pause, at a change of device, and at the
+  // Sends the device a zero force where none is computed: in a pause, before a change of device, and at the
   // end.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
@@ -380,7 +380,7 @@ struct HapticLoop::Impl {
     row.revision = revision;
     row_waits = true;
   }
-  // Adds the forces of a step to its recording row, and sends the row.
+  // Adds the forces of a step to the row begun for the recording, and sends the row.
   void finish_row() noexcept {
     if (!row_waits) return;
     row.patches = world.patch_forces(row.patch);
@@ -449,7 +449,7 @@ struct HapticLoop::Impl {
     release_device();
   }
 
-  // --------------------------------------------------------------------------------------- the desk
+  // ----------------------------------------------- functions of the desk, the thread that allocates
 
   bool order_waits() const noexcept { return orders_taken.load(std::memory_order_acquire) != orders_given; }
 
@@ -472,7 +472,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes the parameters of a compared block: only a brush gets patches, in a batch of its own.
+  // Makes the parameters of compared block number i: only a brush gets patches, in a batch of its own.
   Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
     Parameters p = main;
     p.settings = settings_beside(main.settings, i);
@@ -489,7 +489,7 @@ struct HapticLoop::Impl {
     return p;
   }
 
-  // Frees objects that an order has replaced; called after the haptic thread has taken the order.
+  // Frees objects that the last order replaced; called after the haptic thread has taken that order.
   void clear_up() {
     maker.remove_old();
     for (const auto& other : beside) other->maker.remove_old();
@@ -520,8 +520,8 @@ struct HapticLoop::Impl {
     }
   }
 
-  // Stops recording when the disk is full; the loop continues. The room shows the failure now,
-  // finish_recording() reports it.
+  // Stops recording when the disk is full, while the loop goes on. The room shows the failure at once;
+  // finish_recording() reports it later.
   void give_up_recording(const char* why) {
     recorder.abandon();
     closing = false;
@@ -539,11 +539,11 @@ struct HapticLoop::Impl {
     clear_up();
     if (order_waits()) return;
     if (waiting == Act::none && exchange.settings.refresh()) {
-      // Before acts, which may be meant for these settings.
+      // Gives an order for new settings before it handles requests, which may rely on them.
       give(parameters_order(exchange.settings.latest(), false));
     } else if (waiting != Act::none || requests.pop(waiting)) {
-      // Closes a recording of the hand before any act that restarts the time, which would spoil the file. A
-      // recording of forces alone continues.
+      // Closes a recording of the hand before any request that restarts the simulated time, which would spoil
+      // the file. A recording of forces alone continues.
       const bool spoils =
           waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
       const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
@@ -564,7 +564,7 @@ struct HapticLoop::Impl {
           order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          // Opens the files first: once patches are made, the order that hands them over cannot be dropped.
+          // Opens the files before making patches: an order with new patches must not be dropped.
           recorded = free_name(options.record_to);
           recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
@@ -590,7 +590,7 @@ struct HapticLoop::Impl {
         default:
           return;
       }
-    } catch (const std::exception& error) {  // the act is dropped if a file cannot be read or written
+    } catch (const std::exception& error) {  // drops the request if a file cannot be read or written
       if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
@@ -606,7 +606,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes an order that resets the block and lets a hand of the program move it, under the present settings.
+  // Makes an order that resets the block and lets the program's own hand move it, under these settings.
   Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
@@ -656,7 +656,7 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
-    // Resumes the script that ran before the replay, at the present time: changes up to now are applied at
+    // Resumes the script that ran before the replay, at the present time: its changes up to now apply at
     // once.
     changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
@@ -667,7 +667,7 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // the request is dropped if memory runs out
+      } catch (const std::exception& error) {  // drops the request if memory runs out
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
       }
       std::this_thread::sleep_for(desk_pause);
@@ -684,19 +684,19 @@ struct HapticLoop::Impl {
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
-  // Members of the haptic thread.
+  // Members that only the haptic thread uses.
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // hand_recorded: whether the recording includes the hand, not the forces alone
+  // hand_recorded: whether the recording includes the hand, and not only forces
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
-  double feedback = 1.0;  // share of the computed force that is sent to the device
+  double feedback = 1.0;  // share of the computed force sent to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
   Strength strength[1 + most_compared];
-  std::size_t speed = 0;  // index into `speeds`, the list of slow-motion speeds
-  double progress = 0.0;  // slow motion: sum of the speed over the ticks since the last step; steps at 1
+  std::size_t speed = 0;  // index in `speeds` (of slow motion) of the present speed
+  double progress = 0.0;  // slow motion: sum of speeds since the last step; at 1, steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -706,7 +706,7 @@ struct HapticLoop::Impl {
   bristle::DeadlineMonitor computing, ending, period;
   LoopStatistics statistics;
 
-  // Members shared by both threads.
+  // Members that haptic thread and desk share.
   SpscRing<Order, 4> orders;
   SpscRing<Act, 64> requests;
   std::atomic<std::uint64_t> orders_taken{0};
@@ -714,18 +714,18 @@ struct HapticLoop::Impl {
   std::atomic<bool> running{false};
   Recorder recorder;
 
-  // Members of the desk, the thread that allocates and reads files.
+  // Members that only the desk uses, the thread that allocates and reads files.
   std::uint64_t orders_given = 0, revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool pulling = false;     // whether the motion being replayed is the room's own slow pull
-  std::string recorded;     // name of the last recording
-  Act waiting = Act::none;  // the person's request that waits until a recording has been closed
+  bool pulling = false;     // whether the replayed motion is the room's own slow pull
+  std::string recorded;     // file name of the last recording
+  Act waiting = Act::none;  // user's request that waits for a recording to be closed
 
-  // Whether a recording is to be closed; whether a recording failed and the user has not been told yet.
+  // closing: whether the recording must be closed; failed: whether it failed, not yet told to the user.
   bool closing = false, failed = false;
-  std::string failure;  // error text of the failed recording
+  std::string failure;  // error text of a recording that failed
 
   std::thread haptic_thread, desk_thread;
 };

@@ -1,5 +1,5 @@
-// Haptic loop: steps the world at a fixed rate on a thread of its own, or without waiting on the caller's
-// thread.
+// Haptic loop: steps the room's world at a fixed rate on a thread of its own, or on the caller's thread
+// without waiting.
 #pragma once
 
 #include <cstdint>
@@ -15,43 +15,43 @@
 namespace room {
 
 struct LoopOptions {
-  double rate_hz = 1000.0;      ///< Hz, rate of ticks, 1000 to 10000
-  Settings settings;            ///< settings at time 0
-  std::vector<Change> changes;  ///< changes of the settings at given times
+  double rate_hz = 1000.0;      ///< rate of ticks, 1000 to 10000 Hz
+  Settings settings;            ///< settings of the room at time 0
+  std::vector<Change> changes;  ///< changes of settings at given times, from a script
   RoomMeasures measures;
-  std::string record_to = "recording";  ///< name without ending of the files that Act::record writes
+  std::string record_to = "recording";  ///< file name, without ending, of what Act::record writes
 
-  /// File in which all forces are recorded from the start; empty = none.
+  /// CSV file that records all forces from the start; empty = none.
   std::string forces_csv;
 };
 
-/// Owner of the world and its exchange. One thread at a time calls start, stop and advance.
+/// Owner of the world and of its exchange with the graphic loop. Call start, stop and advance on one thread.
 class HapticLoop {
  public:
-  /// Allocates all patches. A null `device` means the mouse, fed through exchange().mouse. Throws
+  /// Allocates all patches. A null `device` means the mouse, whose hand arrives by exchange().mouse. Throws
   /// bristle::Error or cli::UserError.
   explicit HapticLoop(const LoopOptions& options, std::unique_ptr<Device> device = nullptr);
-  ~HapticLoop();  ///< stops the loop
+  ~HapticLoop();  ///< stops the loop, if it runs
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  /// Starts ticking by the real clock, at the rate, on a thread of its own, until stop().
+  /// Starts ticking by the real clock, on a thread of its own, until stop() is called.
   void start();
   void stop();
 
-  /// Closes the recording. Only while the loop is not started. Throws cli::UserError if the disk is full or
-  /// was full earlier, when the loop continued without recording.
+  /// Closes the recording; only while the loop is not running. Throws cli::UserError if the disk is full, or
+  /// was full earlier so that the loop went on without recording.
   void finish_recording();
-  /// Runs this many ticks by the virtual clock, on this thread without waiting; equal inputs give equal bits.
-  /// Only while the loop is not started.
+  /// Runs a number of ticks by the virtual clock, on this thread and without waiting; equal inputs give equal
+  /// bits. Only while the loop is not running.
   void advance(std::uint64_t ticks);
 
-  /// Returns the exchange, for the one thread that shows the room.
+  /// Returns the channels to the haptic loop, for the one thread that shows the room.
   Exchange& exchange() noexcept;
   double rate_hz() const noexcept;
-  /// Returns the statistics. Call it after stop() or between calls of advance().
+  /// Returns the times of ticks. Call it after stop() or between calls of advance().
   LoopStatistics statistics() const noexcept;
-  /// Returns a hash of the block's place, motion and bristles. Only while the loop is not started.
+  /// Returns a hash of the block's place, motion and bristles. Only while the loop is not running.
   std::uint64_t state_hash() const noexcept;
 
  private:

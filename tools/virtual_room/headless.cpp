@@ -15,14 +15,14 @@
 namespace room {
 namespace {
 
-// Far below the number of plot points that the ring between the threads holds.
+// Limit of ticks run at once; far below the number of plot points for which the exchange has room.
 constexpr std::uint64_t most_ticks_at_once = 1000;
 
-/// Summary of all ticks of the run, from which the printed table comes.
+/// Summary of all ticks of a run without a window, printed as a table: highest forces and so on.
 struct Summary {
-  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, over all ticks
+  double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, of all ticks
 
-  // m, farthest place that the block reached.
+  // Largest distance that the block reached, m.
   double farthest = 0.0;
   std::string last_message;
 

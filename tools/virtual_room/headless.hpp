@@ -1,4 +1,4 @@
-// Runs the room without a window to its end, records, and prints a summary.
+// Runs the virtual room to its end without a window, records, and prints a summary.
 #pragma once
 
 #include <functional>
@@ -8,16 +8,16 @@
 
 namespace room {
 
-/// Drawing functions, called by a headless run; both empty where nothing is drawn.
+/// Functions that draw pictures of a run without a window; both empty if none are drawn.
 struct DrawFrame {
-  std::function<void(const PlotPoint& point)> see;  ///< called for each tick, in order
+  std::function<void(const PlotPoint& point)> see;  ///< takes the point of each tick, in order
 
-  /// Called for each picture; `frame` counts them from 0.
+  /// Draws a picture of the room; `frame` is its number, from 0.
   std::function<void(const Snapshot& room, long frame)> draw_frame;
 };
 
-/// Runs the room for options.seconds by the chosen clock; `draw` sees frames_per_second snapshots per
-/// simulated second. Prints a table to stdout. Throws cli::UserError.
+/// Runs the room for options.seconds by the chosen clock. `draw` gets frames_per_second states of the room
+/// per simulated second. Prints a table to stdout. Throws cli::UserError.
 void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw);
 
 }  // namespace room

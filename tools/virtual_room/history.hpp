@@ -1,4 +1,4 @@
-// Memory of the plots: the points of the last seconds, and a histogram of tick times.
+// Data of the room's plots: the points of the last seconds, and a histogram of the ticks' computing times.
 #pragma once
 
 #include <array>
@@ -17,17 +17,17 @@ class History {
 
   History() : points_(capacity) {}
 
-  /// Adds a point. A time before the last point's (reset, replay) restarts the history; a NaN is left out.
+  /// Adds a plot point, unless it has a NaN. A time that goes back (reset, replay) clears the history.
   void add(const PlotPoint& point);
   void clear();
 
   std::size_t size() const { return size_; }
-  /// Returns point i; 0 is the oldest.
+  /// Returns plot point number i; 0 is the oldest.
   const PlotPoint& operator[](std::size_t i) const {
     return points_[(next_ + capacity - size_ + i) % capacity];
   }
   const PlotPoint& newest() const { return (*this)[size_ - 1]; }
-  /// Returns the index of the first point within the last `seconds`.
+  /// Returns the index of the first plot point within the last `seconds`.
   std::size_t first_of_last(float seconds) const;
 
  private:
@@ -35,20 +35,20 @@ class History {
   std::size_t next_ = 0, size_ = 0;
 };
 
-/// Curve of the first bending since the reset, kept while the plots move on.
+/// Curve of friction while the bristles bend for the first time since the reset; kept as plots move on.
 class FirstBending {
  public:
   static constexpr std::size_t capacity = 4000;
-  static constexpr float lengths = 4.0f;  ///< length of the curve, in presliding lengths
-  static constexpr float back = 0.5f;     ///< return of the block, in presliding lengths, that ends the curve
+  static constexpr float lengths = 4.0f;  ///< end of the curve, in presliding lengths
+  static constexpr float back = 0.5f;     ///< return of the block that ends the curve, in presliding lengths
 
-  /// Adds a point; call it for each tick once, in order. A time that goes back restarts the curve.
+  /// Adds a plot point. Call it once for each tick, in order. A time that goes back restarts the curve.
   void add(const PlotPoint& point);
-  /// Sets the presliding length (m), which gives the curve's resolution and range.
+  /// Sets the presliding length (m), from which the curve's resolution and range follow.
   void set_length(double presliding_length);
 
   std::size_t size() const { return points_.size(); }
-  /// Returns displacement (m) since the reset and the friction (N) against it.
+  /// Returns point i of the curve: displacement since the reset (m) and the friction against it (N).
   const std::pair<float, float>& operator[](std::size_t i) const { return points_[i]; }
 
  private:
@@ -57,12 +57,12 @@ class FirstBending {
   bool begun_ = false, complete_ = false;
 };
 
-/// Histogram of computing times in classes of equal ratio.
+/// Histogram of the ticks' computing times, in classes of equal ratio.
 class TimeHistogram {
  public:
   static constexpr int per_decade = 12, decades = 5;
   static constexpr int classes = per_decade * decades;
-  static constexpr double least = 1e-7;  ///< s, lower end of the histogram's first class
+  static constexpr double least = 1e-7;  ///< lower end of the first class of times, s
 
   void add(double seconds);
   void clear() {

@@ -25,14 +25,14 @@ namespace {
 
 using room::RunOptions;
 
-// Adds the command's options; returns --device, so that the caller can see whether it was given.
+// Adds the options of bristle-room. Returns --device, so that the caller sees whether it was given.
 CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   const std::map<std::string, room::DeviceKind> devices = {{"mouse", room::DeviceKind::mouse},
                                                            {"script", room::DeviceKind::script},
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
   const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
-  // Describes the choices, because --help would print the enumerators as bytes.
+  // Describes the choices of options in words, since --help would print their enumerators as bytes.
   CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
   to_device.description("{mouse,script,file,udp}");
   to_clock.description("{real,virtual}");
@@ -87,13 +87,13 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--stall-graphics", o.stall_graphics_ms,
                  "ms that the graphic loop stands still, once a second")
       ->check(cli::within(0.0, 10000.0))
-      ->group("");  // only for tests, and therefore not shown by --help
+      ->group("");  // hidden from --help, since it serves tests only
 }
 
 std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {
   switch (o.device) {
     case room::DeviceKind::mouse:
-      return nullptr;  // without a device the loop makes its own mouse device
+      return nullptr;  // null lets the haptic loop make a mouse device
     case room::DeviceKind::script:
       if (o.script.empty()) throw cli::UserError("--device script needs --script FILE");
       return std::make_unique<room::PlayedHand>("script", std::move(script.hand), script.lost_at,
@@ -121,7 +121,7 @@ int run(RunOptions options) {
       (options.headless || !options.script.empty() || options.device != room::DeviceKind::mouse))
     throw cli::UserError(
         "--tour is of the window and the mouse: leave out --headless, --script and --device");
-  // Opens the window on the scene that tells the friction models apart, unless options choose another.
+  // Opens the window on the scene that compares friction models, unless options choose something else.
   if (options.script.empty() && options.floor.empty() && options.device == room::DeviceKind::mouse &&
       !options.headless)
     options.loop.settings = room::comparison();
@@ -157,13 +157,13 @@ int main(int argc, char** argv) {
   add_picture_options(app, options);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help or --version was asked for
+  } catch (const CLI::Success& asked) {  // thrown for --help and --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
     return 2;
   }
-  // Chooses the device from the other options if --device is not given.
+  // Chooses the device that the options --script or --motion imply if --device is not given.
   if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
   if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;
   try {

@@ -15,7 +15,7 @@ void add_quad(Triangles& shape, std::uint32_t a, std::uint32_t b, std::uint32_t 
   shape.indices.insert(shape.indices.end(), {a, b, c, a, c, d});
 }
 
-// Joins consecutive rings of vertices by triangles.
+// Joins each ring of vertices to the next by triangles, as the skin of a tube.
 void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
   const auto per_ring = static_cast<std::uint32_t>(around + 1);
   for (std::uint32_t ring = 0; ring + 1 < static_cast<std::uint32_t>(rings); ++ring) {
@@ -26,7 +26,7 @@ void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
   }
 }
 
-// Returns positions across a face, dense in the rounded rims, where the normal turns.
+// Returns the positions of vertices across a face of the rounded box, dense at the rims, which are curved.
 std::vector<float> rounded_stations(float half, float radius) {
   constexpr int steps = 5;
   std::vector<float> stations;
@@ -103,7 +103,7 @@ Triangles make_rod(int around, float end_radius) {
     }
   }
   join_rings(shape, 0, 2, around);
-  for (int j = 0; j < 2; ++j) {  // the two ends of the rod
+  for (int j = 0; j < 2; ++j) {  // adds discs that close both ends of the rod
     const auto centre = static_cast<std::uint32_t>(shape.vertices.size());
     const Vector3f normal(0, 0, j == 0 ? -1.0f : 1.0f);
     const float radius = j == 0 ? 1.0f : end_radius;
@@ -141,7 +141,7 @@ Triangles make_coil(const Vector3f& from, const Vector3f& to, int turns, float r
   for (int j = 0; j < rings; ++j) {
     const float t = static_cast<float>(j) / static_cast<float>(rings - 1);
     const float angle = 2 * pi * static_cast<float>(turns) * t;
-    // Narrows the coil to its axis at both ends, where it is attached.
+    // Narrows the coil spring to its axis at both ends, where it is attached to tool and hand.
     const float open = std::min(1.0f, 6 * std::min(t, 1 - t));
     const Vector3f out = std::cos(angle) * side + std::sin(angle) * third;
     const Vector3f turn = -std::sin(angle) * side + std::cos(angle) * third;

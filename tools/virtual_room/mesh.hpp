@@ -1,4 +1,4 @@
-// Triangle meshes, and their buffers in graphics memory.
+// Triangle meshes of simple bodies, and their buffers in graphics memory.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -16,21 +16,21 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< indices of vertices, three per triangle, anticlockwise seen from
+  std::vector<std::uint32_t> indices;  ///< vertices of the triangles, three each, anticlockwise from
                                        ///< outside
 };
 
-/// Makes a box with rounded edges; `half` is the half length on each axis.
+/// Makes a box with rounded edges. `half` has the half lengths along x, y and z.
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
-Triangles make_sphere(int around);  ///< makes a sphere of radius 1
+Triangles make_sphere(int around);  ///< makes a sphere of radius 1; `around` vertices per ring
 
 /// Makes a rod along z, with radius 1 at z = 0 and end_radius at z = 1.
 Triangles make_rod(int around, float end_radius);
-Triangles make_rectangle();  ///< makes a square, x and y from -1 to 1, normal z
+Triangles make_rectangle();  ///< makes a square in x and y from -1 to 1, with its normal along z
 Triangles make_coil(const Eigen::Vector3f& from, const Eigen::Vector3f& to, int turns, float radius,
                     float thickness);
 
-/// Mesh in graphics memory. Its context must stay current while it lives.
+/// Mesh in graphics memory. The OpenGL context in which it was made must stay current while it lives.
 class Mesh {
  public:
   explicit Mesh(const Triangles& shape);

@@ -10,12 +10,12 @@
 namespace room {
 
 namespace {
-constexpr double height_a_notch = 0.002;  // m, change of the hand's height per notch of the wheel
-constexpr double press_a_notch = 0.1;     // N, change of the press per notch of the wheel
-constexpr double most_press = 10.0;       // N, highest press
+constexpr double height_a_notch = 0.002;  // height of the hand per notch of the wheel, m
+constexpr double press_a_notch = 0.1;     // press on the tool per notch of the wheel, N
+constexpr double most_press = 10.0;       // limit of the press on the tool, N
 constexpr double fine_gain = 0.1;
-constexpr double key_speed = 0.01;  // m/s, speed of a hand moved by keys
-constexpr double key_turn = 0.5;    // rad/s, speed of a hand turned by keys
+constexpr double key_speed = 0.01;  // speed at which keys move the hand, m/s
+constexpr double key_turn = 0.5;    // speed at which keys turn the block, rad/s
 }  // namespace
 
 void MouseControl::move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera,
@@ -44,8 +44,8 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
   if (drag_ == Drag::shift) camera.pan(dx / scene.height, -dy / scene.height);
 }
 
-// Moves the hand to where the pointer's ray meets its plane. A fine drag moves it a tenth of the distance
-// from the place where it became fine. A hand that already holds the tool, by keys, continues from its place.
+// Moves the hand to where the pointer's ray meets the hand's plane. A fine drag moves it a tenth of the
+// pointer's distance since the drag became fine. A hand that keys have put on the tool goes on from there.
 void MouseControl::hold(const Ray& ray, bool begins, bool fine, const Snapshot& room,
                         const RoomMeasures& measures) {
   const Eigen::Matrix3f to_room = room_tilt(room.settings.slope).transpose();

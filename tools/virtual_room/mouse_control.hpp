@@ -1,4 +1,4 @@
-// Controls the room by mouse: the left button holds the tool, the others turn and move the view.
+// Controls the virtual room by mouse: the left button drags the tool, the others turn and shift the view.
 #pragma once
 
 #include <string>
@@ -10,30 +10,30 @@ namespace room {
 
 struct MouseButtons {
   bool left = false, right = false, middle = false;
-  bool fine = false;  ///< whether the hand moves a tenth of the pointer's distance
+  bool fine = false;  ///< whether the hand moves a tenth of the pointer's way
 };
 
 class MouseControl {
  public:
-  /// Handles the pointer at this pixel with these buttons down. A drag is handled only if it began inside
+  /// Handles the pointer at a pixel, with the buttons that are down. Ignores a drag that began outside
   /// `scene`.
   void move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera, const Snapshot& room,
             const RoomMeasures& measures);
-  /// Moves the hand by keys: `right` and `away`, -1, 0 or 1, give 10 mm/s along x and y, a tenth with `fine`.
-  /// The hand takes the tool where it is, and holds it until let_go().
+  /// Moves the hand by keys: `right` and `away` (-1, 0 or 1) give 10 mm/s along x and y, a tenth with `fine`.
+  /// The hand takes hold of the tool where it is, until let_go().
   void push(int right, int away, bool fine, double elapsed_s, const Snapshot& room,
             const RoomMeasures& measures);
-  /// Turns the block by keys, `left` -1, 0 or 1, at half a radian per second, a tenth with `fine`. The spring
-  /// starts without torque, and holds until let_go(). Returns its torque, N m.
+  /// Turns the block by keys: `left` (-1, 0 or 1) gives half a radian per second, a tenth with `fine`. A
+  /// torsion spring does it, which starts without torque and stays until let_go(). Returns its torque, N m.
   double turn(int left, bool fine, double elapsed_s, const Snapshot& room);
   void let_go();
-  /// Handles the wheel: zooms; while the tool is held it raises it, with `control` presses it down. Returns a
-  /// message for the person, or nothing.
+  /// Handles the wheel: zooms the view or, while the tool is held, raises the tool (with `control`, presses
+  /// it down). Returns a message for the user, or "".
   std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
 
-  /// Returns whether a drag is under way; the panels must then not get the mouse.
+  /// Returns whether a drag is under way, during which the panels must not get the mouse.
   bool busy() const { return drag_ != Drag::none; }
-  /// Returns whether the hand changed since the last call.
+  /// Returns whether the hand has changed since the last call of this function.
   bool hand_changed();
   const MouseHand& hand() const { return hand_; }
 
@@ -46,10 +46,10 @@ class MouseControl {
   MouseHand hand_;
   bool changed_ = false;
   float last_x_ = 0, last_y_ = 0;
-  /// m, height of the hand over the floor; a push at this height hardly tips the block.
+  /// Height of the hand over the floor, m; so low that a push hardly tips the block.
   double height_ = 0.01;
   bool fine_ = false;
-  // m, places of hand and pointer when the drag, or its fine mode, began.
+  // Places of hand and pointer on the hand's plane when the drag, or its fine part, began, m.
   double anchor_[2] = {0, 0}, pointer_[2] = {0, 0};
 };
 

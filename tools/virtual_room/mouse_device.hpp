@@ -1,5 +1,5 @@
-// Device of the mouse: takes the hand that the graphic loop sends through the exchange, and smooths it at the
-// tick rate.
+// Mouse as a device: takes the hand that the graphic loop sends by the exchange, and smooths it at the rate
+// of ticks.
 #pragma once
 
 #include "tools/virtual_room/device.hpp"

@@ -1,4 +1,4 @@
-// Measures the creep of a block without its swing under the taps, by its mean place over each pair of taps.
+// Measures a block's creep on a tapped slope by its mean place over pairs of taps, which hides its swing.
 #pragma once
 
 #include <cmath>
@@ -10,18 +10,18 @@ namespace room {
 
 class Moved {
  public:
-  static constexpr double settles = 6.0;  ///< s, time after the beginning from which on creep is counted
+  static constexpr double settles = 6.0;  ///< time for the block to settle before creep is counted, s
 
-  /// Restarts the count: motion that a hand causes is no creep.
+  /// Begins to count again, as after a motion by the hand, which is no creep.
   void begin(double time_s = 0.0) noexcept {
     *this = {};
     since_ = time_s;
   }
-  /// Adds a tick. Call it every tick; `x` is the place down the slope, m.
+  /// Adds the block's place down the slope (m) at a tick. Call it every tick.
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
-      if (count_ > 0.0) {  // the last pair of taps is over
+      if (count_ > 0.0) {  // a pair of taps has ended: takes its mean place
         const double place = sum_ / count_;
         if (pair_ * tap_pair >= since_ + settles && begun_) {
           moved_ = place - from_;
@@ -36,7 +36,7 @@ class Moved {
     sum_ += x;
     count_ += 1.0;
   }
-  /// Returns the creep (m); NaN until counting starts.
+  /// Returns the creep (m) since counting started; NaN before that.
   double metres() const noexcept { return moved_; }
 
  private:

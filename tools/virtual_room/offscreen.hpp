@@ -1,4 +1,4 @@
-// Draws pictures of the room without a window.
+// Draws pictures of the virtual room without a window.
 #pragma once
 
 #include <memory>
@@ -9,18 +9,18 @@
 
 namespace room {
 
-/// Renderer of pictures of fixed size, in a context of its own that is current on this thread as long as it
-/// lives.
+/// Renderer of pictures of a fixed size. It has its own OpenGL context, which is current on this thread as
+/// long as the renderer lives.
 class OffscreenRoom {
  public:
-  /// Makes the context. Throws cli::UserError where there is no OpenGL 3.3.
+  /// Makes the OpenGL context. Throws cli::UserError where OpenGL 3.3 is missing.
   OffscreenRoom(const RoomMeasures& measures, int width, int height, float scale = 1, int samples = 4);
   OffscreenRoom(const OffscreenRoom&) = delete;
   OffscreenRoom& operator=(const OffscreenRoom&) = delete;
   ~OffscreenRoom();
 
   RoomView& view() { return *view_; }
-  /// Draws a picture of the room. `elapsed`: time since the last picture, s.
+  /// Draws a picture of the room; `elapsed` is the time since the last picture, s.
   PixelImage draw(const Snapshot& room, float elapsed);
 
  private:

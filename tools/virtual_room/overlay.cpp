@@ -24,8 +24,8 @@ struct Pen {
   ImVec2 size(ImFont* font, const std::string& text) const {
     return font->CalcTextSizeA(font->FontSize, 1e4f, 0, text.c_str());
   }
-  // Draws text on a dark plate. `anchor` says which part of the text is at x (0 left end, 0.5 middle, 1 right
-  // end); y is its middle.
+  // Draws text on a dark plate. `anchor` says which part of the text is at x: 0 left end, 0.5 middle, 1 right
+  // end. y is the middle of the text's height.
   void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font) const {
     const ImVec2 s = size(font, text);
     const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
@@ -59,7 +59,7 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
 void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
                  const Eigen::Matrix3f& tilt) {
   const auto wide = static_cast<float>(measures.width / 2), end = static_cast<float>(measures.length / 2);
-  // Places the label on the side of the block that is nearer to the eye.
+  // Draws the scale of lengths on the side of the floor that is nearer to the eye.
   const float side = camera.eye().y() <= 0 ? -wide - 0.014f : wide + 0.014f;
   for (float x = -std::floor(end * 10) / 10; x <= end + 1e-4f; x += 0.1f) {
     float px, py;
@@ -74,7 +74,7 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
-// Returns the text behind a block's name: its creep, or the strength of its contact.
+// Returns the text after a block's name: how far it creeps, or its contact's highest friction.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (!scene_of(room.settings.compare).driven) {
     const bool walks = room.settings.compare == Comparison::ratchet;
@@ -89,19 +89,19 @@ std::string says_of(const Snapshot& room, double moved, double strength, double 
   return fmt::format(": {:.2f} N after {:g} s", strength, beside);
 }
 
-// Labels each compared block with its name and its creep or strength.
+// Labels each compared block with its name and its measured creep or highest friction.
 void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
   const ComparedScene& scene = scene_of(room.settings.compare);
-  // Stacks the labels where they are long, as for driven blocks, or the window is narrow.
+  // Stacks the labels of blocks where they are long (blocks on a carriage) or the window is narrow.
   const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
-  // Puts a label beside a block at the offset `off` (m), so that no label covers another.
+  // Puts a label beside a block, shifted by `off` (m) so that no label covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
                          const std::string& text, ImU32 colour) {
     float x, y;
     if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
-    if (narrow) {  // stacks the labels in a free corner
+    if (narrow) {  // stacks the labels in a free corner of the picture
       const Area& s = layout.picture.scene;
       const bool at_right = layout.picture.glass_radius > 0 && layout.picture.glass_x < s.x + 0.5f * s.width;
       x = at_right ? s.x + s.width - 12 * layout.scale : s.x + 12 * layout.scale;
@@ -127,7 +127,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   }
 }
 
-// Labels the angle between floor and horizontal, at the room's open lower edge.
+// Labels the slope, the angle of the floor to the horizontal, at the room's open lower edge.
 void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                  const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   const double slope = room.settings.slope;
@@ -157,9 +157,9 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   }
 }
 
-// Draws the colour scale of the hairs: from straight to about to snap.
+// Draws the colour scale of hairs that are coloured by age: from 10 ms to 100 s.
 void draw_age_scale(const Pen& pen, float x, float y, float width) {
-  // Colours of the scale: square roots of those in the shader, under the light that falls on hairs.
+  // Colours of the scale as they appear: square roots of the shader's, under the light on the hairs.
   static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
                                     IM_COL32(102, 72, 165, 255)};
   const float high = 5 * pen.scale, half = 0.5f * width;
@@ -213,7 +213,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
           pen.fonts.text);
     return;
   }
-  // Draws the mean snap length as a scale bar on the near rim of the floor, at the scale at which hairs lean.
+  // Says below the magnifying glass how many bristles it shows, in fewer words where room is short.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
   std::string shown =
       glass.shows_cohorts()
@@ -256,7 +256,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
 
 }  // namespace
 
-/// Returns one line that says what the scene shows.
+/// Returns the scene's title: one line that says what it shows.
 static const char* title_of(const Snapshot& room) {
   switch (room.settings.compare) {
     case Comparison::none:

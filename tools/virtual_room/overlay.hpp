@@ -1,5 +1,5 @@
 // Draws labels and rings over the picture of the room: forces in newtons, lengths on the floor, the rim of
-// the glass.
+// the magnifying glass.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace room {
 
-/// Draws the overlay into ImGui's background list. `title` replaces the scene's own unless empty; `notice` is
-/// a line for the person, or empty.
+/// Draws the overlay into ImGui's background list. `title` replaces the scene's own title unless it is empty;
+/// `notice` is a line for the user, or empty.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
                   const Camera& camera, const RoomMeasures& measures, const std::string& title,
                   const std::string& notice);

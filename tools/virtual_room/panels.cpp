@@ -31,8 +31,8 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Draws a label on the left and a slider on the right, which shows `value` / `unit_size` with its unit.
-  // Without `works` the slider is greyed out, and its tip says that it has no effect now.
+  // Draws a label and a slider, which shows `value` / `unit_size` and the unit. If `works` is false the
+  // slider is grey, and its tip says that it has no effect now.
   void slider(const char* label, double& value, double unit_size, double low, double high, const char* format,
               bool logarithmic, const char* says, bool works = true) {
     double shown = value / unit_size;
@@ -41,7 +41,7 @@ struct Panel {
     const ImGuiSliderFlags flags =
         ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
-      // Ignores a typed "nan", which would pass every clamp.
+      // Ignores the number "nan" typed into a slider, which std::clamp would pass.
       if (std::isfinite(shown)) {
         value = std::clamp(shown, low, high) * unit_size;
         changed = true;
@@ -52,7 +52,7 @@ struct Panel {
     explain_row(works ? says : fmt::format("{}\n(nothing here depends on it now)", says).c_str());
   }
 
-  // Shows a tip when the pointer is over the label or the control.
+  // Shows a tip while the pointer is over the label or the control of a row.
   void explain_row(const char* says) const {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     if (ImGui::IsAnyItemActive() || !ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem))
@@ -88,7 +88,7 @@ struct Panel {
     ImGui::PopFont();
   }
 
-  // Draws buttons of equal width in one row. Returns the index of the one pressed, or -1.
+  // Draws buttons of equal width in one row. Returns the index of the pressed button, or -1.
   int choice(const char* const* names, const char* const* says, int count, int chosen) const {
     const float gap = 4 * scale;
     const float wide =
@@ -118,7 +118,7 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   return ImGui::Begin(name, nullptr, flags);
 }
 
-// Draws a heading that folds the controls below it, at first folded. Returns whether they are folded.
+// Draws a heading under which controls are folded, at first closed. Returns whether they are folded now.
 bool folded(const Panel& panel, const char* label) {
   ImGui::Dummy(ImVec2(0, 3 * panel.scale));
   return !ImGui::CollapsingHeader(label);
@@ -151,8 +151,8 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
 
 void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double load) {
   const Effective works(s);
-  // Shows the stiffness in the paper's terms: K = zeta sigma0 of all bristles in contact, inversely
-  // proportional to the presliding length.
+  // Shows the contact's stiffness as the paper defines it, K = zeta sigma0 of all bristles in contact; it is
+  // inversely proportional to the presliding length.
   if (load > 0 && room.stiffness_per_newton > 0 && room.settings.presliding_length > 0) {
     const double times_length = room.stiffness_per_newton * load * room.settings.presliding_length;
     double stiffness = times_length / s.presliding_length;
@@ -217,7 +217,7 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
     return std::isfinite(part) && part > 0 ? part : 0.0;
   };
   const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
-  // Judges deadlines only with a real clock: headless runs have none, so no tick is late.
+  // Colours the computing time by the deadline only with a real clock, since other runs have no deadline.
   const bool paced = loop.period_p50 > 0;
   const ImU32 colour = !paced       ? colours::text
                        : used >= 1  ? colours::bad
@@ -303,7 +303,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
   const float left =
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
-  // Breaks the buttons into as many rows as they need.
+  // Makes the bar of buttons as high as its rows need: one, two or three, by its width.
   const float bar = (w - left) / scale;
   const float above = panels ? std::round((bar >= 940 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
@@ -425,7 +425,7 @@ void draw_scrubber(const Layout& layout, GuiState& state) {
   ImGui::SetNextWindowBgAlpha(0.85f);
   ImGui::Begin("back", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
-  float at = 0.0f - state.back_s;  // not -0, which would be shown
+  float at = 0.0f - state.back_s;  // 0 minus x, since -x might be -0 and be shown so
   ImGui::SetNextItemWidth(-FLT_MIN);
   if (ImGui::SliderFloat("##back", &at, -state.back_most_s, 0.0f, "%.1f s: look back",
                          ImGuiSliderFlags_AlwaysClamp))
@@ -493,7 +493,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   const float room_for_time = 120 * scale;
   bool first = true;
   const auto button = [&](const char* label, const char* says, float gap = 5) {
-    // Starts a new row of buttons where the present one is full.
+    // Starts a new row of buttons if the next one does not fit into this row.
     const float wide = ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
     if (!first) {
       const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + gap * scale + wide;
@@ -576,7 +576,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
-  // Shows the rates of simulation and of pictures in small letters under the time.
+  // Shows under the time, in small letters, the speed of the simulation and the pictures per second.
   if (state.pictures > 0) {
     const std::string rates =
         fmt::format("{:.2f} of real time, {:.2g} pictures a second{}{}", state.share * room.speed,
@@ -616,7 +616,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
-  // Omits the plot of tick times in a narrow window; the panel shows those figures anyway.
+  // Omits the plot of computing times in a narrow window; the panel shows their figures anyway.
   const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
@@ -630,8 +630,8 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // Shows as peak level the friction limit of the bristles at present: it grows while they rest, and the
-    // plot over time draws it as a curve.
+    // Sets the peak level to the sum of the floor patches' friction limits, which grow while bristles rest;
+    // the plot over time draws them as a curve.
     levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
@@ -640,7 +640,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  // Shows a longer time span in the scene that compares rests (rest.toml), so that all of it is visible.
+  // Plots a longer time in the scene that compares rests, so that a whole sequence is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);

@@ -12,10 +12,10 @@ namespace {
 
 using bristle::SnapRule;
 
-// N, loads at which all representatives are in contact; a greater load raises each one's force, not their
-// number.
+// Loads (N) up to which representatives come into contact, for patches of floor, walls and tool. A greater
+// load raises the force of each, not their number.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
-// Highest number of bristles in a patch of walls and roof: they are rarely touched, so more would only take
+// Limit of bristles in a patch of the walls or the roof, which are rarely touched: more would only take
 // memory.
 constexpr std::uint32_t most_wall_bristles = 16384;
 
@@ -30,14 +30,14 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
       .with_lay(bristle::Lay{}.with_to_over_fro(floor ? s.nap : 1.0))
-      // The floor's energy output counts snaps.
+      // Asks for the energy output on the floor, because it counts snaps.
       .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
 
-// Returns stiffness and damping for models with one bristle: those of the brush under the resting load of one
-// corner. LuGre's own damper is half critical there, as in its source.
+// Returns the surface for rival models (one bristle): stiffness and damping of the brush under the resting
+// load of one corner of the block. There LuGre's own damper is half critical, as in its source.
 rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
   const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
   rivals::Surface surface;
@@ -50,7 +50,7 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
-/// Returns the ranges of the settings that make up the surface's material.
+/// Returns the ranges of those settings that determine the surface's material.
 std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
 
 bool same_material(const Settings& a, const Settings& b) {
@@ -102,7 +102,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
-  // Of two choices that exclude each other, keeps the one made last.
+  // Of two choices that exclude each other (nap, snap rule), keeps the one that the user made last.
   if (s.nap != 1.0 && s.rule != SnapRule::slide) {
     if (s.nap == before.nap) {
       s.nap = 1.0;
@@ -169,7 +169,7 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
                      (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
     Made made = add_patches(next.settings, material, of_tool);
-    old_ = std::move(made_);  // the old patches stay in use if add_patches() throws
+    old_ = std::move(made_);  // old patches stay in use if add_patches() throws
     made_ = std::move(made);
     next.patches = made_.ids;
     next.pad = made_.pad.get();
@@ -180,8 +180,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
       const bristle::Material& has = p == tool_patch ? tool_material_ : material_;
       if (wants != has && made_.ids[p]) batch_.set_material(made_.ids[p], wants);
     }
-    // Changes the pad's material while the haptic thread steps it. This is safe: it reads only constant parts
-    // of the pad (weights, ids), and the batch accepts materials from another thread.
+    // Changes the material of the tool's pad while the haptic thread steps it. This is safe: that thread
+    // reads only constant parts of the pad (weights, ids), and a batch accepts materials from another thread.
     if (of_tool != tool_material_ && made_.pad) made_.pad->set_material(made_.pad_id, of_tool);
   }
   material_ = material;
@@ -210,8 +210,8 @@ PatchMaker::Made PatchMaker::add_patches(const Settings& settings, const bristle
       added.ids[p] = batch_.add(p == tool_patch ? of_tool : material, options_of(settings, p));
     }
     if (has_pad) {
-      // Makes a disc of radius 1 m, which the haptic thread scales: the radius changes while the tool
-      // presses.
+      // Makes the tool's pad as a disc of radius 1 m, which the haptic thread scales, since the radius may
+      // change while the tool presses.
       added.pad = std::make_unique<bristle::ExtendedPatches>(batch_);
       added.pad_id = added.pad->add(of_tool, options_of(settings, tool_patch),
                                     bristle::Outline::disc(1.0, bristle::Pressure::uniform, pad_rings));

@@ -1,4 +1,4 @@
-// Checks settings, and makes the patches and materials that follow from them.
+// Checks the room's settings, and makes the patches and materials that follow from them.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace room {
 
-/// Number in Settings with its range; used by sliders, scripts and the check of incoming values.
+/// Number in Settings with its name, range and unit, for sliders, scripts and the check of values.
 struct SettingRange {
   const char* name;
   double Settings::*member;
@@ -42,7 +42,7 @@ inline constexpr std::array<SettingRange, 19> setting_ranges = {{
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
     {"nap", &Settings::nap, 0.1, 10.0, ""},
 }};
-/// Number of setting_ranges that describe the surface (its snap rule is not among them); they come first.
+/// Number of first entries of setting_ranges that describe the surface; the snap rule is not among them.
 inline constexpr std::size_t surface_numbers = 10;
 static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {
@@ -52,50 +52,50 @@ constexpr const SettingRange& range_of(double Settings::*member) {
 }
 inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 
-/// Number of patches, made before the loop runs: four for the floor, as many corners as can rest on it; four
-/// each for the end wall, the side walls and the roof; one for the tool.
+/// Number of patches, all made before the loop runs: four for the floor (as many corners as can rest on it),
+/// four each for end wall, two side walls and roof, one for the tool.
 inline constexpr std::size_t patch_count = 17, tool_patch = 16;
-/// Returns the number of representatives of a patch; walls and roof, which are rarely touched, have fewer.
+/// Returns the number of representatives of a patch; those of walls and roof, rarely touched, have fewer.
 std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
 using PatchIds = std::array<bristle::PatchId, patch_count>;
-/// Rings of cells of the tool's pad, a disc. Three give the limit of spin to 1.4 %.
+/// Number of rings of cells in the tool's pad, a disc. Three rings give the limit of spin within 1.4 %.
 inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
-/// Data that the haptic loop works with, as a plain struct.
+/// What the haptic loop needs to know of the settings, as a plain struct.
 struct Parameters {
   Settings settings;
   PatchIds patches;
-  /// Tool's pad, a contact with an extent; null: the tool touches at a point, which is in `patches`.
+  /// Pad of the tool, a contact with an extent. Null: the tool touches at a point and has a plain patch.
   bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
-  bool new_patches = false;           ///< whether the patches are new, so that no bristle is bent
-  rivals::Surface surface;            ///< surface under the block, for LuGre and Coulomb
-  rivals::Surface tool_surface;       ///< surface under the tool, for LuGre and Coulomb
-  double kinetic = 0.0, peak = 0.0;   ///< friction coefficients that follow from the bristles
-  double presliding_length = 0.0;     ///< m, mean deflection at which a bristle snaps
-  double stiffness_per_newton = 0.0;  ///< 1/m, stiffness of the sticking contact over its load
-  double bristle_stiffness = 0.0;     ///< N/m, stiffness sigma0 of one bristle
+  bool new_patches = false;           ///< whether the patches were just made, with straight bristles
+  rivals::Surface surface;            ///< surface under the block, as the rival models take it
+  rivals::Surface tool_surface;       ///< surface under the tool, as the rival models take it
+  double kinetic = 0.0, peak = 0.0;   ///< friction coefficients that follow from the material
+  double presliding_length = 0.0;     ///< mean deflection of a bristle at its snap, m
+  double stiffness_per_newton = 0.0;  ///< stiffness of a sticking contact over load, 1/m
+  double bristle_stiffness = 0.0;     ///< stiffness of one bristle, sigma0, N/m
   char message[128] = {};
 };
 
-/// Returns `wanted` with every number clamped to its range. A NaN, and a combination that no material has,
-/// keeps the value of `before`. Sets `message` to what was changed, or empty.
+/// Returns the settings `wanted` with every number clamped to its range. Where it has a NaN, or a combination
+/// that no material has, keeps the value of `before`. Sets `message` to what was changed, or to "".
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message);
 
 bristle::Material material_of(const Settings& settings);
-/// Returns the tool's material: the surface's, with the tool's own friction if it has one.
+/// Returns the tool's material: the surface's, or with the tool's own friction coefficient if it is set.
 bristle::Material tool_material_of(const Settings& settings);
 
-/// Maker of the patches of one batch. Not for the haptic thread: it allocates and takes time.
+/// Maker of the patches in one batch. Not for the haptic thread, since it allocates and takes time.
 class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
-  /// Makes the parameters of checked settings; materials of the patches change at once. It makes new patches
-  /// if the number of bristles, the model or the nap changed, the tool's contact became a disc or a point, or
-  /// `anew` is set. The old patches stay until remove_old(), and stay in use if this throws.
+  /// Makes the parameters of checked settings. Changes materials of existing patches at once. Makes new
+  /// patches if the number of bristles, the model or the nap changed, the tool's contact became a disc or a
+  /// point, or `anew` is set. Old patches stay until remove_old(), and in use if this throws.
   Parameters make(const Settings& wanted, bool anew);
-  /// Removes replaced patches. Call it once the haptic loop has taken the new ones.
+  /// Removes replaced patches. Call it once the haptic loop uses the new ones.
   void remove_old();
 
  private:

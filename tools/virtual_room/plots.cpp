@@ -20,10 +20,10 @@ struct Axis {
   double at(double value) const { return (value - low) / (high - low); }
 };
 
-// Returns the width of a curve in pixels, scaled with the display.
+// Returns the thickness of curves in pixels, which grows with the display scale.
 float stroke(const Fonts& fonts) { return 1.5f * fonts.small->FontSize / 13; }
 
-// Frame of a plot with ticks; maps values to pixels.
+// Frame of a plot with ticks and title; it maps values to pixels.
 class Frame {
  public:
   Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
@@ -88,7 +88,7 @@ class Frame {
       draw_.AddLine({x, py}, {x + dash, py}, colour);
     }
   }
-  // Draws a ring with a value beside it, on the side that has room.
+  // Draws a ring at a value of the plot with a label beside it, on the side that has room.
   void mark(double x, double y, ImU32 colour, const std::string& text) const {
     const ImVec2 p = at(x, y);
     const float size = fonts_.small->FontSize, radius = 0.3f * size;
@@ -97,7 +97,7 @@ class Frame {
     const bool left = p.x - wide - 2 * radius > inner_.x;
     label(left ? p.x - 2 * radius : p.x + 2 * radius, p.y - 0.9f * size, colour, text, left ? 1.0f : 0.0f);
   }
-  // Labels a value above the plotted range, on the upper edge at its x.
+  // Labels a value that is above the plotted range, at the plot's upper edge.
   void name_above(double x, ImU32 colour, const std::string& text) const {
     label(at(x, y_.high).x + 4, inner_.y + 2, colour, text, 0.0f);
   }
@@ -121,7 +121,7 @@ class Frame {
   float title_end_ = 0;
 };
 
-// Returns the longest title that fits; the last one if none does.
+// Returns the first of the titles, longest first, that fits the plot's width; the last if none does.
 std::string title_for(const Fonts& fonts, const Area& area, std::initializer_list<std::string> titles) {
   const float line = fonts.small->FontSize;
   for (const std::string& title : titles) {
@@ -131,7 +131,7 @@ std::string title_for(const Fonts& fonts, const Area& area, std::initializer_lis
   return *(titles.end() - 1);
 }
 
-// Finds the index of the point with the highest friction resisting motion along +x, from `first` on.
+// Returns the index, from `first` on, of the point with the highest friction against a motion along +x.
 std::size_t find_peak(const History& history, std::size_t first) {
   std::size_t peak = first;
   for (std::size_t i = first; i < history.size(); ++i) {
@@ -147,8 +147,8 @@ void draw_levels(const Frame& frame, FrictionLevels levels) {
   }
 }
 
-// Draws a curve as least and greatest value in each pixel column, so that any number of points costs the
-// same.
+// Draws a curve by its least and greatest value in each column of pixels, so that any number of points takes
+// the same time.
 template <class Value>
 void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
                 float thickness, Value value) {
@@ -174,7 +174,7 @@ void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, st
   if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
 }
 
-// Draws snaps per millisecond as bars on the lower edge, the highest of them a fifth of the plot high.
+// Draws snaps per millisecond as bars on the plot's lower edge, the highest a fifth of its height.
 void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
                 std::size_t first, float seconds) {
   const Area& in = frame.inner();
@@ -197,14 +197,14 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
   const float line = fonts.small->FontSize;
-  if (in.height < 8 * line) return;  // leaves this space free for the legend
+  if (in.height < 8 * line) return;  // no room for this label, which would cover the legend
   const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
   draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
                      (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
   frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
 }
 
-// Draws an inset with the first bending of the bristles since the reset.
+// Draws an inset plot of friction over displacement in the first bending since the reset.
 void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending) {
   const Area& in = frame.inner();
   const float line = fonts.small->FontSize;
@@ -277,7 +277,7 @@ AxisText length_axis(double low, double high) {
   AxisText axis;
   axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
   axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
-  // Gives an axis an offset if its numbers would have more than four digits.
+  // Gives an axis an offset ("µm from 249 mm") if its numbers would have more than four digits.
   const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
   if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
   const double grain = std::pow(10.0, std::ceil(std::log10(span)));
@@ -292,7 +292,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
                           float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
                           float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
-  // Number of ticks averaged into one point of the curve.
+  // Number of ticks whose mean is one point of the hysteresis curve.
   constexpr std::size_t together = 16;
   std::vector<float> values;
   values.reserve(2 * (history.size() - first) / together + 2);
@@ -347,7 +347,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     }
   }
   frame.unclip();
-  // Places the legend above the plot, or in its upper right corner if the title leaves no room.
+  // Places the legend above the plot, or inside its upper right corner if the title leaves no room.
   float used = 0;
   const float right = frame.inner().x + frame.inner().width;
   const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
@@ -356,7 +356,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
                        {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
   }
-  if (beside.driven) {  // shows each block's name in its curve's colour, but no hand forces
+  if (beside.driven) {  // blocks that a carriage moves: names in their curves' colours, no hand force
     legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
   } else {
     legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
@@ -425,7 +425,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
 
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    const LoopStatistics& loop) {
-  // Range of the time axis, 1 us to 10 ms, as powers of ten.
+  // Range of the axis of computing times, as powers of ten: 1 us to 10 ms.
   constexpr double decades_low = -6.0, decades_high = -2.0;
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
@@ -453,7 +453,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
     const ImU32 colour = begin >= loop.deadline      ? colours::bad
                          : end > 0.7 * loop.deadline ? colours::warning
                                                      : colours::good;
-    // Draws a class of a single tick as a bar of visible height, though its logarithm is zero.
+    // Draws a class with one tick as a visible bar too, although its logarithm is zero.
     const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
     const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
     draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);

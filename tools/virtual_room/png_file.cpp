@@ -24,7 +24,7 @@ std::uint32_t number_at(const std::string& png, std::size_t at) {
   return value;
 }
 
-// Returns a chunk of a PNG file: length, name and data, and their CRC-32.
+// Returns a chunk of a PNG file: length, name, data, and the CRC-32 of name and data.
 std::string chunk(const char* name, const std::string& data) {
   const std::string checked = name + data;
   std::uint32_t crc = ~0u;
@@ -43,7 +43,7 @@ PixelImage read_pixels(int width, int height, int left, int bottom) {
   image.rgb.resize(row * static_cast<std::size_t>(height));
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(left, bottom, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
-  // OpenGL's rows begin at the bottom.
+  // Reverses the order of rows, since OpenGL's begin at the bottom.
   for (std::size_t y = 0; y < static_cast<std::size_t>(height) / 2; ++y) {
     const auto upper = image.rgb.begin() + static_cast<std::ptrdiff_t>(y * row);
     const auto lower = image.rgb.end() - static_cast<std::ptrdiff_t>((y + 1) * row);
@@ -83,8 +83,8 @@ void Film::add(const PixelImage& image) {
     static_cast<std::string*>(to)->append(static_cast<const char*>(from), static_cast<std::size_t>(size));
   };
   stbi_write_png_to_func(append, &png, width_, height_, 3, image.rgb.data(), 3 * width_);
-  // Takes the data of IHDR and IDAT: behind the signature of 8 bytes, each chunk has 8 bytes before its data
-  // and 4 behind.
+  // Copies the data of the chunks IHDR and IDAT out of a PNG file: after a signature of 8 bytes, each chunk
+  // has 8 bytes before its data and 4 behind it.
   constexpr std::size_t header_at = 16, pixels_at = 41;
   header_ = png.substr(header_at, number_at(png, header_at - 8));
   pixels_.push_back(png.substr(pixels_at, number_at(png, pixels_at - 8)));

@@ -1,4 +1,4 @@
-// Presets: pairs of surfaces to start from.
+// Presets of the room: pairs of surfaces to start from, and the scenes that compare blocks.
 #pragma once
 
 #include <array>
@@ -10,31 +10,31 @@
 
 namespace room {
 
-/// Surface of bristle::typical_materials(), under the name that the room shows.
+/// Entry of bristle::typical_materials() (`typical`), with the name that the room shows.
 struct Preset {
   const char* name;
   const char* typical;
   unsigned bristles;
 };
 
-/// Presets. Coefficients are mid-range handbook values for dry wood, rubber on a smooth dry floor, and ice
-/// near freezing. Presliding lengths are as large as a hand can feel: real wood slides after tens of
-/// micrometres. The ageing of wood and rubber is the estimate of core/guides/MATERIALS.md. The last preset is
-/// a demonstration in the spirit of Zhang and Phillips: 900 bristles that keep their snap lengths.
+/// Presets of surfaces. Coefficients are mid-range handbook values for dry wood, rubber on a smooth dry
+/// floor, and ice near freezing. Presliding lengths are so large that a hand feels them: real wood slides
+/// after tens of micrometres. Ageing of wood and rubber is estimated in core/guides/MATERIALS.md. The last
+/// preset is a demonstration in the spirit of Zhang and Phillips: 900 bristles that keep their snap lengths.
 inline constexpr std::array<Preset, 4> presets = {{{"Wood", "room wood", 4096},
                                                    {"Rubber", "room rubber", 4096},
                                                    {"Ice", "room ice", 4096},
                                                    {"Paper", "room paper", 900}}};
 
-/// Returns a sentence on the source of the preset's figures.
+/// Returns a sentence on where a preset's coefficients come from.
 inline const char* source_of(const Preset& preset) {
   for (const bristle::TypicalMaterial& typical : bristle::typical_materials())
     if (std::strcmp(typical.name, preset.typical) == 0) return typical.about;
   return "";
 }
 
-/// Returns the settings of the scene that tells the models apart in a minute: on a tapped slope the brush
-/// stays, the others creep.
+/// Returns the settings of the scene that tells friction models apart within a minute: on a tapped slope the
+/// brush stays, LuGre and Coulomb creep.
 inline Settings comparison() {
   Settings s;
   s.slope = 10.0 * 3.14159265358979323846 / 180.0;
@@ -43,13 +43,13 @@ inline Settings comparison() {
   return s;
 }
 
-/// Returns the settings of a comparing scene: the default surface, changed to bring out its effect.
+/// Returns the settings of a scene that compares: those of the default surface, changed to show its effect.
 inline Settings settings_of(Comparison scene) {
   Settings s;
   if (scene == Comparison::models) return comparison();
   s.compare = scene;
   if (scene == Comparison::rubbing) s.presliding_length = 3e-3;
-  // Ages twice as fast as wood, to be visible, and uses cohorts, which have no sampling noise.
+  // Lets static friction grow twice as fast as wood's, to be visible; an infinite brush has no noise.
   if (scene == Comparison::rest) s.growth_per_decade = 0.10;
   s.infinite = scene == Comparison::rest;
   if (scene == Comparison::ratchet) {

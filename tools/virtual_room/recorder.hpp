@@ -1,4 +1,4 @@
-// Records a run to files without delaying the haptic loop, which pushes rows that another thread writes.
+// Records a run of the room to files. The haptic loop only pushes rows; another thread writes them.
 //
 //   BASE.csv       forces, as `bristle run --out` writes them: a row per tick and patch
 //   BASE.hand.csv  the hand: a row per tick
@@ -21,34 +21,34 @@
 namespace room {
 
 struct RecordRow {
-  double time = 0.0;  ///< s, time at the start of the tick
-  double dt = 0.0;    ///< s, duration of the tick
+  double time = 0.0;  ///< time at the start of the tick, s
+  double dt = 0.0;    ///< duration of the tick, s
   Hand hand;
   bool device_there = true;
-  std::uint64_t revision = 0;  ///< running number of the settings under which the tick ran
+  std::uint64_t revision = 0;  ///< number of the settings in force in the tick
   std::size_t patches = 0;
   std::array<World::PatchForce, patch_count> patch{};
 };
 
 class Recorder {
  public:
-  /// Adds a row, on the haptic thread.
+  /// Adds the row of a tick; for the haptic thread.
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
-  /// @name Writing thread. All throw cli::UserError. @{
-  void start_forces(const std::string& path);  ///< starts a recording of forces without the hand
+  /// @name For the writing thread. All throw cli::UserError. @{
+  void start_forces(const std::string& path);  ///< starts a recording of forces, without the hand
   void start_all(const std::string& base, const Settings& settings, std::uint64_t revision);
-  /// Announces settings, before rows that use them are drained.
+  /// Tells the recorder the settings of a revision, before it drains rows that have that revision.
   void know(std::uint64_t revision, const Settings& settings);
   void drain();
-  void finish();            ///< writes the remaining rows and closes; no effect if not started
-  void abandon() noexcept;  ///< closes the files without writing the remaining rows
+  void finish();            ///< writes the rows left, and closes; no effect if not started
+  void abandon() noexcept;  ///< closes the files without writing the rows left
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
-  /// Whether the recording has the hand, as start_all() began it.
+  /// Whether the recording includes the hand, as one begun by start_all() does.
   bool has_hand() const noexcept { return hand_.has_value(); }
   std::uint64_t rows_written() const noexcept { return written_; }
-  /// Returns the number of rows dropped because the ring was full, since the recording began.
+  /// Returns how many rows were lost since the recording began, because the ring between threads was full.
   std::uint64_t lost() const noexcept { return rows_.dropped() - lost_before_; }
 
  private:
@@ -63,7 +63,7 @@ class Recorder {
   double end_ = 0.0;
 };
 
-/// Returns a place's name, such as "floor_corner_3", for the CSV's column `patch`.
+/// Returns the name of a contact place, such as "floor_corner_3", for the column `patch` of the CSV.
 std::string patch_name(int touch_key);
 
 }  // namespace room

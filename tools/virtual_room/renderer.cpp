@@ -25,7 +25,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-// Colours of bodies, in linear light.
+// Colours of the drawn bodies, in linear light (before gamma).
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
     slab_paint(0.10f, 0.11f, 0.13f);
 const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
@@ -36,7 +36,7 @@ const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.3
     beside_paint(0.09f, 0.38f, 0.60f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
-constexpr float shadow_reach = 0.46f;  // m, half width of the shadow map about the middle of the room
+constexpr float shadow_reach = 0.46f;  // half width of the shadow map about the room's middle, m
 
 enum Look { plain, wood, tiles, wall, glowing, table };
 
@@ -46,7 +46,7 @@ struct Body {
   Vector3f colour;
   int look = plain;
   float gloss = 0.1f, alpha = 1.0f;
-  // Whether block, tool and room cast shadows on this body.
+  // Whether block, tool and room cast shadows on the drawn body.
   bool by_block = true, by_tool = true, by_room = true;
 };
 
@@ -56,7 +56,7 @@ Affine3f placed(const Vector3f& at, const Vector3f& scale) {
   return t;
 }
 
-// Maps z from 0 to 1 onto the line from one point to another.
+// Returns the transform of a rod's axis, z from 0 to 1, onto the line between two points.
 Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   Affine3f t = Affine3f::Identity();
   t.translate(from)
@@ -65,8 +65,8 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
-// Frame buffer with several samples per pixel, resolved into the target, so that pictures with and without a
-// window are equal.
+// Frame buffer with several samples per pixel, which are averaged into the target, so that pictures with and
+// without a window are equal.
 class DrawingBoard {
  public:
   explicit DrawingBoard(int samples) {
@@ -166,15 +166,15 @@ Matrix3f room_tilt(double slope) {
 
 Vector3f to_vector(const double (&v)[3]) { return Eigen::Map<const Eigen::Vector3d>(v).cast<float>(); }
 
-// Returns the arrow's length: proportional to the force up to 2 N, then growing ever more slowly, so that the
-// arrow stays in the room.
+// Returns the length of a force's arrow: proportional up to 2 N, then logarithmic, so that the arrow stays in
+// the room.
 float arrow_length(double newtons) {
   const double f = std::abs(newtons);
   return static_cast<float>(0.07 * (f <= 2.0 ? f : 2.0 * (1.0 + std::log(f / 2.0))));
 }
 
 ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
-  constexpr double least = 0.02;  // N, smallest force that gets an arrow
+  constexpr double least = 0.02;  // smallest force that is drawn as an arrow, N
   ForceArrows arrows;
   const Vector3f friction = to_vector(room.friction), applied = to_vector(room.applied);
   Vector3f foot = to_vector(room.block_position);
@@ -188,7 +188,7 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
   }
   arrows.applied = applied.norm() > least;
   if (arrows.applied) {
-    // Ends the arrow of the applied force at the point where the tool touches.
+    // Lets the arrow of the applied force end where the tool touches the block.
     const Vector3f ahead = applied.normalized();
     arrows.applied_to = to_vector(room.tool) + static_cast<float>(measures.tool_radius) * ahead;
     arrows.applied_from = arrows.applied_to - ahead * arrow_length(applied.norm());
@@ -218,7 +218,7 @@ struct Renderer::Impl {
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
   Matrix4f light_camera;
-  Affine3f tilt;  // transform from room to world axes
+  Affine3f tilt;  // transform from the room's axes to the world's
   Affine3f block_place;
   std::vector<Body> bodies, shadowless, clear, ghosts;
 
@@ -240,8 +240,8 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    constexpr GLint sizes[] = {4, 2, 3};  // number of components of each attribute of an instance: place,
-                                          // state, shape
+    constexpr GLint sizes[] = {4, 2, 3};  // number of components of a hair's attributes place, state and
+                                          // shape
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);
@@ -271,14 +271,14 @@ struct Renderer::Impl {
     return shape;
   }
 
-  // Builds a rod of many short pieces, which the shader bends into a hair.
+  // Makes the mesh of a hair: a rod of many short pieces, which the shader bends.
   static Triangles make_strand() {
     constexpr int pieces = 8;
     Triangles shape;
     for (int i = 0; i < pieces; ++i) {
       Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      // Number of vertices around the strand of a hair; the ends between pieces are hidden.
+      // Number of vertices on a piece's side; the discs at its ends, which are hidden, are left out.
       const std::size_t side = 14;
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
@@ -293,7 +293,7 @@ struct Renderer::Impl {
     return shape;
   }
 
-  // ------------------------------------------------------------------------------------ what is there
+  // ----------------------------------------------------------- functions that list the bodies to draw
   void place_room(const Camera& camera) {
     const Vector3f half = half_room();
     const float thick = 0.006f;
@@ -303,7 +303,7 @@ struct Renderer::Impl {
     const Vector3f size = measures.floor ? Vector3f(1, 1, 1) : Vector3f(half.x(), half.y(), 1);
     add(bodies, floor, placed({0, 0, 0.0002f}, size), floor_paint, tiles, 0.10f);
 
-    // Draws a wall between the eye and the room as glass instead of a solid.
+    // Draws a wall that is between the eye and the room as glass, so that it hides nothing.
     const Vector3f eye = tilt.inverse() * camera.eye();
     struct Side {
       Vector3f middle, inward;
@@ -352,7 +352,7 @@ struct Renderer::Impl {
     const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
     add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, plain, 0.5f);
     bodies.back().by_tool = false;
-    // Draws the hand as a stylus held from above and behind.
+    // Draws the hand as a stylus that points at the hand's place from above and behind.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
     add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, plain, 0.5f);
     add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain,
@@ -372,7 +372,7 @@ struct Renderer::Impl {
     const Vector3f way = to - from;
     const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
     const Vector3f neck = to - way * (head / length);
-    // Ghost: the arrow as seen faintly through bodies in front of it.
+    // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies before it.
     for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : shadowless;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
@@ -382,14 +382,14 @@ struct Renderer::Impl {
     }
   }
 
-  // Draws discs under the patches: the radius follows the square root of the load, the filling the share of
-  // the friction limit in use.
+  // Draws a disc under each patch: its radius grows with the square root of the load, and its filling is the
+  // share of the friction limit in use.
   void place_contacts(const Snapshot& room) {
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
       float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
-      // Draws a pad, which has an extent, at its own radius.
+      // Draws the disc of the tool's pad, which has an extent, at the pad's own radius.
       if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
@@ -410,7 +410,7 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
-      // Gives compared blocks the colours of their curves, in scenes that draw curves.
+      // Gives compared blocks the colours of their curves in the plots, in scenes that have such curves.
       const bool first =
           scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
       const bool brush = other.model == FrictionModel::brush;
@@ -423,7 +423,7 @@ struct Renderer::Impl {
     }
   }
 
-  // Draws the outline in which each block began, and the path of its centre since.
+  // Draws the outline where each block began, and the path of its centre from there.
   void place_trails(const Trails& trails) {
     const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
       if ((to - from).norm() < 1e-5f) return;
@@ -466,13 +466,13 @@ struct Renderer::Impl {
     if (arrows.applied) place_arrow(arrows.applied_from, arrows.applied_to, applied_paint);
     place_contacts(room);
     place_trails(trails);
-    // Draws the table level, whatever the slope of the room.
+    // Draws the table below the room level, even if the room is tilted.
     const float low = -0.025f - half_room().x() * std::abs(std::sin(static_cast<float>(room.settings.slope)));
     bodies.push_back({&rectangle, placed({0, 0, low}, {0.9f, 0.9f, 1}), table_paint, table, 0.0f});
     bodies.back().by_block = bodies.back().by_tool = bodies.back().by_room = false;
   }
 
-  // ---------------------------------------------------------------------------------------- drawing
+  // ---------------------------------------------------------- functions that draw the listed bodies
   void draw_shadow() {
     shadow.begin();
     depth.use();
@@ -487,7 +487,7 @@ struct Renderer::Impl {
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
-  // Finds the rectangle of the shadow map that bodies can reach, with a margin for the soft edge.
+  // Returns the rectangle of the shadow map in which bodies are, with a margin for the soft edge of shadows.
   Vector4f find_shadowed() const {
     Vector4f found(1, 1, 0, 0);
     const auto take = [&](const Vector3f& point, float around) {
@@ -499,7 +499,7 @@ struct Renderer::Impl {
     take(block_place.translation(), half_block().norm());
     for (std::size_t i = 1; i < first_unshadowing_; ++i) {
       const Affine3f& place = bodies[i].place;
-      if (bodies[i].mesh == &spring) continue;  // the coil spring between tool and hand casts no shadow
+      if (bodies[i].mesh == &spring) continue;  // lets the coil spring between tool and hand cast no shadow
       if (bodies[i].mesh == &block) {
         take(place.translation(), half_block().norm());
         continue;
@@ -569,8 +569,8 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  // Makes a camera for the glass that looks the way the main camera does, so that hairs lean where the block
-  // goes.
+  // Returns a camera for the magnifying glass with the main camera's direction of view, so that hairs lean
+  // the way the block goes.
   static Matrix4f glass_camera(const Snapshot& room, const Camera& camera) {
     Vector3f along = Vector3f::UnitX(), aside = Vector3f::UnitY();
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
@@ -653,7 +653,7 @@ void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trail
   i.place_all(room, trails, camera);
   if (picture.shadows) i.draw_shadow();
   Picture drawn = picture;
-  if (picture.half_resolution && !i.board.has_many_samples()) {  // many samples cannot be resolved and scaled
+  if (picture.half_resolution && !i.board.has_many_samples()) {  // only with one sample per pixel
     drawn.width = (picture.width + 1) / 2;
     drawn.height = (picture.height + 1) / 2;
     for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,

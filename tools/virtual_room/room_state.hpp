@@ -16,59 +16,59 @@ namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
-/// Scenes in which other blocks stand beside the first and are moved as it is (compared.hpp).
+/// Scenes in which further blocks stand beside the first and are moved alike (compared.hpp).
 enum class Comparison : unsigned char { none, models, rubbing, rest, ratchet };
 
-/// Settings that a person can change while the loops run. The graphic loop sends the struct whole; the desk
-/// makes patches and materials from the newest and hands them to the haptic loop (haptic_loop.cpp).
+/// Settings of the room that a user can change while the loops run. The graphic loop sends them whole. The
+/// desk, a thread that may allocate, makes patches and materials of the newest for the haptic loop.
 struct Settings {
   FrictionModel model = FrictionModel::brush;
-  double kinetic = 0.40, peak = 0.46;  ///< coefficients: friction force over load, in sliding and at the peak
-  double presliding_length = 1e-3;     ///< m, mean snap length
-  double damping_per_newton = 0.0;     ///< s/m, damping of the bristles per newton of load
-  double viscous_friction = 0.0;       ///< N s/m, viscous friction of a lubricant
-  double stribeck_velocity = 1e-3;     ///< m/s, speed over which the bristles' damping fades
+  double kinetic = 0.40, peak = 0.46;  ///< friction over load in sliding, and at the peak
+  double presliding_length = 1e-3;     ///< presliding length, m: mean deflection at a snap
+  double damping_per_newton = 0.0;     ///< damping of the bristles over load, s/m
+  double viscous_friction = 0.0;       ///< viscous friction of a lubricant, N s/m
+  double stribeck_velocity = 1e-3;     ///< speed over which bristle damping fades, m/s
   double residual_share = bristle::Coefficients{}.residual_share;
   double shared_renewal = bristle::Coefficients{}.shared_renewal;
-  /// Growth of static friction at rest per decade of time, over kinetic; 0: no ageing.
+  /// Growth of static friction per decade of time at rest, over kinetic friction; 0: no ageing.
   double growth_per_decade = 0.0;
-  double ageing_time = 0.1;  ///< s, time of rest from which on static friction grows
+  double ageing_time = 0.1;  ///< time of rest after which static friction grows, s
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  /// Friction of the floor towards +x over that towards -x (bristle::Lay::to_over_fro). Other than 1 it needs
-  /// bristles that slide; then peak and growth_per_decade are ignored.
+  /// Friction towards +x over friction towards -x, on a floor with a nap (bristle::Lay::to_over_fro). A nap
+  /// other than 1 needs the rule slide; then peak and growth_per_decade are ignored.
   double nap = 1.0;
 
-  /// Whether the brush is infinite (Population::infinite); `bristles` is then ignored.
+  /// Whether the patches have infinite brushes (Population::infinite); `bristles` is then ignored.
   bool infinite = false;
-  std::uint32_t bristles = 4096;  ///< number of representatives in a patch under the block
-  double mass = 0.25;             ///< kg, mass of the block
-  double extra_load = 0.0;        ///< N, load on the block besides its weight
-  double slope = 0.0;             ///< rad, tilt of the room about y; positive: down towards +x
-  double tapping = 0.0;           ///< N, amplitude of the taps along the slope
-  double hand_stiffness = 400.0;  ///< N/m, virtual spring between device and tool
-  double hand_damping = 2.0;      ///< N s/m, damper beside the virtual spring
+  std::uint32_t bristles = 4096;  ///< number of representatives of a floor patch
+  double mass = 0.25;             ///< mass of the block, kg
+  double extra_load = 0.0;        ///< load on the block besides its weight, N
+  double slope = 0.0;             ///< tilt of the room about y, rad; positive: down towards +x
+  double tapping = 0.0;           ///< force of the taps along the slope, N
+  double hand_stiffness = 400.0;  ///< stiffness of the spring between hand and tool, N/m
+  double hand_damping = 2.0;      ///< damping between hand and tool, N s/m
 
-  /// m, radius of the tool's contact, a disc under uniform pressure; 0: the tool touches at a point
+  /// Radius of the tool's contact, a disc under uniform pressure, m; 0: it touches at a point.
   double pad_radius = 0.0;
-  double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: that of the other surfaces
+  double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: that of the surfaces
   Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;
 };
 
-/// Mouse as a device: the place to which the person drags the tool.
+/// Hand of a user who drags the tool by mouse, as the graphic loop sends it.
 struct MouseHand {
-  /// Whether the button is down and the spring pulls; else the tool is released.
+  /// Whether the mouse button is down, so that the spring pulls the tool; if not, the tool is free.
   bool holds = false;
-  double position[3] = {0, 0, 0};  ///< m, position of the hand
-  double press = 0.0;              ///< N, downward force on the tool, set by the wheel
-  bool turns = false;              ///< whether the keys turn the block
-  double angle = 0.0;              ///< rad, angle to which they turn it
+  double position[3] = {0, 0, 0};  ///< position of the hand, m
+  double press = 0.0;              ///< downward force on the tool, set by the wheel, N
+  bool turns = false;              ///< whether keys turn the block
+  double angle = 0.0;              ///< angle to which keys turn the block, rad
 };
 
-/// Acts that a person can ask for. `record`, `replay`, `slow_pull` and `tour` begin with a reset, so that a
-/// replay gives the same bits. In `slow_pull` a hand of the room's own pulls the block until it has broken
-/// away; in `tour` it first pushes below the peak and lets go (slow_pull.hpp).
+/// Requests that a user can make. `record`, `replay`, `slow_pull` and `tour` begin with a reset, so that a
+/// replay gives the same bits. In `slow_pull` a hand of the program pulls the block until it breaks away; in
+/// `tour` that hand first pushes below the peak and lets go (slow_pull.hpp).
 enum class Act : unsigned char {
   none,
   pause,
@@ -84,10 +84,10 @@ enum class Act : unsigned char {
   tour
 };
 
-/// N m/rad, torsion spring by which a hand turns the block.
+/// Stiffness of the torsion spring by which a hand turns the block, N m/rad.
 inline constexpr double turn_stiffness = 0.2;
 
-/// Returns the angle (rad) about the floor's normal of a body with this orientation, a unit quaternion.
+/// Returns the angle (rad) by which a body, of this unit quaternion, is turned about the floor's normal.
 inline double heading(double w, double x, double y, double z) noexcept {
   return std::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
 }
@@ -95,77 +95,77 @@ inline double heading(double w, double x, double y, double z) noexcept {
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;
 
-/// Pairs of bodies that can touch.
+/// Pairs of bodies between which a contact can be.
 enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
 
-/// Contact patch with all that its drawing needs.
+/// Contact with all that its drawing needs.
 struct ContactView {
   std::uint64_t key = 0;
   Between between = Between::block_floor;
-  /// Place of the contact, m; unit vector out of the other body into the block
+  /// Place of the contact, m; unit normal from the other body into the block.
   double point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};
-  double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};  ///< the patch's tangent axes in room axes
-  double load = 0.0;                                  ///< N, normal load
-  double friction[3] = {0, 0, 0};                     ///< N, friction on the block
-  double limit = 0.0;                                 ///< N, highest elastic force under the present load
+  double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};  ///< tangent axes of the patch, in the room's axes
+  double load = 0.0;                                  ///< normal load, N
+  double friction[3] = {0, 0, 0};                     ///< friction on the block, N
+  double limit = 0.0;                                 ///< highest elastic friction at this load, N
 
-  /// Torque on the block about the normal, and its highest value, N m. Only a contact with an extent has
-  /// them.
+  /// Torque on the block about the normal, and its highest value, N m; 0 for a contact at a point, which has
+  /// no torque.
   double torque = 0.0, torque_limit = 0.0;
 };
 
-/// Sample of the bristles of one patch, for the magnifying glass. Deflections are in the patch's axes.
+/// Sample of one patch's bristles, for the magnifying glass. Deflections are along the patch's axes.
 struct BristleView {
-  std::uint64_t key = 0;    ///< key of the contact that the patch belongs to; 0 = none
-  std::uint32_t total = 0;  ///< number of bristles in the patch
-  std::size_t count = 0;    ///< number of bristles in this sample
+  std::uint64_t key = 0;    ///< key of the contact that is sampled; 0 = none
+  std::uint32_t total = 0;  ///< number of bristles in the whole patch
+  std::size_t count = 0;    ///< number of bristles in the sample
 
-  /// m, deflections along the patch's axes, and snap length
+  /// Deflections of the sampled bristles along the patch's axes, and their snap lengths, m.
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};
 };
 
-/// Block beside the first one in a scene of Settings::compare. It stands in a room of its own, and nobody
-/// touches it.
+/// Block beside the first one, in a scene that compares (Settings::compare). It is in a room of its own,
+/// without a hand.
 inline constexpr std::size_t most_compared = 2;
 struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
-  /// Position, m; orientation, quaternion w, x, y, z.
+  /// Position of the block, m; its orientation as a quaternion w, x, y, z.
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};
-  double moved = 0.0;  ///< m, creep of this block, as Snapshot::moved
+  double moved = 0.0;  ///< creep of this block down the slope, m
 
-  /// Strength of the contact and its second figure, as in Snapshot.
+  /// Highest friction of this block's contact (N) and the figure shown beside it (compared.hpp).
   double strength = 0.0, strength_beside = 0.0;
 };
 
 struct LoopStatistics {
   std::uint64_t ticks = 0, late_ours = 0, late_machine = 0;
-  double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< s, computing time of a tick
-  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, time from tick to tick
+  double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< computing time of a tick, s
+  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< time from tick to tick, s
 };
 
-/// State of the room at the end of a tick, for display.
+/// State of the room at the end of a tick, as the graphic loop shows it.
 struct Snapshot {
   std::uint64_t tick = 0;
-  double time = 0.0;   ///< s, simulated time at the end of the tick
-  double speed = 1.0;  ///< simulated over real time; below 1 in slow motion
+  double time = 0.0;   ///< simulated time at the end of the tick, s
+  double speed = 1.0;  ///< speed of simulated time over real time; below 1: slow motion
   bool paused = false, recording = false;
-  bool held = false;  ///< whether the hand pulls the tool; else the hand is where the tool is
+  bool held = false;  ///< whether the hand's spring pulls the tool; if not, the hand is at the tool
 
-  /// Position, m; orientation, quaternion w, x, y, z.
+  /// Position of the block, m; its orientation as a quaternion w, x, y, z.
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};
-  double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< velocity, m/s; spin, rad/s
+  double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< block's velocity, m/s; spin, rad/s
 
-  /// m, creep down the slope between taps, counted from 6 s on, when the block has settled
+  /// Creep of the first block down the slope (m), free of its swing, counted from 6 s on, when it settled.
   double moved = 0.0;
-  /// Strength of the first block's contact (N), and its second figure: newton() and beside() of compared.hpp.
+  /// Highest friction of the first block's contact (N) and the figure shown beside it (compared.hpp).
   double strength = 0.0, strength_beside = 0.0;
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
-  /// m, centre of the tool's sphere; place of the hand that pulls it
+  /// Centre of the tool's sphere, and place of the hand that pulls it, m.
   double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};
-  double applied[3] = {0, 0, 0};       ///< N, force of the tool on the block
-  double friction[3] = {0, 0, 0};      ///< N, friction of all patches on the block except the tool's
-  double device_force[3] = {0, 0, 0};  ///< N, feedback force on the hand
+  double applied[3] = {0, 0, 0};       ///< force of the tool on the block, N
+  double friction[3] = {0, 0, 0};      ///< friction of all patches but the tool's on the block, N
+  double device_force[3] = {0, 0, 0};  ///< force that the device gives to the hand, N
   bool device_lost = false;
   std::size_t contacts = 0;
   ContactView contact[most_contacts];
@@ -174,35 +174,35 @@ struct Snapshot {
   double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< friction coefficients that follow from the
                                                              ///< settings
 
-  /// m, presliding length that follows from the settings
+  /// Mean deflection of bristles at a snap that follows from the settings, m.
   double presliding_length = 0.0;
-  /// 1/m, sticking stiffness over load that follows from the settings
+  /// Stiffness over load of a sticking contact that follows from the settings, 1/m.
   double stiffness_per_newton = 0.0;
-  double bristle_stiffness = 0.0;  ///< N/m, stiffness of one bristle: sigma0
-  Settings settings;               ///< settings in force
-  char message[128] = {};          ///< line for the user, or empty
+  double bristle_stiffness = 0.0;  ///< stiffness sigma0 of one bristle, N/m
+  Settings settings;               ///< settings that are in force
+  char message[128] = {};          ///< line of text for the user, or ""
   LoopStatistics loop;
 };
 
-/// Point of all plots; there is one per tick.
+/// Values of one tick that the plots show.
 struct PlotPoint {
-  /// Time, s; displacement, m; friction and applied force along x, N.
+  /// Simulated time, s; displacement of the block, m; friction and applied force along x, N.
   float time = 0.0f, displacement = 0.0f, friction = 0.0f, applied = 0.0f;
-  float step_time = 0.0f;  ///< s, computing time of the tick
-  float snaps = 0.0f;      ///< bristles on the floor that snapped in this tick
-  float holds = 0.0f;      ///< N, highest elastic friction of the floor under the present load
+  float step_time = 0.0f;  ///< computing time of the tick, s
+  float snaps = 0.0f;      ///< number of floor bristles that snapped in this tick
+  float holds = 0.0f;      ///< highest elastic friction of the floor at this load, N
   float beside_displacement[most_compared] = {}, beside_friction[most_compared] = {};
 };
 
 class FloorMesh;
 
-/// Fixed dimensions of the room, m.
+/// Fixed dimensions of room, block and tool, m.
 struct RoomMeasures {
-  double length = 0.60, width = 0.40, height = 0.30;  ///< m, size of the room along x, y and z; walls stand
-                                                      ///< at x = length/2 and y = +-width/2
+  double length = 0.60, width = 0.40, height = 0.30;  ///< size of the room along x, y and z; walls are at x =
+                                                      ///< length/2 and y = +-width/2
   double block[3] = {0.10, 0.08, 0.06};
   double tool_radius = 0.008;
-  std::shared_ptr<const FloorMesh> floor;  ///< floor in place of the flat one, where it has triangles
+  std::shared_ptr<const FloorMesh> floor;  ///< mesh of the floor; where it has no triangle, the floor is flat
 };
 
 }  // namespace room

@@ -12,7 +12,7 @@ RoomView::RoomView(const RoomMeasures& measures, int samples, float scale)
     : measures_(measures), renderer_(measures, samples), scale_(scale) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // keeps ImGui from writing imgui.ini into the working folder
+  ImGui::GetIO().IniFilename = nullptr;  // keeps ImGui from writing its file imgui.ini
   ImGui::GetIO().LogFilename = nullptr;
   ImGui_ImplOpenGL3_Init("#version 330 core");
   fonts_ = set_style(scale_);
@@ -47,8 +47,8 @@ void RoomView::set_scale(float scale) {
   ImGui_ImplOpenGL3_DestroyFontsTexture();
 }
 
-// Moves the magnifying glass to the other side of the picture when the block comes under it, unless that side
-// is no better.
+// Moves the magnifying glass to the other side of the picture when the block comes behind it, unless the
+// block would be hidden there too.
 void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int height) {
   const Eigen::Vector3f block = to_vector(room.block_position);
   if (!block.allFinite()) return;
@@ -62,13 +62,13 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
-    // Lower edge of the text below the magnifying glass, px.
+    // Lower edge, in pixels, of the text below the magnifying glass.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
-  // Leaves the magnifying glass where it is, unless it stands at the left and there is ample room at the
+  // Keeps the magnifying glass on its side, unless it is at the left and there is ample room at the
   // right.
   if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 2.0f)))
     return;

@@ -1,4 +1,4 @@
-// Draws the whole picture, room and panels, into any frame buffer, of a window or not.
+// Draws the whole picture, room and panels, into any frame buffer, with or without a window.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace room {
 
-/// Owner of the ImGui context and its OpenGL part. Needs a current context, always on one thread.
+/// View of room and panels; it owns the ImGui context. Its OpenGL context must be current on one thread.
 class RoomView {
  public:
   RoomView(const RoomMeasures& measures, int samples, float scale);
@@ -25,25 +25,25 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;  ///< line for the user, or empty
-  std::string title;   ///< replaces the scene's own title, or empty
+  std::string notice;  ///< line of text for the user, or ""
+  std::string title;   ///< replaces the title of the scene, unless empty
   bool shadows = true, half_resolution = false;
-  std::optional<bool> by_age;  ///< whether the glass colours hairs by age; unset: if the material ages
+  std::optional<bool> by_age;  ///< whether hairs are coloured by age; unset: if the material ages
   ///@}
 
-  /// Adds a point to the plots; call it for each tick once, in order.
+  /// Adds the values of a tick to the plots. Call it once for each tick, in order.
   void add(const PlotPoint& point);
   void forget();
 
-  /// Shows the settings in force in the panel, unless the person is editing. A script, a replay or the
-  /// clamping of a number makes them differ from those asked for.
+  /// Shows the settings in force in the panel, unless the user is editing. They may differ from those that
+  /// the user chose, by a script, a replay, or the clamping of a number.
   void follow(const Settings& in_force);
 
-  /// Sets the display scale (1 = 96 dots an inch).
+  /// Sets the display scale of fonts and panels (1 = 96 dots an inch).
   void set_scale(float scale);
 
-  /// Draws a picture and returns the person's requests. Call it after ImGui's platform part has begun a
-  /// frame. `elapsed`: time since the last picture, s.
+  /// Draws a picture into the frame buffer `target` and returns the user's requests. Call it after ImGui's
+  /// platform part has begun a frame. `elapsed` is the time since the last picture, s.
   Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
 
   bool colours_by_age(const Snapshot& room) const {
@@ -52,7 +52,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Returns the layout of the picture drawn last.
+  /// Returns where things were in the picture drawn last.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 

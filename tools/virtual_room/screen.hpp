@@ -1,4 +1,4 @@
-// Screen output: the window, and pictures without a window. Builds without OpenGL have neither
+// Screen output of the room: the window, and pictures without a window. A build without OpenGL has neither
 // (BRISTLE_ROOM_SCREEN = 0).
 #pragma once
 
@@ -7,13 +7,13 @@
 
 namespace room {
 
-/// Shows the room until the person closes the window (or options.seconds are over). Starts and stops the
-/// loop. Returns the exit code. Throws cli::UserError where there is no display or no OpenGL, naming
-/// --headless.
+/// Shows the room in a window until the user closes it or options.seconds are over. Starts and stops the
+/// haptic loop. Returns the exit code. Throws a cli::UserError that names --headless where there is no
+/// display or no OpenGL.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Returns functions that draw PNG files into the folder options.frames, without a window. For the calling
-/// thread only. Throws cli::UserError.
+/// Returns functions that draw a run without a window into PNG files in the folder options.frames. For the
+/// calling thread only. Throws cli::UserError.
 DrawFrame draw_into(const RunOptions& options);
 
 }  // namespace room

@@ -129,8 +129,8 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     if (!script.hand.rows.empty()) {
       const HandRow& last = script.hand.rows.back();
       if (row.t < last.t) table.fail("t", "is before that of the last row");
-      // Keeps the end of the hand's spring where it was when the hand lets go: the spring's force fades, and
-      // must not jump.
+      // Keeps the hand's end of the spring where it was when the hand lets go, because the fading force of
+      // the spring must not jump.
       if (!row.hand.holds) std::copy_n(last.hand.position, 3, row.hand.position);
     }
     script.hand.rows.push_back(row);
@@ -147,7 +147,7 @@ Script read_script(const std::string& path, const RoomMeasures& measures, const 
 
 namespace {
 
-// Writes a float as TOML needs it, with a point or an exponent; {:e} has both.
+// Writes a setting as a TOML float, which needs a point or an exponent; {:e} prints both.
 std::string as_toml(const SettingRange& range, const Settings& s) {
   return fmt::format("{} = {:.17e}\n", range.name, s.*range.member);
 }

@@ -1,4 +1,4 @@
-// Reads scripts: settings, their changes, and the motion of the hand. TOML; format: README.md of this folder.
+// Reads scripts of the room: settings, their changes, the hand's motion. Format: README.md beside it.
 #pragma once
 
 #include <string>
@@ -10,27 +10,27 @@
 namespace room {
 
 struct Change {
-  double t = 0.0;  ///< s, time of the change
+  double t = 0.0;  ///< time of the change, s
   Settings settings;
 };
 
 struct Script {
-  Settings settings;            ///< settings at time 0
-  std::vector<Change> changes;  ///< changed settings, each complete, in order of time
+  Settings settings;            ///< settings of the room at time 0
+  std::vector<Change> changes;  ///< changes in order of time, each with all settings
   HandMotion hand;
-  double seconds = 0.0;                     ///< s, length of the run; by default up to the last row or change
-  double lost_at = 1e300, back_at = 1e300;  ///< s, times between which the device counts as lost
+  double seconds = 0.0;                     ///< length of the run, s; default: up to the last row or change
+  double lost_at = 1e300, back_at = 1e300;  ///< times between which the device is lost, s
 };
 
-/// Parses a script. Throws cli::UserError naming file, line and key. A table [material] without [settings]
-/// changes the material alone and keeps the rest of `before`.
+/// Parses a script. Throws cli::UserError naming file, line and key. A script with a table [material] but
+/// without [settings] changes only the material; other settings stay as in `before`.
 Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures,
                     const Settings& before = {});
 Script read_script(const std::string& path, const RoomMeasures& measures, const Settings& before = {});
 
-/// Returns settings as lines of a TOML table, exact to the bit, which parse_script reads.
+/// Returns settings as lines of a TOML table, exact to the bit, for parse_script() to read.
 std::string settings_as_toml(const Settings& settings);
-/// Returns the surface's settings, for the table [material].
+/// Returns those settings that describe the surface, as lines for the table [material].
 std::string material_as_toml(const Settings& settings);
 
 }  // namespace room

@@ -29,8 +29,8 @@ void main() {
 }
 )";
 
-// Fragment shader of all bodies. Its `look` is 0 plain, 1 wood, 2 floor with grid, 3 wall, 4 glowing (unlit),
-// 5 the table below, which fades out.
+// Fragment shader of all bodies. `look` selects the body: 0 plain, 1 wood, 2 floor with grid, 3 wall, 4
+// glowing (unlit), 5 the table below, which fades out.
 inline constexpr const char* lit_fragment = R"(#version 330 core
 in vec3 world, facing, local;
 uniform int look;
@@ -145,8 +145,8 @@ void main() {
 }
 )";
 
-// Vertex shader of the hairs in the magnifying glass: they stand on the floor and lean by their deflection.
-// Lengths are in hairs.
+// Vertex shader of the hairs in the magnifying glass, which stand on the floor and lean by their deflection.
+// Lengths are in hair lengths.
 inline constexpr const char* hair_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;   // a rod along z from 0 to 1
 layout(location = 1) in vec3 normal;
@@ -171,8 +171,8 @@ void main() {
 }
 )";
 
-// Fragment shader of the magnifying glass, cut to a circle. Its `look` is 0 hair, 1 floor, 2 the block's
-// underside, 3 background.
+// Fragment shader of the magnifying glass, cut to a circle. `look` selects what is drawn: 0 hair, 1 floor, 2
+// underside of the block, 3 background.
 inline constexpr const char* glass_fragment = R"(#version 330 core
 in vec3 facing, at;
 in float bent, flash, along;

@@ -1,4 +1,4 @@
-// Makes the motion of the room's own hand, which pulls slowly enough to show the block break away.
+// Makes the motion of the program's own hand, which pulls so slowly that one sees the block break away.
 #pragma once
 
 #include <cmath>
@@ -8,18 +8,18 @@
 
 namespace room {
 
-/// Places of a hand that moves the block along x. The tool comes to the block from behind, low, so that the
-/// push hardly shifts load between the corners; then its spring pulls.
+/// Places of a hand that moves the block along x. The tool comes to the block from behind and low, so that
+/// its push hardly shifts load between the corners; then its spring pulls.
 struct PullPlaces {
-  /// Time in which the hand reaches the block, s; gap before that, m; height of the hand over the floor, m.
+  /// Time until the hand reaches the block (s), gap before that (m), height of the hand over the floor (m).
   static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;
-  double touching;  ///< m, place of the tool where it touches the block
+  double touching;  ///< place of the tool when it touches the block, m
 
-  /// m, path of the hand from `touching` to the peak of the spring's force, bending of bristles included.
+  /// Path of the hand from `touching` until the spring's force is the peak, m; bristles bend meanwhile.
   double to_peak;
   double z;
 
-  /// Makes the pull; `peak`: highest friction of first loading, over load.
+  /// Computes the places of a pull; `peak` is the highest friction of first loading, over load.
   PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
       : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
     constexpr double gravity = 9.80665;
@@ -30,10 +30,10 @@ struct PullPlaces {
   HandRow at(double t, double x) const { return {t, {true, {x, 0.0, z}, {0, 0, 0}}}; }
 };
 
-/// Returns the slow pull, from the reset on: the force reaches the peak after two seconds, and continues as
-/// long again. At the end the hand lets go. `peak`: friction over load.
+/// Returns the slow pull after a reset: its force reaches the peak after two seconds and grows for two more.
+/// At the end the hand lets go. `peak` is friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
-  constexpr double to_peak = 2.0;  // s, time from the reset to the peak of the force
+  constexpr double to_peak = 2.0;  // time from the reset to the peak of the force, s
   const PullPlaces places(s, peak, m);
   HandMotion motion;
   motion.rows = {places.at(0.0, places.touching - places.gap), places.at(places.approach, places.touching),
@@ -47,10 +47,10 @@ inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& 
   return motion;
 }
 
-/// Part of the tour. After `tour_hand_s` the hand of the room has finished and the scene of the models
-/// follows.
+/// Part of the tour, a guided demonstration. After `tour_hand_s` the program's hand has finished, and the
+/// scene that compares models begins.
 struct TourPart {
-  double until_s;    ///< s, end of this part, from the beginning of the tour
+  double until_s;    ///< end of the part since the tour began, s
   const char* says;  ///< line of text for the user
 };
 inline constexpr double tour_hand_s = 13.0, tour_s = 20.0;
@@ -65,8 +65,8 @@ inline const char* tour_says(double t) {
   return "";
 }
 
-/// Returns the motion of the tour's hand: it goes 0.6 of the way to the peak (some 0.8 of its force), holds,
-/// lets go, and pushes through the peak.
+/// Returns the motion of the tour's hand: it goes 0.6 of the way to the peak (some 0.8 of its force), waits,
+/// lets the block go back, and then pushes through the peak.
 inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
   const PullPlaces places(s, peak, m);
   const double away = places.touching - places.gap;

@@ -10,7 +10,7 @@
 namespace room {
 
 bool SnapPlayer::start() {
-  std::signal(SIGPIPE, SIG_IGN);  // a player that ends must not end the room
+  std::signal(SIGPIPE, SIG_IGN);  // lets the room go on when the player program ends
   const char* players[][2] = {
       {"command -v pacat >/dev/null",
        "exec pacat --raw --format=s16le --rate=8000 --channels=1 --latency-msec=60 2>/dev/null"},
@@ -21,7 +21,7 @@ bool SnapPlayer::start() {
     pipe_.reset(popen(play, "we"));
     if (!pipe_) return false;
     fcntl(fileno(pipe_.get()), F_SETFL, O_NONBLOCK);
-    fcntl(fileno(pipe_.get()), F_SETPIPE_SZ, 4096);  // a quarter of a second
+    fcntl(fileno(pipe_.get()), F_SETPIPE_SZ, 4096);  // holds a quarter of a second of sound
     return true;
   }
   return false;

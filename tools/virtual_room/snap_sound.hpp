@@ -1,4 +1,4 @@
-// Makes snaps of bristles audible.
+// Makes the snaps of bristles audible.
 #pragma once
 
 #include <cmath>
@@ -9,13 +9,13 @@
 
 namespace room {
 
-/// Sound of snaps: each tick strikes a resonator whose tone dies away within milliseconds.
+/// Sound of snaps: the snaps of each tick strike a resonator, whose tone dies away within milliseconds.
 class SnapTone {
  public:
   static constexpr int samples_per_second = 8000;
   static constexpr double tone_hz = 1200.0, decay_s = 2e-3;
 
-  /// Appends the samples of a tick of `samples` in which `snaps` bristles snapped. Loudness grows with the
+  /// Appends `samples` samples of sound for a tick in which `snaps` bristles snapped. Loudness grows with the
   /// square root of the snaps: 400 in a tick strike at full scale.
   void add(float snaps, int samples, std::vector<std::int16_t>& to) {
     const double rest = std::exp(-1.0 / (decay_s * samples_per_second));
@@ -33,18 +33,18 @@ class SnapTone {
   double last_ = 0.0, before_ = 0.0;
 };
 
-/// Player of the tone: a program of PulseAudio or ALSA that reads samples from a pipe.
+/// Player of the snaps' sound: a program of PulseAudio or ALSA that reads samples from a pipe.
 class SnapPlayer {
  public:
-  /// Starts the player. Returns false if the system has no such program.
+  /// Starts the player program. Returns false if the system has none.
   bool start();
   void stop() { pipe_.reset(); }
   bool plays() const { return pipe_ != nullptr; }
-  /// Plays a tick of `1 / rate_hz` seconds. What the pipe does not take at once is left out.
+  /// Adds the sound of a tick that lasts 1 / rate_hz seconds.
   void add(float snaps, double rate_hz) {
     if (plays()) tone_.add(snaps, static_cast<int>(SnapTone::samples_per_second / rate_hz), samples_);
   }
-  /// Sends what was added. Returns false, and stops, if the player has ended.
+  /// Sends the added sound; drops what the pipe does not take. Returns false, and stops, if the player ended.
   bool send();
 
  private:

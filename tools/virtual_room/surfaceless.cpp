@@ -21,7 +21,7 @@ namespace {
 }  // namespace
 
 SurfacelessContext::SurfacelessContext() {
-  // Tests for libEGL first: libepoxy ends the program if the library is missing.
+  // Tests for libEGL itself, because libepoxy ends the program if that library is missing.
   void* const library = dlopen("libEGL.so.1", RTLD_LAZY);
   if (!library) complain("libEGL.so.1 is not installed");
   dlclose(library);
@@ -51,8 +51,8 @@ SurfacelessContext::SurfacelessContext() {
 SurfacelessContext::~SurfacelessContext() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
-  // Leaves the display open, as it belongs to the process: unloading the driver would show as an anonymous
-  // leak.
+  // Leaves the EGL display open, as it belongs to the process: if the driver were unloaded, its leaks would
+  // have no names.
 }
 
 void leave_cores_to_the_haptic_loop() { setenv("LP_NUM_THREADS", "1", 0); }

@@ -1,10 +1,10 @@
-// Makes OpenGL contexts without a window or a display, by EGL.
+// Makes OpenGL contexts without window or display, by EGL.
 #pragma once
 
 namespace room {
 
-/// OpenGL context, current on the thread that made it. Throws cli::UserError where EGL or OpenGL 3.3 is
-/// missing.
+/// OpenGL context without a surface, current on the thread that made it. Throws cli::UserError where EGL or
+/// OpenGL 3.3 is missing.
 class SurfacelessContext {
  public:
   SurfacelessContext();
@@ -17,8 +17,8 @@ class SurfacelessContext {
   void* context_ = nullptr;
 };
 
-/// Makes a software OpenGL (llvmpipe) compute on one thread and leave the other cores to the haptic loop.
-/// Call it before the first context; the person's own setting has priority.
+/// Makes software OpenGL (llvmpipe) use one thread, so that the haptic loop has the other cores. Call it
+/// before the first context; a setting in the user's environment has priority.
 void leave_cores_to_the_haptic_loop();
 
 }  // namespace room

@@ -1,4 +1,4 @@
-// Records the paths of the blocks' centres, from the place where each began.
+// Records the paths of the blocks' centres since the scene began, for drawing.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@ namespace room {
 class Trails {
  public:
   static constexpr std::size_t blocks = 1 + most_compared;
-  static constexpr float spacing = 0.004f;  ///< m, distance between two stored points of a path
+  static constexpr float spacing = 0.004f;  ///< distance between stored points of a path, m
 
-  /// Highest number of points; beyond it the oldest are removed, but not the first.
+  /// Limit of a path's points; beyond it the oldest are removed, except the first.
   static constexpr std::size_t most = 200;
 
-  /// Adds the places of the blocks in a picture. Clears all paths if the scene begins again or a carriage
-  /// moves it.
+  /// Adds the blocks' places in a picture. Clears all paths if the scene begins again, or if a carriage moves
+  /// the blocks.
   void update(const Snapshot& room) {
     const bool again = room.time < time_ || room.settings.compare != scene_;
     time_ = room.time;
@@ -37,7 +37,7 @@ class Trails {
         ways_[i + 1].clear();
     }
   }
-  /// Returns the path of a block's centre (m, in the room's axes) at the place where the block is drawn.
+  /// Returns the path of a block's centre (m, room axes), shifted to where the block is drawn.
   const std::vector<Eigen::Vector3f>& way(std::size_t block) const { return ways_[block]; }
 
  private:

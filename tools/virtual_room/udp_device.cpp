@@ -19,15 +19,15 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr std::int64_t most_ahead = 1 << 16;  // largest increase of the sequence number that is plausible
-constexpr int most_packets = 32;              // largest number of packets read in one tick, so that a flood
-                                              // does not stop the loop
+constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
+constexpr int most_packets = 32;              // limit of packets read in one tick, so that a flood does not
+                                              // stop the loop
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // gives a packet's layout on little-endian machines
+  std::memcpy(&bits, &value, sizeof value);  // copies bytes as they are: right on little-endian machines
                                              // only
   std::memcpy(to, &bits, sizeof value);
 }
@@ -38,7 +38,7 @@ T get(const unsigned char* from) noexcept {
   return value;
 }
 
-/// Returns the SipHash-2-4 tag (Aumasson and Bernstein, 2012) of the first 64 bytes of a packet.
+/// Returns the tag of a packet's first 64 bytes, by SipHash-2-4 (Aumasson and Bernstein, 2012).
 std::uint64_t tag_of(const unsigned char* packet, std::uint64_t key) noexcept {
   std::uint64_t v[4] = {key ^ 0x736f6d6570736575, 0x646f72616e646f6d, key ^ 0x6c7967656e657261,
                         0x7465646279746573};
@@ -143,7 +143,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (there_ && now - heard_at_ > silence_s_) there_ = false;
-  unsigned char bytes[hand_packet_size + 1];  // one byte more than a packet has, so that a longer packet is
+  unsigned char bytes[hand_packet_size + 1];  // has one byte more than a packet, so that a longer packet is
                                               // noticed
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};
@@ -154,7 +154,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
     HandPacket packet;
     const bool good = decode(bytes, static_cast<std::size_t>(got), packet) &&
                       (token_ == 0 || get<std::uint64_t>(bytes + 64) == tag_of(bytes, token_));
-    // Compares sequence numbers by serial arithmetic, since they may wrap around.
+    // Compares sequence numbers by their signed difference, since they may wrap around.
     const std::int64_t ahead = static_cast<std::int32_t>(packet.sequence - newest_.sequence);
     const bool newer = token_ != 0 ? !heard_ || ahead > 0 : !there_ || (ahead > 0 && ahead <= most_ahead);
     if (!good || !newer) {

@@ -41,8 +41,8 @@ inline constexpr std::size_t hand_packet_size = 72, force_packet_size = 48;
 struct HandPacket {
   std::uint32_t sequence = 0;
   Hand hand;
-  std::uint64_t token = 0;  ///< key of the tag that encode() adds; 0 = no tag. decode() does not change the
-                            ///< key
+  std::uint64_t token = 0;  ///< key by which encode() tags the packet; 0 = no tag. decode() leaves it as it
+                            ///< is
 };
 struct ForcePacket {
   std::uint32_t sequence = 0;
@@ -50,15 +50,15 @@ struct ForcePacket {
 };
 void encode(const HandPacket& packet, unsigned char (&to)[hand_packet_size]) noexcept;
 void encode(const ForcePacket& packet, unsigned char (&to)[force_packet_size]) noexcept;
-/// Reads a packet from bytes. Returns false if they are no valid one.
+/// Reads a packet from bytes. Returns false if they are not a valid packet.
 bool decode(const unsigned char* from, std::size_t size, HandPacket& packet) noexcept;
 bool decode(const unsigned char* from, std::size_t size, ForcePacket& packet) noexcept;
 
 class UdpDevice final : public Device {
  public:
-  /// Listens on `address` and `port` (0 = any free one). An address other than loopback lets the network push
-  /// the block. The device is lost after `silence_s` without a packet. `token` is the key of the tag that
-  /// packets must carry; 0 = no tag. Throws cli::UserError.
+  /// Listens for hands on `address` and `port` (0 = any free one). With an address other than loopback, the
+  /// network can push the block. The device is lost after `silence_s` without a packet. `token` is the key of
+  /// the tag that packets must carry; 0 = no tag. Throws cli::UserError.
   explicit UdpDevice(int port, const char* address = "127.0.0.1", double silence_s = 0.1,
                      std::uint64_t token = 0);
   ~UdpDevice() override;
@@ -79,7 +79,7 @@ class UdpDevice final : public Device {
   std::uint64_t token_;
   sockaddr_in peer_{};
   bool there_ = false, heard_ = false;
-  double heard_at_ = 0.0, time_s_ = 0.0;  // s, wall-clock time of the last packet; s, simulated time
+  double heard_at_ = 0.0, time_s_ = 0.0;  // wall time of the last packet, s; simulated time, s
   HandPacket newest_;
   std::uint64_t refused_ = 0;
 };

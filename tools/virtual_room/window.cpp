@@ -1,4 +1,4 @@
-// Shows the room in a GLFW window, with the mouse as a hand, and keys.
+// Shows the room in a window of the library GLFW, with the mouse as a hand, and keys.
 #define GLFW_INCLUDE_NONE  // epoxy declares OpenGL instead of GLFW
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -43,12 +43,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// s, simulated time between the moments kept for looking back, and how long they are kept.
+// Simulated time between the states kept for looking back, and for how long they are kept, s.
 constexpr double kept_every_s = 0.05, kept_s = 60.0;
-constexpr double filmed_s = 15.0;     // s, simulated, of a film
-constexpr int film_pictures_hz = 10;  // pictures per simulated second of a film
+constexpr double filmed_s = 15.0;     // simulated time that a film shows, s
+constexpr int film_pictures_hz = 10;  // pictures in a film per simulated second
 constexpr double notice_lasts_s = 4.0;
-constexpr double answer_takes_s = 1.0;  // s, longest time after sending settings until they take effect
+constexpr double answer_takes_s = 1.0;  // limit of the time from sending settings until they are in force, s
 
 std::string last_glfw_error;
 
@@ -57,7 +57,7 @@ std::string last_glfw_error;
   throw cli::UserError("no window: " + what + why + "; --headless runs the same room without one");
 }
 
-// Owner of the GLFW library: starts it, and ends it when destroyed.
+// Owner of the GLFW library: starts it, and terminates it when destroyed.
 struct Glfw {
   Glfw() {
     glfwSetErrorCallback([](int, const char* text) { last_glfw_error = text; });
@@ -72,7 +72,7 @@ struct DestroyWindow {
   void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
 };
 
-// Owner of ImGui's GLFW part; it needs an ImGui context first.
+// Owner of ImGui's backend for GLFW, which needs an ImGui context.
 struct ImGuiOnGlfw {
   explicit ImGuiOnGlfw(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
   ~ImGuiOnGlfw() { ImGui_ImplGlfw_Shutdown(); }
@@ -80,7 +80,7 @@ struct ImGuiOnGlfw {
   ImGuiOnGlfw& operator=(const ImGuiOnGlfw&) = delete;
 };
 
-// Guard that stops the loop's thread however the function is left.
+// Guard that starts the haptic loop and stops it however the function is left.
 struct RunningLoop {
   HapticLoop& loop;
   explicit RunningLoop(HapticLoop& l) : loop(l) { loop.start(); }
@@ -89,7 +89,7 @@ struct RunningLoop {
   RunningLoop& operator=(const RunningLoop&) = delete;
 };
 
-// Returns a name with date and time for a new file in the working folder.
+// Returns a new file's name, with date and time, in the working folder.
 std::string dated_name(const char* ending) {
   const std::string stem = fmt::format("bristle-room-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
   std::string name = stem + ending;
@@ -160,8 +160,8 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // Limits the scale to what the panels have room for, in steps of a quarter, because each change rebuilds
-    // the font.
+    // Limits the display scale to what the panels have room for, in steps of a quarter, since each change
+    // rebuilds the fonts.
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
@@ -179,7 +179,7 @@ class RoomWindow {
     keep_for_later();
   }
 
-  // Keeps the states of the last minute, through which the person can look during a pause.
+  // Keeps states of the room of the last minute, to which the user can look back in a pause.
   void keep_for_later() {
     if (room().paused) return;
     view_->gui.back_s = 0;
@@ -189,14 +189,14 @@ class RoomWindow {
     if (past_.back().time - past_.front().time > kept_s) past_.pop_front();
   }
 
-  // Returns the present room, or during a pause the moment that the person looks back to.
+  // Returns the present state of the room or, in a pause, the past state that the user looks at.
   const Snapshot& shown() {
     GuiState& gui = view_->gui;
     gui.back_most_s =
         room().paused && !past_.empty() ? static_cast<float>(room().time - past_.front().time) : 0;
     if (film_) {
       gui.back_s = std::min(film_left_s_, gui.back_most_s);
-      gui.back_most_s = 0;  // hides the slider, which would be filmed
+      gui.back_most_s = 0;  // hides the slider through the past, which would be filmed
     } else if (gui.back_most_s <= 0) {
       return room();
     }
@@ -210,7 +210,7 @@ class RoomWindow {
     return shown_;
   }
 
-  // Measures the rates of simulation and pictures, once a picture, and chooses how much is drawn.
+  // Measures, once per picture, the speed of simulation and pictures, and chooses how much is drawn.
   void measure(double picture_s) {
     const double now = glfwGetTime();
     ++pictures_counted_;
@@ -229,7 +229,7 @@ class RoomWindow {
     view_->gui.drawn = pace_.now().says;
   }
 
-  // Pauses the room and lets the last seconds pass again, so that each picture of them is filmed.
+  // Pauses the room and shows its last seconds again, to film each picture of them.
   void begin_film() {
     if (film_ || past_.empty()) return say("nothing to film yet");
     film_.emplace();
@@ -239,8 +239,8 @@ class RoomWindow {
     notice_until_ = 0;
   }
 
-  // Adds the picture of the room, without panels, to the film; ends the film at the present moment, or when
-  // the room goes on.
+  // Adds the picture of the room, without panels, to the film. Ends the film at the present moment, or if the
+  // room goes on.
   void film(int height) {
     const Area& s = view_->layout().picture.scene;
     const auto left = static_cast<int>(s.x), wide = static_cast<int>(s.width),
@@ -249,7 +249,7 @@ class RoomWindow {
     glReadBuffer(GL_BACK);
     if (room().paused)
       film_->add(halve(read_pixels(wide, high, left, height - static_cast<int>(s.y) - high)));
-    const bool starts = film_->pictures() == 0;  // the pause has not arrived yet
+    const bool starts = film_->pictures() == 0;  // at first the pause may not have taken effect yet
     if (!starts) film_left_s_ -= 1.0f / static_cast<float>(film_pictures_hz);
     if (starts || (room().paused && film_left_s_ > -0.01f)) return;
     write_file(dated_name(".png"), film_->as_png(film_pictures_hz));
@@ -266,25 +266,25 @@ class RoomWindow {
   void begin_tour() {
     Settings to = settings_of(Comparison::none);
     to.bristles = view_->gui.settings.bristles;
-    to.presliding_length = 4e-3;  // bristles must be this long to be seen bending
+    to.presliding_length = 4e-3;  // mean bend at a snap, m: so long that one sees the bristles bend
     change_settings(to);
     act(Act::tour);
     touring_ = tour_begins_ = touched_ = true;
   }
 
-  // Ends the tour and its hand; if the scene of the models has begun, it goes on.
+  // Ends the tour (a guided demonstration) and its hand; a comparing scene that has begun goes on.
   void end_tour() {
     if (std::exchange(touring_, false) && view_->gui.settings.compare == Comparison::none) act(Act::reset);
   }
 
-  // Shows the tour's line of text. When the tour's hand has finished, starts the scene that compares the
-  // models.
+  // Shows the line of text of the tour (a guided demonstration). Once the tour's hand has finished, starts
+  // the scene that compares models.
   void follow_tour() {
     view_->title.clear();
     if (!touring_) return;
     const bool compares = view_->gui.settings.compare == Comparison::models;
-    tour_begins_ = tour_begins_ && room().time > 1.0;  // stays true until the room's time shows that the
-                                                       // reset has happened
+    tour_begins_ = tour_begins_ && room().time > 1.0;  // true until the room's time shows that it was
+                                                       // reset
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);
@@ -323,7 +323,7 @@ class RoomWindow {
     }
     const double begin = glfwGetTime();
     ImGui_ImplGlfw_NewFrame();
-    // Tells the panels also of keys that were pressed and released between two slow pictures.
+    // Tells ImGui also of keys that were pressed and released between two slow pictures.
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = true;
     const Wishes wishes = view_->draw(shown(), width, height, static_cast<float>(elapsed), 0);
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = is_down(key);
@@ -338,7 +338,7 @@ class RoomWindow {
 
   void obey(const Wishes& wishes) {
     if (wishes.settings) {
-      touring_ = false;  // whose settings would replace these
+      touring_ = false;  // ends the tour, which would replace the user's settings
       send_settings();
     }
     if (wishes.act != Act::none) act(wishes.act);
@@ -400,7 +400,7 @@ class RoomWindow {
     write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
   }
 
-  // Lists the files that "Load" offers, the newest first.
+  // Lists the files that the button Load offers, the newest first.
   void list_files() {
     std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
     std::error_code error;
@@ -427,7 +427,7 @@ class RoomWindow {
     }
   }
 
-  // Starts the scene of a comparison, or the level floor, from its beginning.
+  // Starts a scene that compares, or the level floor with one block, from its beginning.
   void compare(Comparison scene) {
     Settings to = settings_of(scene);
     to.bristles = view_->gui.settings.bristles;
@@ -459,7 +459,7 @@ class RoomWindow {
     }
   }
 
-  // Makes the graphic loop stand still for a while. For tests.
+  // Stops the graphic loop for a while, if a test asks for it.
   void stall() {
     if (options_.stall_graphics_ms <= 0 || glfwGetTime() < next_stall_) return;
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(options_.stall_graphics_ms));
@@ -486,7 +486,7 @@ class RoomWindow {
 
   bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
 
-  // Whether keys go to the panels: from Tab to Esc or a click.
+  // Returns whether keys go to the panels: from Tab on, until Esc or a click.
   static bool keys_are_of_panels() {
     return (ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard) != 0;
   }
@@ -514,7 +514,7 @@ class RoomWindow {
   void send_hand() {
     if (!mouse_.hand_changed()) return;
     touched_ = true;
-    end_tour();  // a person who touches the room takes over from the tour's hand
+    end_tour();  // a user who touches the room takes over from the tour
     exchange_.mouse.write(mouse_.hand());
   }
 
@@ -620,17 +620,17 @@ class RoomWindow {
   MouseControl mouse_;
   bool screenshot_ = false, touched_ = false;
   double notice_until_ = 0, next_stall_ = 1.0;
-  double sent_at_ = 0;  // s, time when settings were last sent; 0: the initial ones count as sent
+  double sent_at_ = 0;  // time when settings were last sent, s; 0: only the initial ones
   long pictures_ = 0;
   DrawingPace pace_;
-  // s, real and simulated time when the rates were last computed.
+  // Real and simulated time when the rates were last computed, s.
   double counted_at_ = 0, simulated_ = 0;
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;
-  std::vector<int> pressed_;  // keys pressed since the last picture
+  std::vector<int> pressed_;  // keys pressed since the last picture was drawn
   std::deque<Snapshot> past_;
-  std::optional<Film> film_;  // film that is being made
-  float film_left_s_ = 0;     // s, simulated, from the filmed moment to the present
+  std::optional<Film> film_;  // film being made; empty: none
+  float film_left_s_ = 0;     // simulated time from the filmed moment to the present, s
   bool runs_after_film_ = false;
   SnapPlayer sound_;
   Snapshot shown_;

@@ -17,26 +17,26 @@ using Vector9 = Eigen::Matrix<double, velocities, 1>;
 using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 
 constexpr double gravity = 9.80665;  // m/s^2
-constexpr double tool_mass = 0.05;   // kg, mass of the tool that the hand moves
-constexpr double air_damping = 0.5;  // N s/m, damper between tool and air
+constexpr double tool_mass = 0.05;   // mass of the tool that the hand moves, kg
+constexpr double air_damping = 0.5;  // damping of the tool's motion by air, N s/m
 
-// N/m, normal stiffness of one contact; a block at rest sinks in by a few micrometres.
+// Normal stiffness of one contact, N/m; a block at rest sinks in by a few micrometres.
 constexpr double normal_stiffness = 1e5;
-constexpr double fastest_target = 2.0;  // m/s, highest speed of the hand spring's end when the hand jumps
+constexpr double fastest_target = 2.0;  // limit of the speed of the spring's hand end, m/s
 
-// m/s, speed of the hand spring's end while it takes the tool from afar.
+// Speed at which the hand's end of the spring fetches a tool that is far away, m/s.
 constexpr double catching_up = 0.15;
-// s, time between taps, which go down and up the slope in turn, and the length of a tap
+// Time from a tap on the block to the next, and duration of a tap, s. Taps go down and up the slope in turn.
 constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;
-// m, distance from the middle at which the block counts as lost
+// Distance from the room's middle beyond which the block counts as lost, m.
 constexpr double far_away = 5.0;
-// Relative change of load below which a patch keeps its load: rounding alone does not make it visit its
-// bristles.
+// Relative change of load below which a patch keeps its load, so that rounding alone does not make it visit
+// its bristles.
 constexpr double load_grain = 1e-9;
-// Stiffness (N/m) and greatest force (N) of the carriage that moves compared blocks.
+// Stiffness (N/m) and largest force (N) by which the carriage moves a compared block.
 constexpr double carriage_stiffness = 1e5, carriage_force = 20.0;
 
-// Returns the tap force over its amplitude: half a sine wave, alternately down and up the slope.
+// Returns the force of the taps at a time, over their amplitude: half sine waves, down and up the slope.
 double tap(double time) {
   const double count = std::floor(time / tap_period);
   const double into = time - count * tap_period;
@@ -45,7 +45,7 @@ double tap(double time) {
   return std::fmod(count, 2.0) == 0.0 ? size : -size;
 }
 
-// Returns the tangent axes of a flat surface; they are fixed along the room's axes.
+// Returns the first tangent axis of a flat surface, which is parallel to an axis of the room.
 Vector3 along_of(Surface surface) {
   return surface == Surface::end_wall ? Vector3(0, 1, 0) : Vector3(1, 0, 0);
 }
@@ -61,8 +61,8 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   return row;
 }
 
-// Returns the row whose product with the velocities is the block's spin against the tool; the tool itself
-// does not turn.
+// Returns the row whose product with the nine velocities is the block's spin against the tool, which does not
+// turn itself.
 Vector9 spin_row(const Touch& touch) {
   Vector9 row = Vector9::Zero();
   if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
@@ -118,7 +118,7 @@ void World::reset() noexcept {
 }
 
 void World::step(double dt, const Hand& hand, double grip, double force_limit) noexcept {
-  // 1. New position and velocity, from forces, loads and friction at the contacts found in the last tick.
+  // 1. New velocity and position, from forces, loads and friction at the contacts found last tick.
   std::swap(touches_, found_);
   move_target(dt, hand, grip);
   refresh_mass();
@@ -132,16 +132,16 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   const Velocity mean = friction_.find_motion(dt, coupled_, external, {contacts.data(), contacts.size()});
   move(dt, mean);
 
-  // 2. Collision detection: finds the contacts of the next tick.
+  // 2. Collision detection: finds the contacts that act in the next tick.
   find_touches(measures_, block_, tool_, found_);
 
   // 3. Friction: steps every patch along its displacement in this tick, then sets the velocity that the
-  //    forces give.
+  // forces cause.
   friction_.step(dt, coupled_, external, contacts);
   body_.velocity = coupled_.velocity;
   keep_forces(dt, mean);
 
-  // 4. Feedback: the hand feels the spring between itself and the tool.
+  // 4. Feedback: computes the force that the hand feels, that of the spring between it and the tool.
   const Vector3 tool_velocity = body_.velocity.tail<3>();
   device_force_ = spring_ * (tool_ - target_) + damper_ * (tool_velocity - target_velocity_);
   const double size = device_force_.norm();
@@ -149,9 +149,9 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   time_ += dt;
 }
 
-// Moves the spring's end towards the hand, at most as fast as a hand moves, since a mouse may jump. A tool
-// that is far away is fetched slowly: the force limit bounds the spring, not the impact of a tool that
-// arrives fast.
+// Moves the hand's end of the spring towards the hand, at most as fast as a hand moves, since a mouse may
+// jump. Fetches a tool that is far away slowly: the force limit bounds the spring, but not the impact of a
+// fast tool.
 void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   if (!hand.holds || grip <= 0.0) {
     target_ = tool_;
@@ -169,8 +169,8 @@ void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   target_velocity_ = (target_ - before) / dt;
 }
 
-// Puts the tool at the hand when it is held for the first time since the reset, unless that place is inside
-// the block.
+// Puts the tool where the hand is when it is held for the first time since the reset, unless that place is
+// inside the block.
 void World::put_tool(const Vector3& place) noexcept {
   held_ = true;
   const Vector3 half(0.5 * measures_.block[0], 0.5 * measures_.block[1], 0.5 * measures_.block[2]);
@@ -208,7 +208,7 @@ Velocity World::force_beside_contacts(const Hand& hand) const noexcept {
   return f;
 }
 
-// Adds the hand's spring and damper to forces and mass, implicitly, so that a stiff spring is stable too.
+// Adds the hand's spring and damper to mass and forces implicitly, so that a stiff spring is stable too.
 void World::add_hand_spring(double dt, double grip, double force_limit, Velocity& external) noexcept {
   spring_ = grip * parameters_.settings.hand_stiffness;
   damper_ = grip * parameters_.settings.hand_damping;
@@ -220,10 +220,10 @@ void World::add_hand_spring(double dt, double grip, double force_limit, Velocity
   coupled_.mass.diagonal().tail<3>().array() += dt * gain;
 }
 
-// Adds a torsion spring about the floor's normal between block and hand, implicitly as the hand's spring. Its
-// damper is about critical for the default block.
+// Adds a torsion spring between hand and block about the floor's normal, implicitly. Its damping is about
+// critical for the default block.
 void World::add_turn(double dt, double angle, Velocity& external) noexcept {
-  constexpr double damper = 0.015;  // N m s/rad
+  constexpr double damper = 0.015;  // damping of the torsion spring, N m s/rad
   constexpr double full_turn = 6.28318530717959;
   const double gain = dt * turn_stiffness + damper;
   const Rotation& q = block_.orientation;
@@ -232,8 +232,8 @@ void World::add_turn(double dt, double angle, Velocity& external) noexcept {
   coupled_.mass(5, 5) += dt * gain;
 }
 
-// Adds a stiff spring from the block's centre to a carriage on rails, implicitly as the hand's spring. The
-// limited force moves a block that is far from the carriage gently.
+// Adds a stiff spring from the block's centre to a carriage on rails, implicitly. The force is limited, so
+// that a block far from the carriage is moved gently.
 void World::add_carriage(double dt, Velocity& external) noexcept {
   const Settings& s = parameters_.settings;
   const double damper = 2.0 * std::sqrt(carriage_stiffness * s.mass), gain = dt * carriage_stiffness + damper;
@@ -247,7 +247,7 @@ void World::add_carriage(double dt, Velocity& external) noexcept {
   }
 }
 
-// Finds the normal loads of the next step. A pressing contact is a spring with an overdamped damper,
+// Finds the normal loads of the next step. A pressing contact is a spring with an overcritical damper,
 // evaluated at the end of the step. Contacts switch between pressing and open until all are consistent;
 // friction is that of the last tick. Afterwards mass and `external` include the pressing contacts.
 void World::find_loads(double dt, Velocity& external) noexcept {
@@ -306,7 +306,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 }
 
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
-  // Turns the tangent axes along with the normal.
+  // Turns a place's tangent axes with its normal, so that bristles keep their directions.
   if (touch.pair == Touch::Pair::block_surface) place.along = along_of(touch.surface);
   Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
   if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
@@ -339,7 +339,7 @@ TangentRows World::tangent_rows(const Touch& touch, const Place& place) const no
 }
 
 // Lists the contacts of this step. A contact gets a patch when it first presses, and returns it one step
-// after it stops pressing: in that step, with zero load, the bristles are reset.
+// after it stopped pressing: in that step, the load of zero resets the bristles.
 void World::collect_patches() noexcept {
   std::array<bool, touch_keys> near{};
   contact_count_ = 0;
@@ -415,7 +415,7 @@ Vector3 World::friction() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  // Corners on the floor are the first of all places.
+  // Sums over the corners on the floor, which come first among the contact places.
   for (std::size_t corner = 0; corner < corners; ++corner) {
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
@@ -498,7 +498,7 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
-      // Shows the tool's contact only if no other exists.
+      // Shows bristles of the tool's contact (last in the list) only if there is no other contact.
       if (k == surfaces * corners && shown_key_ != 0) break;
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;

@@ -1,5 +1,5 @@
-// World of the room: a rigid block, the tool, the walls, and a tick in the paper's four steps. Knows no
-// threads and no clocks.
+// World of the virtual room: rigid block, tool, walls, and a tick in the paper's four steps. It has no
+// threads and reads no clock.
 #pragma once
 
 #include <array>
@@ -14,27 +14,27 @@
 
 namespace room {
 
-/// s, period of a pair of taps, one down the slope and one up.
+/// Period of a pair of taps on the block, one down the slope and one up, s.
 inline constexpr double tap_pair = 0.5;
 
-/// World of the room, stepped by one thread (the haptic thread). Nothing in take, reset or step allocates,
-/// locks or throws.
+/// World of the virtual room, stepped by one thread (the haptic thread). take(), reset() and step() do not
+/// allocate, lock or throw.
 class World {
  public:
-  /// Binds the world to the patches of `batch`, which every tick steps once.
+  /// Binds the world to the patches in `batch`, which it steps once per tick.
   World(const RoomMeasures& measures, bristle::PatchBatch& batch);
 
   void take(const Parameters& parameters) noexcept;
-  /// Puts the block at rest in the middle of the floor and sets the time to 0. The patches must be without
+  /// Puts the block at rest in the middle of the floor and sets the time to 0. No patch may carry
   /// load.
   void reset() noexcept;
 
-  /// Runs one tick. `grip`, 0 to 1, is the share of the hand's spring that pulls (0: released).
+  /// Runs one tick. `grip` (0 to 1) is the share of the hand's spring that pulls the tool (0: released).
   void step(double dt_s, const Hand& hand, double grip, double force_limit) noexcept;
 
-  /// Fills the fields of the snapshot that belong to the world.
+  /// Fills those fields of the room's snapshot that the world knows.
   void show(Snapshot& to) const noexcept;
-  /// Samples bristles of the patch under the highest load. Too slow for every tick, as it visits the
+  /// Copies a sample of bristles from the patch under the highest load. Too slow for every tick, as it visits
   /// bristles.
   void show_bristles(BristleView& to) noexcept;
 
@@ -43,42 +43,42 @@ class World {
   const Vector3& block_position() const noexcept { return block_.position; }
   const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
-  Vector3 friction() const noexcept;  ///< N, friction of all patches on the block except the tool's
-  Vector3 applied() const noexcept;   ///< N, force of the tool on the block
+  Vector3 friction() const noexcept;  ///< friction of all patches but the tool's on the block, N
+  Vector3 applied() const noexcept;   ///< force of the tool on the block, N
 
-  /// Number of bristles on the floor that snapped in the last tick.
+  /// Returns how many bristles on the floor snapped in the last tick.
   std::uint64_t snaps() const noexcept { return friction_.snaps(); }
-  double holds() const noexcept;  ///< N, highest elastic friction of the floor under the present load
+  double holds() const noexcept;  ///< highest elastic friction of the floor at this load, N
   const Vector3& device_force() const noexcept { return device_force_; }
-  /// Whether every number of the state is finite and the block is still near.
+  /// Whether all numbers of the state are finite and the block is within 5 m.
   bool is_sound() const noexcept;
   std::uint64_t state_hash() const noexcept;
 
-  /// Force of one contact in the last tick, for recordings; x, y of the friction are in the patch's axes.
+  /// Force of one contact in the last tick, for recordings. Friction is along the patch's axes.
   struct PatchForce {
     std::size_t patch;
     int key;
-    double force[2], load;  ///< N, friction and normal load
-    double point[2];        ///< m, displacement of the block in the patch's axes since the touch began
+    double force[2], load;  ///< friction and normal load of the contact, N
+    double point[2];        ///< displacement of the block along the patch's axes since the touch began, m
     double bristles;        ///< number of representatives in contact
     bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 
  private:
-  // State of a contact place (a corner on a surface, or the tool) while it touches.
+  // State of a contact place (a corner on a surface, or the tool) for as long as it touches.
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // N, friction of the place's patch on the block
-    double load = 0.0, limit = 0.0;   // N, normal load of the place and its highest elastic friction
+    Vector3 force = Vector3::Zero();  // friction of this place's patch on the block, N
+    double load = 0.0, limit = 0.0;   // normal load, and highest elastic friction under it, N
 
-    // N m, torque of a pad on the block about the normal, and its highest value.
+    // Torque of the tool's pad on the block about the normal, and its highest value, N m.
     double torque = 0.0, torque_limit = 0.0;
-    double way[2] = {0, 0};  // m, displacement along the tangent axes since the touch began
+    double way[2] = {0, 0};  // displacement along the tangent axes since the touch began, m
   };
   struct NormalContact {
-    Velocity row;  // row whose product with the velocities is the speed at which the gap at this place opens
+    Velocity row;  // row whose product with the nine velocities is the speed of the opening gap
     double depth, damping;
     bool presses;
   };
@@ -106,19 +106,19 @@ class World {
   double time_ = 0.0;
   Pose block_;
   Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
-  bool held_ = false;        // whether the hand's spring has pulled since the reset
-  bool caught_up_ = false;   // whether the spring's end has reached the hand since the tool was taken
-  Body body_;                // velocities of block and tool, and their mass
-  Body coupled_;             // body_ with the hand's spring and the normal contacts added to its mass
-  Touches touches_, found_;  // contacts that act in this tick, and contacts found at its end for the next
-                             // tick
+  bool held_ = false;        // whether the hand has held the tool since the reset
+  bool caught_up_ = false;   // whether the spring's end has reached the hand
+  Body body_;                // nine velocities of block and tool, and their mass
+  Body coupled_;             // body_ plus the hand's spring and normal contacts in its mass
+  Touches touches_, found_;  // contacts that act in this tick, and those found at its end, which act in the
+                             // next
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
   std::array<PatchContact, patch_count> contacts_{};
-  std::array<std::size_t, patch_count> contact_touch_{};  // index into touches_ of each contact
+  std::array<std::size_t, patch_count> contact_touch_{};  // for each contact, the index of its touch
   std::size_t contact_count_ = 0;
-  double spring_ = 0.0, damper_ = 0.0;  // N/m and N s/m, the hand's spring and damper in this tick
+  double spring_ = 0.0, damper_ = 0.0;  // hand's spring (N/m) and damper (N s/m) in this tick
   Vector3 device_force_ = Vector3::Zero();
   std::uint64_t shown_key_ = 0;
 };

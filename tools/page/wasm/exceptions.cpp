@@ -10,7 +10,7 @@ extern "C" {
 
 void* __cxa_allocate_exception(std::size_t size) noexcept { return std::malloc(size); }
 void __cxa_free_exception(void* thrown) noexcept { std::free(thrown); }
-/// Every exception of the page is a std::exception without a second base.
+/// Passes what() to JavaScript. The cast holds: all exceptions here derive from std::exception alone.
 [[noreturn]] void __cxa_throw(void* thrown, std::type_info*, void (*)(void*)) {
   refuse(static_cast<std::exception*>(thrown)->what());
 }

@@ -13,7 +13,7 @@ function openCanvas(id) {
     canvas.width = Math.max(1, Math.round(box.width * ratio));
     canvas.height = Math.max(1, Math.round(box.height * ratio));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    clear(it);  // a canvas of a new size is black until the next picture
+    clear(it);  // a resized canvas is black until the next picture is drawn
   };
   new ResizeObserver(fit).observe(canvas);
   fit();

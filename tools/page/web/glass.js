@@ -24,7 +24,7 @@ function makeGlass() {
     draw(library, state, settings) {
       const {context, width, height} = view;
       const spacing = width > 700 ? 15 : 12;
-      const scale = 2.0 * spacing / settings.length;  // pixels per metre
+      const scale = 2.0 * spacing / settings.length;  // scale of the drawing, pixels per metre
       const wanted = Math.min(Math.floor(width / spacing) - 2, 512);
       const shown = settings.contact === 'cohorts' ? wanted : Math.min(wanted, Math.floor(state.active));
       const bends = library.bends(Math.max(shown, 1));
@@ -33,7 +33,7 @@ function makeGlass() {
       const bottom = height - 24;
       clear(view);
       drawBand(context, top, bottom, state.position, scale);
-      const groups = [[], [], [], []];  // bristles of like bend, so that each colour is set once
+      const groups = [[], [], [], []];  // bristles grouped by bend, so that each colour is set once
       for (let i = 0; i < shown; ++i) {
         const bend = bends[i];
         const share = Math.abs(bend) / settings.length;

@@ -3,11 +3,11 @@
 
 function makeHand(library, scene) {
   const pullSpeed = 0.004;  // m/s
-  const keyWay = 0.001;     // m per key press
-  let owner = null;         // source of the hand's motion: null, 'pointer', 'keys', 'pull', 'rub'
+  const keyWay = 0.001;     // distance that a key press moves the hand, m
+  let owner = null;         // what moves the hand: null, 'pointer', 'keys', 'pull' or 'rub'
   let wanted = 0;
   let offset = 0;
-  let began = 0;            // s, simulated time at which the motion began
+  let began = 0;            // simulated time at which the hand's own motion began, s
   let listener = () => {};
 
   function take(by, time) {

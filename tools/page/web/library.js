@@ -11,7 +11,7 @@ async function openLibrary(bytes) {
     return new TextDecoder().decode(all.subarray(at, all.indexOf(0, at)));
   };
   const module = await WebAssembly.compile(bytes);
-  // Of the system the library needs a clock and an empty environment; every other call reports that it is missing.
+  // The library imports a clock and an empty environment; other system calls report that they are missing.
   const missing = 52;
   const system = {
     clock_time_get(id, precision, at) {

@@ -1,4 +1,4 @@
-// Assembles the page: controls, and the loop that draws pictures.
+// Starts the page: connects its controls, and runs the loop that steps the block and draws pictures.
 'use strict';
 
 function press(buttons, pressed) {
@@ -108,7 +108,7 @@ async function main() {
   choose('contact', (value) => settings.setContact(value));
 
   let last = performance.now();
-  let owed = 0;  // steps of 1 ms that are due
+  let owed = 0;  // steps of 1 ms that are due but not yet done
   function picture(now) {
     // Limits the steps due, so that a machine too slow for real time runs slower instead of falling behind for ever.
     owed = Math.min(owed + (now - last) * speed, 50);
@@ -128,7 +128,7 @@ async function main() {
   }
   requestAnimationFrame(picture);
 
-  // Interface for tools/check_page.
+  // Gives tools/check_page, the page's test, access to the running page.
   window.bristlePage = {hashes, meter, settings, state: () => library.state(),
     blockOnScreen: () => scene.blockOnScreen(library.state())};
   window.bristlePage.compared = await runComparisons(library);

@@ -1,4 +1,4 @@
-// Draws friction over displacement and over time, from the ring of samples.
+// Draws friction over displacement and over time, from the block's ring buffer of past states.
 'use strict';
 
 /** A step of 1, 2 or 5 times a power of ten that divides `range` into about `count`. */
@@ -71,7 +71,7 @@ function forceRange(samples, first, last, remembered, state, field) {
 function makeCurve() {
   const view = openCanvas('curve');
   const axes = makeAxes(view, 'N, against the motion');
-  const longest = 12000;  // longest curve, in samples
+  const longest = 12000;  // limit of a curve's length, in samples
   return {
     range: 'all',
     draw(library, state, settings) {
@@ -97,7 +97,7 @@ function makeCurve() {
       axes.draw(micro ? 'displacement, µm' : 'displacement, mm', micro ? 1e6 : 1e3);
       axes.limits(state);
       axes.inside(() => {
-        // Fades older parts of the curve. Strides count from sample 0, so that the drawn curve does not tremble.
+        // Draws older parts fainter. Strides count from sample 0, so that the curve does not tremble.
         const pieces = 6;
         for (let p = 0; p < pieces; ++p) {
           const from = first + Math.floor((last - first) * p / pieces);

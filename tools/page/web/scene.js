@@ -1,19 +1,19 @@
 // Draws the block on the floor, the spring, the hand, and the forces as arrows.
 'use strict';
 
-const worldWidth = 0.09;   // m, width of the floor that the picture shows
+const worldWidth = 0.09;   // width of the floor in the picture, m
 const blockWidth = 0.018;  // m
-const keepWithin = 0.026;  // m, from the middle, at which the picture follows the block
+const keepWithin = 0.026;  // distance from the picture's middle beyond which it follows the block, m
 
 function makeScene() {
   const view = openCanvas('scene');
-  let middle = 0;  // m, place on the floor in the middle of the picture
+  let middle = 0;  // place on the floor at the picture's middle, m
 
   const pixelsPerMetre = () => view.width / worldWidth;
   const toScreen = (x) => view.width / 2 + (x - middle) * pixelsPerMetre();
   const floorLevel = () => view.height - 46;
 
-  // Returns the height of the floor's tooth number i, 0 to 1.
+  // Returns the height (0 to 1) of tooth number i of the drawn floor, a fixed pseudo-random number.
   function tooth(i) {
     const x = Math.sin(i * 127.1 + 11.7) * 43758.5453;
     return x - Math.floor(x);

@@ -1,4 +1,4 @@
-// Makes the sliders: ranges, labels, and the settings of the block that they set.
+// Makes the page's sliders: their ranges, their labels, and the settings of the block that they change.
 'use strict';
 
 function shortNumber(value, digits = 3) {
@@ -9,7 +9,7 @@ function lengthText(metres) {
 }
 const percentText = (share) => `${shortNumber(100 * share, 2)} %`;
 
-// Sliders. `scale: 'log'`: equal distances on a slider are equal ratios of the value.
+// Table of sliders. With `scale: 'log'`, equal distances on the slider are equal ratios of the value.
 const sliderTable = [
   {name: 'bristles', label: 'Bristles', low: 30, high: 30000, first: 1000, scale: 'log', whole: true,
    text: (v) => v.toLocaleString('en'), help: 'Representatives in contact. Fewer fluctuate more.'},
@@ -83,8 +83,8 @@ function makeSettings(parent, changed) {
   };
 }
 
-// Damping over load, s/m: 0.15 of critical for the block on its bent bristles, so that a block at rest stops swinging.
-// Bristles alone do not damp.
+// Returns the bristles' damping over load (s/m): 0.15 of critical damping of the block on its bent bristles,
+// so that a block at rest stops swinging; bristles alone do not damp.
 const blockMass = 0.1;  // kg
 function dampingPerNewton(s) {
   const stiffness = s.kinetic * s.normalLoad / s.length;
