@@ -35,8 +35,10 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
   if (first_thread_count || !quick) add(Regime::presliding, SnapRule::keep, Outputs::end);
   if (!quick) add(Regime::tremor, SnapRule::keep, Outputs::end);
   add(Regime::sliding, SnapRule::keep, Outputs::end);
-  add(Regime::sliding, SnapRule::keep, Outputs::mean);
-  add(Regime::one_snap, SnapRule::redraw, Outputs::mean);
+  if (first_thread_count || !quick) {
+    add(Regime::sliding, SnapRule::keep, Outputs::mean);
+    add(Regime::one_snap, SnapRule::redraw, Outputs::mean);
+  }
   const auto add_default = [&](Regime regime) {
     add(regime, SnapRule::redraw, Outputs::end);
     cases.back().default_material = true;
@@ -62,8 +64,9 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
   }
   add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::single, 100);
 #if !BRISTLE_MINIMAL
-  for (const std::uint32_t patch_bristles : {0u, 32u})
-    add(Regime::turning, SnapRule::slide, Outputs::end, 2, Precision::single, patch_bristles);
+  if (!quick) add(Regime::turning, SnapRule::slide, Outputs::end);
+  if (first_thread_count || !quick)
+    add(Regime::turning, SnapRule::slide, Outputs::end, 2, Precision::single, 32);
 #endif
   if (!quick) {
     add(Regime::rest, SnapRule::keep, Outputs::end, 2, Precision::single, 100);

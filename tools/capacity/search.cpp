@@ -11,8 +11,6 @@ constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
 // Largest number of bristles that is tried (some 200 MB). If it fits, the report says that more may.
 constexpr std::uint64_t most_bristles = 1ull << 24;
-constexpr double resolution = 1.02;  // ratio of the smallest number that misses the deadline to the largest
-                                     // that meets it, at which the search ends
 
 class Search {
  public:
@@ -34,6 +32,9 @@ class Search {
  private:
   std::uint64_t probe_steps() const { return options_.quick ? 100 : 300; }
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
+  // Returns the ratio of the smallest failing to the largest fitting number of bristles at which the search
+  // ends.
+  double resolution() const { return options_.quick ? 1.1 : 1.02; }
 
   // Rounds a number of bristles down to whole patches, at least one.
   std::uint64_t whole(double bristles) const {
@@ -59,10 +60,12 @@ class Search {
     const StepTimes times = measure_with_patience(bristles, probe_steps(), options_.quick ? 2 : 4);
     row_.curve.push_back(times);
     if (bristles == whole(static_cast<double>(in_cache_bristles))) row_.in_cache = times;
-    if (fits(times)) {
-      fits_ = std::max(fits_, bristles);
-    } else {
-      too_many_ = too_many_ ? std::min(too_many_, bristles) : bristles;
+    if (fits(times) && bristles > fits_) {
+      fits_ = bristles;
+      fits_p99_s_ = times.p99_s;
+    } else if (!fits(times) && (too_many_ == 0 || bristles < too_many_)) {
+      too_many_ = bristles;
+      too_many_p99_s_ = times.p99_s;
     }
     return fits(times);
   }
@@ -85,11 +88,15 @@ class Search {
   }
 
   void narrow() {
-    for (int i = 0; i < 12 && static_cast<double>(too_many_) > resolution * static_cast<double>(fits_); ++i) {
+    for (int i = 0; i < 12 && static_cast<double>(too_many_) > resolution() * static_cast<double>(fits_);
+         ++i) {
+      // Tries the number at which the line through both measured times meets the deadline, as step time grows
+      // almost in proportion to bristles, but moves each end of the interval by a tenth of it at least.
       const double low = static_cast<double>(fits_), high = static_cast<double>(too_many_);
-      const std::uint64_t middle = whole(0.5 * (low + high));
-      if (middle <= fits_ || middle >= too_many_) return;
-      probe(middle);
+      const double along = (options_.deadline_s - fits_p99_s_) / (too_many_p99_s_ - fits_p99_s_);
+      const std::uint64_t next = whole(low + std::clamp(along, 0.1, 0.9) * (high - low));
+      if (next <= fits_ || next >= too_many_) return;
+      probe(next);
     }
   }
 
@@ -109,7 +116,9 @@ class Search {
   const MeasureSteps& measure_;
   CapacityRow row_;
   std::uint64_t fits_ = 0;      // largest number of bristles that met the deadline so far
-  std::uint64_t too_many_ = 0;  // smallest number of bristles that missed the deadline so far
+  std::uint64_t too_many_ = 0;  // smallest number of bristles that missed the deadline so far; 0: none
+  double fits_p99_s_ = 0.0;     // 99th percentile of step time with `fits_` bristles, s
+  double too_many_p99_s_ = 0.0;
 };
 
 }  // namespace
