@@ -47,7 +47,7 @@ enum class BedPressure : unsigned char {
   hertz       ///< (1 - r^2)^1/2: smooth elastic bodies
 };
 
-/// Law by which the size follows the load. The given size is that at BedOptions::max_normal_load.
+/// Growth of the contact's size with the load. The given size is that at BedOptions::max_normal_load.
 enum class BedGrowth : unsigned char {
   fixed,       ///< size does not depend on the load
   cube_root,   ///< both half widths grow: spheres and ellipses (Hertz)
@@ -127,7 +127,7 @@ struct BedShape {
     shape.cells[1] = ny;
     return shape;
   }
-  /// Bristles at given places, which keep their shares under every load.
+  /// Makes a bed of bristles at given places; their shares of the load are the same under every load.
   static BedShape from_list(std::vector<BedCell> cells) {
     BedShape shape;
     shape.kind = Kind::list;
@@ -141,8 +141,8 @@ struct BedShape {
   BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
                                             const std::function<double(double, double)>& pressure);
 
-  /// Carries the bristles of an ellipse or a rectangle in `rows` of `along` cells. A disc rolls in any
-  /// direction, others along x only.
+  /// Makes the bed roll: the bristles of an ellipse or a rectangle lie in `rows` of `along` cells. A disc
+  /// rolls in any direction, other shapes along x only.
   BedShape& rolling(int along, int rows) {
     rolls = true;
     cells[0] = along;
@@ -291,15 +291,15 @@ class BRISTLE_API BedBatch {
   /// Steps the beds that `in` names; others rest. out[i] is the response to in[i]. `out` must be as long as
   /// `in`, otherwise every status is Status::bad_input.
   StepReport step(Span<const BedMotion> in, Span<BedResponse> out) noexcept;
-  /// Returns the response that step would give, without changing the state. For implicit solvers.
+  /// Returns the response that step would give, without changing any bed. For implicit solvers.
   BedResponse find_force(const BedMotion& motion) noexcept;
-  /// Unbends all bristles and takes the bed out of contact. False if there is no such bed.
+  /// Unbends all bristles of a bed and takes it out of contact. Returns false if there is no such bed.
   bool reset(BedId id) noexcept;
 
   BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness, memory and longest deflection
                                           ///< of a bed; zeros for an unknown id
 
-  /// Writes as many bristles as fit; returns how many.
+  /// Writes the bristles of a bed, for pictures, as many as fit. Returns the number written.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
   std::uint64_t state_hash(BedId id) const noexcept;  ///< state hash of one bed, 0 for an unknown id
   std::uint64_t state_hash() const noexcept;          ///< hash of all beds in the order of their slots

@@ -236,7 +236,7 @@ typedef struct bristle_batch bristle_batch;
 /** Names a patch of one batch; 0 = none. A removed id never names a later patch. */
 typedef uint64_t bristle_id;
 
-/** bristle::BatchOptions. */
+/** Options of a batch: bristle::BatchOptions. */
 typedef struct bristle_batch_options {
   size_t struct_size;
   const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
@@ -244,12 +244,12 @@ typedef struct bristle_batch_options {
   int32_t servo_core; /**< core that workers avoid; -1 = none */
 } bristle_batch_options;
 
-/** bristle::Outputs, joined by |. */
+/** Results that a step computes, joined by |: bristle::Outputs. */
 enum { BRISTLE_OUTPUT_END = 0, BRISTLE_OUTPUT_MEAN = 1, BRISTLE_OUTPUT_ENERGY = 2 };
-/** bristle::Precision. */
+/** Precision in which bristles are stored and computed: bristle::Precision. */
 enum { BRISTLE_PRECISION_SINGLE = 0, BRISTLE_PRECISION_DOUBLE = 1 };
 
-/** bristle::Population */
+/** Kind of population that stands for the bristles of a patch: bristle::Population. */
 enum {
   BRISTLE_POPULATION_AUTOMATIC = 0, /**< infinite where the law allows it and `bristles` is 0 */
   BRISTLE_POPULATION_REPRESENTATIVES = 1,
@@ -259,12 +259,12 @@ enum {
 /** Direction of a surface: bristle::Lay. With all ratios 1 there is none. */
 typedef struct bristle_lay {
   double angle;           /**< rad, from the patch's x axis to the direction "along" */
-  double limit_ratio;     /**< limit across over along */
-  double stiffness_ratio; /**< across over along; 0 = limit_ratio squared */
-  double to_over_fro;     /**< limit of motion along the direction over that against it; SnapRule::slide */
+  double limit_ratio;     /**< force limit across the direction over that along it */
+  double stiffness_ratio; /**< bristle stiffness across over along; 0 = limit_ratio squared */
+  double to_over_fro;     /**< force limit for motion along over against it; SnapRule::slide only */
 } bristle_lay;
 
-/** bristle::PatchOptions. */
+/** Options of a patch: bristle::PatchOptions. */
 typedef struct bristle_patch_options {
   size_t struct_size;
   double max_normal_load; /**< N */
@@ -276,7 +276,7 @@ typedef struct bristle_patch_options {
   uint32_t precision;   /**< BRISTLE_PRECISION_... */
   uint32_t population;  /**< BRISTLE_POPULATION_... */
   uint32_t cohorts;     /**< infinite: largest number of cohorts, 8 to 512; 0 = automatic */
-  uint32_t fluctuation; /**< infinite: fluctuates as this many bristles; 0 = no noise */
+  uint32_t fluctuation; /**< infinite: force is as noisy as with this many bristles; 0: no noise */
   double resolution;    /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
   bristle_lay lay;
 } bristle_patch_options;
@@ -284,7 +284,7 @@ typedef struct bristle_patch_options {
 /** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_motion {
   bristle_id id;
-  double displacement[2]; /**< m, of the moving body over the step */
+  double displacement[2]; /**< m, displacement of the moving body over the step */
   double normal_load;     /**< N */
   uint8_t has_velocity;   /**< 0: displacement / dt is used; any other value: `velocity` is given */
   uint8_t reserved[7];    /**< not read */
@@ -314,10 +314,10 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double stiffness;    /**< N/m */
   double damping;      /**< N s/m, never negative */
   double force_limit;  /**< N, highest elastic force at first loading under this load, aged most */
-  double dissipated;   /**< J, lost in snaps */
+  double dissipated;   /**< J, energy lost in snaps */
   double contact_loss; /**< J, energy of bristles that lost contact */
-  double damper_work;  /**< J, taken by dampers and lubricant */
-  uint64_t snaps;      /**< representatives' snaps; an estimate where they jump */
+  double damper_work;  /**< J, energy taken by dampers and lubricant */
+  uint64_t snaps;      /**< snaps of representatives; an estimate where a jump skips a long path */
 } bristle_response;
 
 /** The result of a step as a whole: bristle::StepReport. */
@@ -451,15 +451,15 @@ BRISTLE_API uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uin
 /** Keeps the steps of a batch within a time budget by leaving out bristles: bristle::LoadShedder. */
 typedef struct bristle_shedder bristle_shedder;
 
-/** bristle::LoadShedderOptions. */
+/** Options of a load shedder: bristle::LoadShedderOptions. */
 typedef struct bristle_shedder_options {
   size_t struct_size;
-  double budget;      /**< s, for one step */
+  double budget;      /**< s, time budget of one step */
   double shed_above;  /**< share of the budget above which bristles are left out */
-  double shed_to;     /**< share of the budget to which the step is then reduced */
+  double shed_to;     /**< share of the budget that a step may take after bristles are left out */
   double restore_to;  /**< share of the budget that a step may take after bristles are restored */
-  double rate;        /**< s per bristle visited, first estimate; 0 = unknown */
-  double change;      /**< s per restored bristle, spent once */
+  double rate;        /**< s, first estimate of the step time per bristle visited; 0 = unknown */
+  double change;      /**< s, one-off cost of a restored bristle */
   uint64_t record;    /**< decisions remembered */
   int32_t late_steps; /**< steps in a row above `shed_above` before bristles are left out */
   int32_t wait_steps; /**< steps between two restorations */
@@ -471,7 +471,7 @@ typedef struct bristle_shed_report {
   uint64_t bristles;       /**< representatives left out */
   double least_share;      /**< share of its representatives that the most reduced patch keeps */
   double noise_growth;     /**< growth of the force fluctuation of representatives in sliding */
-  double rate;             /**< s per bristle, estimated */
+  double rate;             /**< s, estimated step time per bristle */
   uint64_t late_steps;     /**< steps that took more than the budget, so far */
   uint64_t decisions;      /**< changes of the number of representatives, so far */
   uint64_t decisions_lost; /**< decisions missing from the record */
@@ -523,7 +523,7 @@ BRISTLE_API bristle_result bristle_shedder_find_report(const bristle_shedder* sh
  * [step] */
 BRISTLE_API size_t bristle_shedder_read_decisions(const bristle_shedder* shedder,
                                                   bristle_detail_decision* decisions, size_t capacity);
-/** Null does nothing. [step] */
+/** Clears the record of decisions. Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_clear_decisions(bristle_shedder* shedder);
 /** Replays the decisions at the head of `decisions` that belong before step `step`; returns their number.
  * [step] */
@@ -543,7 +543,7 @@ typedef struct bristle_matcher bristle_matcher;
 /** Id that bristle_keyed_find_or_add gives a contact without a patch. */
 #define BRISTLE_ID_NO_CAPACITY UINT64_MAX
 
-/** bristle::KeyedOptions. */
+/** Options of a pool of patches or beds: bristle::KeyedOptions. */
 typedef struct bristle_keyed_options {
   size_t struct_size;
   uint32_t capacity;      /**< patches, all made at once */
@@ -552,7 +552,7 @@ typedef struct bristle_keyed_options {
   uint32_t reserved;      /**< 0 */
 } bristle_keyed_options;
 
-/** bristle::MatcherOptions. */
+/** Options of a contact matcher: bristle::MatcherOptions. */
 typedef struct bristle_matcher_options {
   size_t struct_size;
   double reach;        /**< m, largest distance at which a contact is found again */
@@ -637,7 +637,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_cell {
 /** Values of `pressure`: bristle::Pressure. */
 enum { BRISTLE_PRESSURE_UNIFORM = 0, BRISTLE_PRESSURE_HERTZ = 1 };
 
-/** bristle::ExtendedMotion. Set unused bytes to 0. The struct never changes. */
+/** Input of one extended patch: bristle::ExtendedMotion. Set unused bytes to 0. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_motion {
   bristle_id id;
   double displacement[3]; /**< m, m, rad */
@@ -647,7 +647,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_motion {
   double velocity[3];  /**< m/s, m/s, rad/s */
 } bristle_extended_motion;
 
-/** bristle::ExtendedResponse: force in N, then torque in N m. The struct never changes. */
+/** Output of one extended patch, in N and N m: bristle::ExtendedResponse. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
   bristle_id id;
   uint32_t status;   /**< BRISTLE_STATUS_... */
@@ -663,7 +663,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
   double dissipated;
   double contact_loss;
   double damper_work;
-  uint64_t snaps; /**< snaps of all cells' representatives; an estimate where they jump */
+  uint64_t snaps; /**< number of snaps in all cells; an estimate where a jump skips a long path */
 } bristle_extended_response;
 
 /** Makes the cells of bristle::Outline::ellipse (`around` = 0: automatic), at most `capacity` of them;
@@ -671,7 +671,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
 BRISTLE_API bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure,
                                                  int32_t rings, int32_t around, bristle_cell* cells,
                                                  size_t capacity, size_t* count);
-/** Makes the cells of bristle::Outline::rectangle, as bristle_outline_ellipse does. [any] */
+/** Makes the cells of bristle::Outline::rectangle, as bristle_ellipse_cells does. [any] */
 BRISTLE_API bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pressure,
                                                    int32_t nx, int32_t ny, bristle_cell* cells,
                                                    size_t capacity, size_t* count);
@@ -687,7 +687,7 @@ BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, cons
                                                 const bristle_patch_options* options,
                                                 const bristle_cell* cells, size_t count,
                                                 double full_size_load, bristle_id* id);
-/** [change] */
+/** Removes an extended patch. Refuses an id that names none. [change] */
 BRISTLE_API bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id);
 /** Changes the material of all cells at once, from the next step on. [change] */
 BRISTLE_API bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
@@ -721,8 +721,8 @@ typedef struct bristle_beds bristle_beds;
 /** A bristle of a bed given as a list: bristle::BedCell. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_cell {
   double position[2]; /**< m */
-  double stiffness;   /**< relative */
-  double load;        /**< relative */
+  double stiffness;   /**< stiffness relative to the other bristles */
+  double load;        /**< share of the load, relative to the other bristles */
 } bristle_bed_cell;
 
 /** Values of bristle_bed::kind, pressure and growth: bristle::BedShape::Kind, BedPressure, BedGrowth. */
@@ -756,7 +756,7 @@ typedef struct bristle_bed {
   uint32_t reserved;    /**< not read */
 } bristle_bed;
 
-/** bristle::BedMotion. The struct never changes. */
+/** Input of one bed for one step: bristle::BedMotion. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_motion {
   bristle_id id;
   double displacement[2]; /**< m */
@@ -765,7 +765,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_motion {
   double normal_load;     /**< N */
 } bristle_bed_motion;
 
-/** bristle::BedResponse. The struct never changes. */
+/** Output of one bed for one step: bristle::BedResponse. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_response {
   bristle_id id;
   uint32_t status;   /**< BRISTLE_STATUS_... */
@@ -780,7 +780,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_response {
   double slipping_share;
 } bristle_bed_response;
 
-/** [any] */
+/** Fills `bed` with the defaults of BedMaterial, BedShape and BedOptions. [any] */
 BRISTLE_API bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size);
 /** Makes a batch of beds. `options` may be null: defaults. [alone] */
 BRISTLE_API bristle_result bristle_beds_create(const bristle_batch_options* options, bristle_beds** beds);
@@ -795,7 +795,7 @@ BRISTLE_API bristle_result bristle_keyed_create_beds(bristle_beds* beds, const b
                                                      bristle_keyed** keyed);
 /** Unbends a bed and takes it out of contact. Returns 1 if there is such a bed, else 0. [alone] */
 BRISTLE_API uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id);
-/** [alone] */
+/** Removes a bed. Refuses an id that names no bed. [alone] */
 BRISTLE_API bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id);
 /** Steps beds: responses[i] answers motions[i]. `report` may be null. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
@@ -835,7 +835,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_joint_material {
 /** Numbers of a bristle_joint_material: rows of bristle_joint_step::gradient. */
 enum { BRISTLE_JOINT_PARAMETERS = 13 };
 
-/** bristle::JointOptions. */
+/** Options of a batch of joints: bristle::JointOptions. */
 typedef struct bristle_joint_options {
   size_t struct_size;
   double spread;
@@ -861,7 +861,7 @@ typedef struct bristle_joint_step {
   uint32_t* status; /**< BRISTLE_STATUS_... */
 } bristle_joint_step;
 
-/** [any] */
+/** Fills `options` with the defaults of bristle::JointOptions. [any] */
 BRISTLE_API bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size);
 /** Sets all arrays of `step` to null. [any] */
 BRISTLE_API bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size);

@@ -298,7 +298,7 @@ class ContactFrame {
 /// was made with the pool's snapshot.
 class ContactFrames {
  public:
-  /// Makes room for every patch of the pool, and for contacts that get none.
+  /// Makes a frame for every patch of the pool, and one that all contacts without a patch share.
   explicit ContactFrames(const KeyedPatches& pool) : frames_(pool.capacity() + std::size_t{1}) {}
 
   /// Carries the frame of a contact to this step's normal (ContactFrame::carry), or makes one if the contact
@@ -313,7 +313,7 @@ class ContactFrames {
       frame.carry(normal, turn_a, turn_b);
     return frame;
   }
-  /// Returns the present frame at KeyedContact::place.
+  /// Returns the present frame of the contact with this KeyedContact::place.
   ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
   const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
 

@@ -22,14 +22,14 @@ struct Identity {
 };
 }  // namespace detail
 
-/// T as an argument from which Dof is not deduced, so that arrays and Eigen expressions convert to it.
+/// Type T of an argument from which Dof is not deduced: arrays and Eigen expressions then convert to T.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
 template <int Dof>
 using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
 
-/// A body with Dof velocities: 1 on a rail, 2 sliding without turning, 6 rigid.
+/// Body with Dof velocity components: 1 on a rail, 2 if it slides without turning, 6 for a free rigid body.
 template <int Dof>
 struct MovingBody {
   Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass =
@@ -38,13 +38,13 @@ struct MovingBody {
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s: velocity u
 };
 
-/// One patch under a body. The caller sets the first four members; the rest is working memory.
+/// Patch under a body. The caller sets `place`, `axes`, `jacobian`, `ground_velocity`; solvers use the rest.
 template <int Dof>
 struct BodyContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
-      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, in slip velocity = J u - ground_velocity
+      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, body velocity u to slip: J u - ground_velocity
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
       Eigen::Vector2d::Zero();  ///< m/s, velocity of the other surface in the tangent plane
 
@@ -56,7 +56,7 @@ struct BodyContact {
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
 };
 
-/// The effort and the result of solving the equation of motion.
+/// Number of evaluations and remaining error of a solution of the equation of motion.
 struct SolveReport {
   int evaluations = 0;    ///< number of evaluations of the friction of all contacts
   double residual = 0.0;  ///< error of the equation over the largest force in it, both in the norm sqrt(f
@@ -135,8 +135,8 @@ bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   return clipped;
 }
 
-// Solves the equation of motion once, linear in the contacts' forces, stiffnesses and dampings, then
-// projects. Returns the velocity (1 - theta) u0 + theta u1.
+// Predicts a body's velocity by linear equations, repeated until no contact exceeds its force limit. Returns
+// the mean (1 - theta) u0 + theta u1 of the velocities before (u0) and after (u1) the step.
 template <int Dof>
 Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof>& body,
                                                const BodyVector<Dof>& external,
@@ -145,7 +145,7 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
   const double theta = implicit_share<Dof>(dt_s, body, contacts);
   Vector mean = body.velocity;
-  // Repeats, because each pass releases the patches that exceed their limit; they stay released.
+  // Repeats the solution: each pass sets contacts above their force limit to it, where they stay.
   for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
@@ -210,7 +210,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
-// Stands for `Follow` if the contacts' Jacobians do not depend on the velocity.
+// Functor for contacts whose Jacobians do not depend on the velocity: it changes nothing (see `Follow`).
 struct FixedPlaces {
   template <class Vector>
   bool operator()(const Vector&) const noexcept {
@@ -218,9 +218,9 @@ struct FixedPlaces {
   }
 };
 
-// Predicts the velocity (1 - theta) u0 + theta u1, as described in coupling.hpp. `motions` contains ids and
-// loads. `follow` sets J and g of all contacts at a velocity, where they depend on it, and returns whether
-// that changed them by much.
+// Predicts the mean (1 - theta) u0 + theta u1 of old and new velocity, as described in coupling.hpp.
+// `motions` contains ids and loads. `follow` sets the contacts' Jacobians and ground velocities, where they
+// depend on the body's velocity, and returns whether they changed much.
 template <int Dof, class Follow = FixedPlaces>
 Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
     PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
@@ -267,8 +267,8 @@ Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
   return mean;
 }
 
-// Stopping rule of a solve: at the tolerance, up to a number of evaluations that is usually enough; after
-// that at the resolution of single precision, whose forces change in small steps.
+// Stopping rule of the midpoint solver: a relative residual of 1e-10 in the first evaluations; 1e-7 after
+// them, because forces in single precision change in small steps.
 class Effort {
  public:
   explicit Effort(double force_scale) noexcept : force_scale_(force_scale) {}
@@ -359,7 +359,7 @@ class MidpointSolver {
         follow_(follow),
         effort_(weight_of(external_)) {}
 
-  /// Solves the equation; leaves the midpoint velocity in `u`, and the displacements in the motions.
+  /// Solves the midpoint equation; writes the midpoint velocity into `u`, the displacements into the motions.
   SolveReport solve(Vector& u) noexcept {
     u = start_;
     double residual = 0.0;
@@ -374,8 +374,8 @@ class MidpointSolver {
   }
 
  private:
-  static constexpr double load_share = 1e-3;  // share of the load by which the scale of forces is bounded
-                                              // from below
+  static constexpr double load_share = 1e-3;  // least scale of forces that the tolerance refers to, as a
+                                              // share of the normal load
 
   // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
@@ -387,8 +387,8 @@ class MidpointSolver {
     set_displacements<Dof>(dt_s_, u, contacts_, motions_);
   }
 
-  // Computes friction at the midpoint velocity u, into trial_force, and bounds on its slope, into stiffness
-  // and damping.
+  // Returns the friction on the body at the midpoint velocity u. Writes each contact's force into trial_force
+  // and bounds on its slope into stiffness and damping.
   Vector friction(const Vector& u) noexcept {
     move_contacts(u);
     Vector sum = Vector::Zero();
@@ -440,7 +440,7 @@ class MidpointSolver {
     const Vector per_force = mass_.solve(along);  // change of velocity per impulse along the contact
     const double mobility = along.dot(per_force);
     const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
-    if (!(mobility > 0.0)) {  // returns for a contact that cannot move the body
+    if (!(mobility > 0.0)) {  // contact that cannot move the body: only the external force acts
       u = free;
       return 0.0;
     }
@@ -466,15 +466,15 @@ class MidpointSolver {
   void forget_damping() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.damping = 0.0;
   }
-  // Sets all slopes of friction to their bounds, times a factor.
+  // Sets the slope of each contact's friction against velocity to `factor` times its upper bound.
   void bound_slopes(double factor) noexcept {
     for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
   }
   void keep_trial() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.force = c.trial_force;
   }
-  // Corrects each contact's slope by the change of its own force along the step (Broyden); the inertia is
-  // known.
+  // Corrects the slope of each contact's friction by the change of its force in this step (Broyden's method);
+  // the body's inertia needs no correction.
   void learn(const Vector& step) noexcept {
     for (BodyContact<Dof>& c : contacts_) {
       Eigen::Vector2d slip = c.jacobian * step;
@@ -512,7 +512,7 @@ class MidpointSolver {
     return its_norm;
   }
 
-  // Returns the velocity that would result if every bristle had the upper bound of its slope.
+  // Returns the midpoint velocity of a body whose contacts all resist with the upper bounds of their slopes.
   Vector held_velocity() noexcept {
     bound_slopes(1.0);
     Vector pull = Vector::Zero();

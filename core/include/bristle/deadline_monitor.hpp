@@ -89,7 +89,7 @@ class BRISTLE_API DeadlineMonitor {
   double deadline() const noexcept { return numbers_.deadline_s.get(); }
   double period() const noexcept { return numbers_.period_s.get(); }
   std::uint64_t count() const noexcept { return numbers_.steps.count(); }
-  double percentile(double share) const noexcept {  ///< s; share in [0, 1], e.g. 0.999
+  double percentile(double share) const noexcept {  ///< s, step time; share in [0, 1], e.g. 0.999
     return numbers_.steps.percentile(share);
   }
   double p50() const noexcept { return percentile(0.5); }

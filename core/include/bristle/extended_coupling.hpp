@@ -62,7 +62,7 @@ inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen
   return contact;
 }
 
-/// Working memory of the two solves; nothing in it lasts from call to call.
+/// Working memory of predict_displacements and solve_displacements; nothing in it lasts between calls.
 template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;
@@ -78,7 +78,7 @@ struct CellContacts {
 
 namespace detail {
 
-/// An outline when it has made half of a turn.
+/// Rotation of an outline by half of its spin in a step.
 struct HalfTurn {
   double cosine, sine;
   double share;  ///< chord of the turn over its arc: 2 sin(spin / 2) / spin

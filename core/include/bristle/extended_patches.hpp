@@ -27,8 +27,8 @@
 
 namespace bristle {
 
-/// Input of one extended patch for one step. A step refuses what it refuses in a Motion, and a spin of more
-/// than half a turn: split such a step.
+/// Input of one extended patch for one step. Refused are values that a Motion may not have, and a spin of
+/// more than half a turn, which needs several steps.
 struct ExtendedMotion {
   PatchId id;
   double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
@@ -36,8 +36,8 @@ struct ExtendedMotion {
   double normal_load = 0.0;                  ///< N, load on the whole patch, 0 to 1e15
   std::uint8_t has_velocity = 0;             ///< whether `velocity` is given (not 0); else it is displacement
                                              ///< / dt
-  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the same point, for the damper
-                                             ///< and viscous terms only
+  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
+                                             ///< for dampers and viscous friction only
 };
 
 /// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
@@ -45,12 +45,12 @@ struct ExtendedMotion {
 struct ExtendedResponse {
   PatchId id;
   Status status = Status::ok;
-  std::uint32_t reserved = 0;  ///< no byte is without a value: responses may be compared by memcmp
+  std::uint32_t reserved = 0;  ///< padding with a value, so that responses may be compared by memcmp
   double end[3] = {0.0, 0.0, 0.0};
   double elastic[3] = {0.0, 0.0, 0.0};
   double damper[3] = {0.0, 0.0, 0.0};
-  double mean[3] = {0.0, 0.0, 0.0};  ///< averages over the step, of which mean . displacement is the work,
-                                     ///< exactly
+  double mean[3] = {0.0, 0.0, 0.0};  ///< force and torque averaged over the step; -(mean . displacement) is
+                                     ///< exactly the energy put in
 
   /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
   /// of the cells that carry force is left out; it would add force times the bristles' deflection to the last
@@ -60,10 +60,10 @@ struct ExtendedResponse {
   double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
   double torque_limit = 0.0;  ///< N m, highest elastic torque at first loading by a pure turn about the
                               ///< centre
-  double dissipated = 0.0;    ///< J, as in Response, summed over the cells; likewise the next two
+  double dissipated = 0.0;    ///< J, as in Response, summed over the cells, and so are the next two
   double contact_loss = 0.0;
   double damper_work = 0.0;
-  std::uint64_t snaps = 0;  ///< snaps of all cells' representatives; an estimate where they jump
+  std::uint64_t snaps = 0;  ///< number of snaps in all cells; an estimate where one jump skips a long path
 };
 
 /// Present state of an extended patch.
@@ -74,7 +74,7 @@ struct ExtendedInfo {
   double normal_load = 0.0;      ///< N, load of the last step
   double max_normal_load = 0.0;  ///< N, load up to which forces are not scaled
   std::uint64_t memory_bytes = 0;
-  const char* kernel = "";  ///< name of the kernel that steps its cells
+  const char* kernel = "";  ///< name of the kernel variant that steps the patch's cells
 };
 
 /// Extended patches over a batch. Several of these, and point patches, may share one batch.
@@ -93,7 +93,7 @@ struct ExtendedInfo {
 class BRISTLE_API ExtendedPatches {
  public:
   explicit ExtendedPatches(PatchBatch& batch);
-  /// Removes its patches from the batch.
+  /// Removes all extended patches of this object from the batch.
   ~ExtendedPatches();
   ExtendedPatches(ExtendedPatches&&) noexcept;
   ExtendedPatches& operator=(ExtendedPatches&&) noexcept;

@@ -79,16 +79,16 @@ class BRISTLE_API KeyedPatches {
   /// PatchId::no_capacity() if all patches are in use or for no_contact_key, which refused() counts: a motion
   /// with it returns zero force and Status::no_capacity.
   PatchId find_or_add(std::uint64_t key) noexcept;
-  /// As find_or_add(), with a place for what the caller stores beside each contact (ContactFrames does).
+  /// Finds or adds as find_or_add(), and returns a place for data beside each contact (as ContactFrames has).
   KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
   /// Returns the patch of this contact, PatchId{} if there is none. The key does not count as seen.
   PatchId find(std::uint64_t key) const noexcept;
-  /// Returns the patch of this contact to the pool now. False if there is none.
+  /// Gives the patch of this contact back to the pool now; returns false if the contact has no patch.
   bool remove(std::uint64_t key) noexcept;
-  void clear() noexcept;  ///< returns all patches to the pool; refused() becomes 0
+  void clear() noexcept;  ///< gives all patches back to the pool; refused() becomes 0
 
-  /// Returns patches of keys not seen for more than keep_steps to the pool, and their number. Call it once
-  /// per step, after the last find_or_add.
+  /// Gives the patches of keys not seen for more than keep_steps back to the pool, and returns their number.
+  /// Call it once per step, after the last find_or_add.
   std::uint32_t end_step() noexcept;
 
   struct Entry {

@@ -23,13 +23,13 @@ struct DetailDecision {
 struct LoadShedderOptions {
   double budget_s = 0.5e-3;   ///< s, time budget of one step; 1e-9 to 1e3
   double shed_above = 0.95;   ///< share of the budget above which bristles are left out
-  double shed_to = 0.75;      ///< share of the budget to which the step is then reduced
+  double shed_to = 0.75;      ///< share of the budget that a step may take after bristles are left out
   double restore_to = 0.85;   ///< share of the budget that a step may take after bristles are restored
   int late_steps = 1;         ///< number of steps in a row above `shed_above` before bristles are left out
   int wait_steps = 100;       ///< number of steps between two restorations; more after one that had to be
                               ///< undone
-  double rate_s = 0.0;        ///< s per bristle visited, a first estimate; 0 = unknown
-  double change_s = 6e-9;     ///< s per restored bristle, spent once: see PatchBatch::set_detail
+  double rate_s = 0.0;        ///< s, first estimate of the step time per bristle visited; 0 = unknown
+  double change_s = 6e-9;     ///< s, one-off cost of a restored bristle: see PatchBatch::set_detail
   std::size_t record = 4096;  ///< number of decisions remembered until clear_decisions
 
   LoadShedderOptions& with_budget(double seconds) { return detail::set(*this, budget_s, seconds); }
@@ -48,15 +48,15 @@ struct ShedReport {
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
   double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
                                  ///< least share of its representatives: share^-1/2
-  double rate_s = 0.0;           ///< s per bristle, estimated; until measured, a gliding patch counts as 280
-                                 ///< bristles
+  double rate_s = 0.0;           ///< s, estimated step time per bristle; until measured, a gliding patch
+                                 ///< counts as 280 bristles
   std::uint64_t late_steps = 0;  ///< number of steps so far that took more than the budget
   std::uint64_t decisions = 0;   ///< number of changes so far of the number of representatives
   std::uint64_t decisions_lost = 0;  ///< number of decisions missing from the record, because it was full
   double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
                               ///< pieces: share^-2
-  std::uint32_t at_least = 0;  ///< number of the shedder's patches that are at their least; if all are, a
-                               ///< late step stays late
+  std::uint32_t at_least = 0;  ///< number of patches already reduced to their least number of bristles; if
+                               ///< all are, late steps stay late
 };
 
 /// Sheds load when steps would exceed their time budget: patches, lowest priority first, use fewer
@@ -88,7 +88,7 @@ class BRISTLE_API LoadShedder {
   /// Removes a patch from the shedder: its number of representatives stays as it is.
   void remove(PatchId patch) noexcept;
 
-  /// Sheds if the motions of the next step would take too long. Returns the number of patches changed.
+  /// Sheds load if a step with these motions would take too long. Returns the number of patches changed.
   int before_step(PatchBatch& batch, Span<const Motion> in) noexcept;
   /// Updates the estimate from a step, sheds if the step was too long, and restores bristles if time allows.
   /// Returns the number of patches changed. A time that is not a positive number is ignored.

@@ -18,7 +18,7 @@ constexpr double largest_renewal = 16.0;
 /// Largest Material::drop.
 constexpr double largest_drop = 0.95;
 
-/// Behaviour of a bristle at its snap length. The first two are the two readings of the paper, section 2.1.
+/// Behaviour of a bristle at its snap length. `redraw` and `keep` are two readings of the paper, section 2.1.
 enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
            ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
@@ -33,8 +33,8 @@ enum class DamperDecay : unsigned char {
   gaussian      ///< exp(-(v/vs)^2), the form of Canudas de Wit et al. that the paper cites.
 };
 
-/// Growth of a bristle's snap length while it holds: delta g(a), a the time since it last snapped, was
-/// renewed or came into contact. Both forms are concave.
+/// Growth of a bristle's snap length with its age a, the time since it last snapped, was renewed or came into
+/// contact: the length is delta g(a). Both forms of g are concave.
 enum class AgeingForm : unsigned char {
   logarithmic,  ///< g = 1 + strength ln(1 + a / time): metals, rock, paper, polymers. The default.
   saturating    ///< g = 1 + strength (1 - exp(-a / time)): skin on glass
@@ -42,8 +42,8 @@ enum class AgeingForm : unsigned char {
 
 struct Ageing {
   AgeingForm form = AgeingForm::logarithmic;
-  double strength = 0.0;  ///< beta or gain, by which snap lengths grow; 0 = no ageing
-  double time = 1.0;      ///< s, tau, cut-off time of the logarithm or time constant
+  double strength = 0.0;  ///< factor (beta or gain) of the growth of snap lengths; 0 = no ageing
+  double time = 1.0;      ///< s, tau: cut-off time of the logarithm, or time constant of saturation
 
   static Ageing logarithmic(double beta, double cutoff_s) {
     return {AgeingForm::logarithmic, beta, cutoff_s};
@@ -56,8 +56,8 @@ constexpr double largest_ageing = 1.0;
 constexpr double shortest_ageing_time = 1e-9;
 constexpr double longest_ageing_time = 1e9;
 
-/// m/s, speed below which closed forms take this speed: an atom's diameter in a century. With logarithmic
-/// ageing friction has no limit as the speed falls to 0.
+/// m/s, lowest speed for which closed forms are evaluated (an atom's diameter in a century); slower sliding
+/// counts as this speed. With logarithmic ageing friction has no bound as the speed falls to 0.
 constexpr double slowest_sliding = 1e-19;
 
 /// Value of Coefficients::kinetic_speed for sliding so fast that nothing ages.
@@ -75,16 +75,16 @@ constexpr double beyond_ageing = 0.0;
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
 
-  /// Highest friction over normal load at first loading. Equal to `kinetic` it asks for no peak and takes the
-  /// least spread that has none, some 0.4 for redrawn lognormal lengths. 0: follows from `spread`.
+  /// Highest friction over normal load at first loading; 0: follows from `spread`. Equal to `kinetic` it asks
+  /// for no peak, with the least spread that has none (some 0.4 for redrawn lognormal lengths).
   double peak = 0.46;
-  double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
+  double presliding_length = 10e-6;    ///< m, mean deflection at a snap: residual plus mean snap length
   double bristles_per_newton = 900.0;  ///< 1/N, bristles in contact over normal load: zeta / N of eq. (9)
-  SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is `spread`, or solved from peak / kinetic
+  SnapLaw law = SnapLaw::lognormal;    ///< family of snap lengths; its spread is given or follows from `peak`
   SnapRule rule = SnapRule::redraw;
-  double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
-  double viscous_friction = 0.0;    ///< N s/m, sigma2, lubricant term
-  double stribeck_velocity = 1e-3;  ///< m/s, vs
+  double damping_per_newton = 0.0;  ///< s/m, damping coefficient of all bristles at rest over normal load
+  double viscous_friction = 0.0;    ///< N s/m, viscous friction of the lubricant (sigma2)
+  double stribeck_velocity = 1e-3;  ///< m/s, speed vs at which bristle dampers have decayed to 1/e
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
   double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
@@ -102,8 +102,8 @@ struct Coefficients {
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
   double strengthening_speed = 1e-6;  ///< m/s, Material::strengthening_speed
 
-  /// Standard deviation over mean of the snap length; for a normal law, of the uncut one. Several spreads may
-  /// have one peak. 0: the least spread that has `peak`. If both are given they must agree.
+  /// Standard deviation over mean of the snap length (of a normal law before its cut at 0). 0: the least of
+  /// the spreads that give `peak`. If both `spread` and `peak` are given they must agree.
   double spread = 0.0;
   /// Material::drop for SnapRule::slide; 0: follows from `peak`. With this rule `spread` does not affect the
   /// peak, and 0 means 0.3 (single and exponential laws have no free spread).
@@ -165,27 +165,27 @@ struct Coefficients {
 /// Bristle parameters, SI units. Plain data; validate() and every function that takes a material check it.
 /// The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
 struct BRISTLE_API Material {
-  double bristle_stiffness = 82.05128205128205;  ///< sigma0, N/m, >= 0: one bristle, tangential
-  double bristle_damping = 0.0;                  ///< sigma1, N s/m, >= 0: damper of one bristle at v = 0
-  double viscous_friction = 0.0;                 ///< sigma2, N s/m, >= 0: lubricant term of the patch
-  double stribeck_velocity = 1e-3;               ///< vs, m/s, >= 0; 0 = no damper at all
-  double normal_stiffness = 1111.111111111111;   ///< sigma_perp, N/m, > 0: one bristle, normal
-  double asperity_height_deviation = 1e-6;       ///< sigma, m, > 0: exponential heights (eq. 6)
+  double bristle_stiffness = 82.05128205128205;  ///< N/m, >= 0, tangential stiffness sigma0 of a bristle
+  double bristle_damping = 0.0;                  ///< N s/m, >= 0, damper sigma1 of a bristle at rest
+  double viscous_friction = 0.0;                 ///< N s/m, >= 0, viscous friction sigma2 of lubricant
+  double stribeck_velocity = 1e-3;               ///< m/s, >= 0, decay speed vs of dampers; 0 = no dampers
+  double normal_stiffness = 1111.111111111111;   ///< N/m, > 0, normal stiffness sigma_perp of a bristle
+  double asperity_height_deviation = 1e-6;       ///< m, > 0, deviation sigma of exponential heights (eq. 6)
   SnapLength snap_length;                        ///< law of the snap length delta
   SnapRule snap_rule = SnapRule::redraw;
   DamperDecay damper_decay = DamperDecay::exponential;
-  /// l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r along the motion. 0,
-  /// the paper's value: it snaps straight.
+  /// Residual length l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r
+  /// along the motion. At 0, the paper's value, a bristle is straight after a snap.
   double residual_length = 0.0;
-  /// kappa, >= 0: bristles that a snap renews in the same patch, on average, of those that are bent along the
-  /// motion by more than l_r. 0 = none, as in the paper.
+  /// Shared renewal kappa, >= 0: mean number of bristles of the same patch that a snap renews, among those
+  /// bent along the motion by more than l_r. 0 = none, as in the paper.
   double shared_renewal = 0.0;
-  /// Ageing (struct Ageing): strength beta or gain, >= 0; 0 = none, as in the paper. time: tau, s.
+  /// Ageing of the bristles (struct Ageing): form, strength (>= 0; 0 = none, as in the paper) and time in s.
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double ageing_strength = 0.0;
   double ageing_time = 1.0;
-  /// Strengthening with speed, of the whole patch: a N asinh(v / (2 v*)) against the motion. a, >= 0,
-  /// friction over normal load per e-fold of speed; 0 = none. v*, m/s, > 0.
+  /// Friction of the whole patch that grows with speed v: a N asinh(v / (2 v*)) under the load N. The
+  /// strengthening a >= 0 (0 = none) is friction over load per e-fold of speed; v* > 0 is in m/s.
   double speed_strengthening = 0.0;
   double strengthening_speed = 1e-6;
   /// SnapRule::slide, 0 to largest_drop: a sliding bristle holds only (1 - drop) of its snap length until it
@@ -237,7 +237,7 @@ struct BRISTLE_API Material {
   /// it can name the place.
   void validate_for_representatives() const;
 
-  /// Returns zeta = N / (sigma_perp sigma), eq. (9). A real number.
+  /// Returns the number of bristles in contact, zeta = N / (sigma_perp sigma), eq. (9); it need not be whole.
   double bristles_in_contact(double normal_load_n) const noexcept {
     return normal_load_n / (normal_stiffness * asperity_height_deviation);
   }
@@ -251,10 +251,10 @@ struct BRISTLE_API Material {
   /// lowers it by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of
   /// fast sliding, in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
-  /// Returns kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta
-  /// g(l / v), and the law of l replaces that of delta. Counts bristles alone: no damper, no strengthening
-  /// with speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws
-  /// bristle::Error on NaN.
+  /// Returns kinetic friction over normal load at the speed v. With ageing a bristle's snap length grows
+  /// while it is bent, to l = delta g(l / v); it snaps at l_r + l. Counts bristles alone: no damper, no
+  /// strengthening with speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding.
+  /// Throws bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
   /// Returns the highest friction over normal load at first loading from rest with all deflections zero (the
   /// virgin curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
@@ -269,12 +269,12 @@ struct BRISTLE_API Material {
   /// redraw, E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
   /// shared_renewal times as many. With ageing this is the limit of fast sliding: the highest value.
   double snap_rate() const;
-  /// Returns g(a) of a bristle that has held for this time, s: 1 without ageing.
+  /// Returns the factor g by which ageing has lengthened the snap length of a bristle held for this time, s.
   double ageing_factor(double age_s) const noexcept;
   /// Returns a asinh(v / (2 v*)): the friction over normal load that strengthening with speed adds at this
   /// speed.
   double strengthening_at(double speed_m_per_s) const noexcept;
-  /// Returns strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
+  /// Returns the friction over load from strengthening with speed, over the speed, s/m; highest at rest.
   double strengthening_damping(double speed_m_per_s) const noexcept;
   /// Returns sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;

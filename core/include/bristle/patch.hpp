@@ -8,7 +8,7 @@
 
 namespace bristle {
 
-/// Names a patch of one batch. Slot and generation: a removed id never names a later patch. 0 = none.
+/// Id of a patch in one batch; 0 = none. The id of a removed patch is never given to a later patch.
 struct PatchId {
   std::uint64_t value = 0;
   /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
@@ -22,10 +22,10 @@ struct PatchId {
 enum class Precision : unsigned char { single, double_ };
 
 namespace detail {
-/// Modes kept for comparison by tests and studies. Not part of the interface.
+/// Switches by which tests and studies compare variants of the brush model. Not part of the interface.
 struct ComparisonModes {
-  bool literal = false;  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot
-  bool random_lengths = false;  ///< first snap lengths drawn one by one: error of order n^-1/2
+  bool literal = false;         ///< whether deflection beyond the snap length is lost, as in the paper's loop
+  bool random_lengths = false;  ///< whether n first snap lengths are drawn at random: error of order n^-1/2
 };
 }  // namespace detail
 
@@ -42,7 +42,7 @@ enum class Population : unsigned char {
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
   mean = 1,    ///< force averaged over the step, exactly
-  energy = 2,  ///< the outputs dissipated, contact_loss, damper_work and snaps
+  energy = 2,  ///< the energies `dissipated`, `contact_loss` and `damper_work`, and the number of snaps
   all = 3
 };
 constexpr Outputs operator|(Outputs a, Outputs b) noexcept {
@@ -52,28 +52,28 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// Value of `bristles`, `cohorts` and `resolution` that lets the library choose.
+/// Value of PatchOptions::bristles, cohorts or resolution with which the library chooses the number itself.
 constexpr std::uint32_t automatic = 0;
 
-/// Direction of a surface that resists differently along and across it, and to and fro: a machined lay,
-/// fabric, hair, skis, scales. The limit of the elastic force is an ellipse with its centre at or beside
-/// zero. All ratios 1 are no lay, to the bit. Dampers, lubricant and strengthening with speed know no
-/// direction.
+/// Direction (lay) of a surface that resists differently along and across it, and to and fro: machined
+/// grooves, fabric, hair, skis, scales. The limit of the elastic force is an ellipse with its centre at or
+/// beside zero. With all ratios 1 results are, to the bit, those without a lay. Dampers, lubricant and
+/// strengthening with speed do not depend on the direction.
 ///
-/// In steady sliding the force dissipates most (it is the point of the limit curve whose normal is the
-/// motion) while stiffness_ratio is limit_ratio squared; with another ratio it is another point of the curve,
-/// and every slide still takes energy. Equations: core/MODEL.md, section 33.
+/// In steady sliding the force is the one on that ellipse that dissipates most (the ellipse's normal there is
+/// the direction of motion) if stiffness_ratio is limit_ratio squared. With another ratio it is another point
+/// of the ellipse, and every slide still takes energy. Equations: core/MODEL.md, section 33.
 struct Lay {
   double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
-  double limit_ratio = 1.0;  ///< limit of the force across over the limit along, 0.01 to 100; the limit along
-                             ///< is the material's
+  double limit_ratio = 1.0;  ///< force limit across the direction over that along it, 0.01 to 100; the
+                             ///< material gives the limit along
 
-  /// Stiffness of a bristle across over along, 1e-4 to 1e4; 0 = limit_ratio squared. Another ratio needs
-  /// representatives and a material without residual.
+  /// Stiffness of a bristle across the direction over its stiffness along it, 1e-4 to 1e4; 0 = limit_ratio
+  /// squared. Any other value needs representatives and a material without residual length.
   double stiffness_ratio = 0.0;
-  /// Limit of motion along the direction over that against it, 0.01 to 100; their mean is the material's.
-  /// Motion across is then pushed along, too: the ellipse is moved, not cut. Other than 1 it needs
-  /// SnapRule::slide without drop and ageing, and stiffness_ratio 0.
+  /// Force limit for motion along the direction over that against it, 0.01 to 100; the material gives their
+  /// mean. Motion across is then pushed along, too, because the ellipse of limits is moved off zero. A ratio
+  /// other than 1 needs SnapRule::slide without drop and ageing, and stiffness_ratio 0.
   double to_over_fro = 1.0;
 
   Lay& with_angle(double radians) { return detail::set(*this, angle, radians); }
@@ -92,25 +92,25 @@ struct Lay {
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
-  double max_normal_load = 1.0;  ///< N, > 0, load at which zeta_max bristles are in contact; a larger load
-                                 ///< scales the forces of all
+  double max_normal_load = 1.0;  ///< N, > 0, load at which all bristles are in contact; a larger load scales
+                                 ///< the force of every bristle
 
-  /// n, representatives at max load; automatic: one per physical bristle, at most 4096. Population::automatic
-  /// reads any other number as a request for representatives. SnapRule::slide: strata of the law, all in
-  /// contact under every load; automatic: 32.
+  /// Number of representative bristles, all in contact at max_normal_load; automatic: one per physical
+  /// bristle, at most 4096. With any other number Population::automatic chooses representatives.
+  /// SnapRule::slide: strata of the snap-length law, all in contact under every load; automatic: 32.
   std::uint32_t bristles = automatic;
   int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
-  std::uint32_t seed = 1;  ///< seed of lengths and draws: patches that differ in it are independent
+  std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
   std::uint64_t key = 0;   ///< name that the caller gives the contact (a body pair and a point)
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
 
-  /// Population::infinite: pieces of path per mean snap length, 1 to 128; automatic: 8. Time grows with it.
-  /// In sliding the error falls with its square until cohorts merge. Under a load that changes at random the
-  /// error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
+  /// Population::infinite: number of pieces of path per mean snap length, 1 to 128; automatic: 8. Computing
+  /// time grows with it. In sliding the error falls with its square until cohorts merge. Under a load that
+  /// changes at random the error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
   double resolution = automatic;
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of this many
                                   ///< bristles, keyed by `seed`; 0 = no noise
@@ -178,29 +178,29 @@ struct Response {
   double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
   double damper[2] = {0.0, 0.0};   ///< N, part of `end` and of `mean` from dampers and lubricant
   double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
-  double stiffness = 0.0;  ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound,
-                           ///< of the stiffest direction of a lay
-  double damping = 0.0;    ///< N s/m, zeta sigma1(v) + sigma2, and where friction strengthens with speed
-                           ///< a N asinh(v / (2 v*)) / v: the secant, never negative
+  double stiffness = 0.0;  ///< N/m, fall of the force per displacement while bristles stick, zeta sigma0; an
+                           ///< upper bound, that of a lay's stiffest direction
+  double damping = 0.0;    ///< N s/m, force over speed of dampers, lubricant and strengthening with speed
+                           ///< (the secant, not the slope at that speed); never negative
 
-  /// N, highest elastic force at first loading under this load. With ageing it assumes that all bristles have
-  /// held as long as the oldest can have; with a lay it is that of its strongest direction.
+  /// N, highest elastic force at first loading under this load. With ageing all bristles count as held for as
+  /// long as the oldest can have been; with a lay the limit is that of its strongest direction.
   double force_limit = 0.0;
-  double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
+  double dissipated = 0.0;    ///< J, energy lost in snaps in this step (Outputs::energy)
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
-  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity
+  double damper_work = 0.0;   ///< J, energy taken by dampers and lubricant; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< number of representatives' snaps (Outputs::energy); an estimate where they
-                              ///< jump
+  std::uint64_t snaps = 0;    ///< number of snaps of representatives (Outputs::energy); an estimate where one
+                              ///< jump skips a long path
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t representatives = 0;  ///< n, allocated; Population::infinite: the resolution, rounded up
-  std::uint32_t detail = 0;           ///< representatives in use, at most n: see PatchBatch::set_detail
-  double weight = 0.0;                ///< w = zeta_max / detail, physical bristles per representative
-  double active = 0.0;                ///< representatives in contact, a real number
+  std::uint32_t representatives = 0;  ///< number allocated; Population::infinite: the resolution, rounded up
+  std::uint32_t detail = 0;           ///< number of representatives in use: see PatchBatch::set_detail
+  double weight = 0.0;                ///< w, number of physical bristles per representative in use
+  double active = 0.0;                ///< number of representatives in contact, not always whole
   double normal_load = 0.0;           ///< N, load of the last step
   double max_normal_load = 0.0;       ///< N, load from which all representatives are in contact
   std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state

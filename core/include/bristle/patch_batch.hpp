@@ -17,7 +17,7 @@ struct BuildSignature;
 namespace detail {
 struct BatchAccess;
 
-/// Modes kept for comparison by tests, as ComparisonModes.
+/// Switches by which tests compare ways of stepping a batch. Not part of the interface.
 struct SteppingModes {
   bool eager = false;  ///< Whether every bristle is visited in every step: slower, the same bits.
 };
