@@ -1,5 +1,5 @@
-// Declares the columns of a record once. A record's `columns(record, visit)` calls `visit(pointer, rule)` for
-// each column; allocation, reset, copy, change of material, save, restore and hash are loops over that list.
+// Lists the columns (arrays) of a contact model's record in one place: `columns(record, visit)` calls
+// `visit(pointer, rule)` for each. Allocation, reset, copy, save, restore and hash are loops over that list.
 #pragma once
 
 #include <cstddef>
@@ -12,26 +12,26 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of a patch's record: the value for a bristle out of contact, and the effect of reset,
-/// save and a change of material.
+/// Kind of a column (array) of a patch's record. It says what the column holds for a bristle out of contact,
+/// and what reset, save and a change of material do to it.
 enum class Filler : unsigned char {
-  zero,          ///< 0 for a bristle out of contact. State, saved; a length in the units of the material
-  age,           ///< 0 for a bristle out of contact. State, saved; a time in units of the material's ageing
-                 ///< time
-  first_length,  ///< first snap length for a bristle out of contact. State, saved; kept under a new material
-                 ///< of the same law
-  draw_state,    ///< value that stays when the bristle is out of contact. State, saved; its first value is
-                 ///< computed from the seed
-  from_seed,     ///< values computed from seed and material (first snap lengths), which no step changes; not
-                 ///< saved
-  block,         ///< bookkeeping of blocks, which other functions reset and save
-  cache          ///< values on which the state does not depend
+  zero,          ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
+  age,           ///< state, saved: ages in units of the ageing time, 0 for a bristle out of contact;
+                 ///< converted to the ageing time of a new material
+  first_length,  ///< state, saved: snap lengths, for a bristle out of contact its first one; kept under a new
+                 ///< material of the same law
+  draw_state,    ///< state, saved: states of random numbers, which a bristle keeps out of contact; the first
+                 ///< one is computed from the seed
+  from_seed,     ///< values computed from seed and material, such as first snap lengths; no step changes
+                 ///< them, and they are not saved
+  block,         ///< numbers of whole blocks of bristles, which other functions reset and save
+  cache          ///< values recomputed when needed, on which the state does not depend
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
 
 struct ColumnRule {
   const char* name;
-  std::uint32_t count;  ///< number of entries; 0 = this record has no such column
+  std::uint32_t count;  ///< number of entries of the column; 0 = this record has no such column
   Filler filler;
   bool hashed;
 };
@@ -45,8 +45,8 @@ std::size_t column_bytes(Record& record) noexcept {
   return bytes;
 }
 
-/// Places the columns in memory of column_bytes(record). Does not fill them; columns without entries are
-/// null.
+/// Sets the pointers of a record's columns into memory of column_bytes(record) bytes, without filling them. A
+/// column without entries gets a null pointer.
 template <class Record>
 void place_columns(Record& record, std::byte* memory) noexcept {
   BRISTLE_ASSERT(reinterpret_cast<std::uintptr_t>(memory) % column_alignment == 0);

@@ -15,8 +15,8 @@
 
 namespace bristle::detail {
 
-/// Operations of a step that several threads share. `prepare` returns the number of blocks; `run` steps a
-/// range of them, on any thread, into Totals of its own; `finish` gets the sum of all Totals.
+/// Operations of a step that threads share. `prepare` returns the number of blocks of 256 bristles, `run`
+/// steps a range of blocks on any thread into sums of its own, and `finish` gets the sums over all ranges.
 struct SharedStep {
   std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
   void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
@@ -24,69 +24,69 @@ struct SharedStep {
 };
 
 struct ContactModel {
-  const char* name;  ///< name of the model, a part of the signature of saved states
+  const char* name;  ///< name of the contact model, which is hashed into the signature of saved states
 
-  /// Changes the load, N >= 0: bristles come into contact or leave it. Returns the elastic energy of those
-  /// that left, J (0 where the patch computes no energy).
+  /// Changes the normal load, N, >= 0: bristles come into contact or leave it. Returns the elastic energy of
+  /// those that left, J (0 where the patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
-  /// Advances a patch by a whole step in which it moves, on one thread. Fills the sums, and changes the state
-  /// if the step is committed.
+  /// Advances a patch by a whole step in which it moves, on one thread. Fills the sums over the bristles. A
+  /// trial step, which is not committed, leaves the patch's state unchanged.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a motion that leaves Patch::bound if no bristle has to be stepped for it. Called for patches of
-  /// two axes that neither damp nor age, when only the end force is asked for. If it returns Bound::glide,
-  /// the state is as after `advance`, and the sums are filled. Null: the model has no such function.
+  /// Answers a motion that leaves Patch::bound, if no bristle need be stepped for it: only for the end force
+  /// of patches of two axes without dampers and ageing. If it returns Bound::glide, patch and sums are as
+  /// after `advance`. Null: the model has no such function.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
-  const SharedStep* shared = nullptr;  ///< operations for several threads; null: one thread takes the whole
-                                       ///< step
+  const SharedStep* shared = nullptr;  ///< operations that divide a step among several threads; null: one
+                                       ///< thread takes the whole step
 
-  /// Resets the patch to its initial state, with this seed and key.
+  /// Resets the patch to its initial state, with a new seed of random numbers and a new key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
-  /// Moves the state of `from` into `to`, a patch of another material with the same options, and counts the
-  /// snaps that the change causes.
+  /// Moves a patch's state to a patch of another material with the same options, as a change of material
+  /// while in use does. Counts the snaps that this change causes.
   void (*take_over)(Patch& to, Patch& from) noexcept;
-  /// Sets the number of representatives that stand for the patch, 1 to PatchRecord::options.bristles, without
-  /// a change of force.
+  /// Sets how many representatives stand for the patch (its detail), from 1 to PatchRecord::options.bristles,
+  /// without a change of force.
   Status (*set_detail)(Patch&, std::uint32_t bristles) noexcept;
-  /// Copies a patch for trial loads into memory of at least PatchRecord::bytes, aligned to 64. The copy owns
-  /// nothing.
+  /// Copies a patch, so that loads can be tried on the copy, into memory of at least PatchRecord::bytes,
+  /// aligned to 64 bytes. The copy owns nothing.
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading
-  double (*stored_energy)(const Patch&) noexcept;  ///< J, elastic energy of the bristles in contact
+  double (*stored_energy)(const Patch&) noexcept;  ///< elastic energy of the bristles in contact, J
 
-  /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
+  /// Hashes all values on which the patch's future depends; leaves out caches, sums and padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;
-  /// Writes deflections and snap lengths of the first `count` bristles, m; empty spans are left out.
+  /// Writes deflections and snap lengths of the first `count` bristles, m. An empty span asks for nothing.
   void (*read_bristles)(const Patch&, std::size_t count, Span<double> zx, Span<double> zy,
                         Span<double> delta) noexcept;
 
-  // --- saved state of the model, which follows that of the shared part (saved_state.hpp)
+  // --- saved state of the contact model, whose bytes follow those that all models share (saved_state.hpp)
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
                                                       ///< must agree with
   std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes that `save` writes, which depends
                                                       ///< on options and material alone
   void (*save)(const Patch&, ByteWriter&) noexcept;
-  /// Checks bytes of a saved state. `contact`: saved shared part of the patch. Returns null, or the name of a
-  /// value that no patch can have.
+  /// Checks the bytes of a saved state before it is restored. `contact`: saved part that all models share.
+  /// Returns null, or the name of a value that no patch can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
-  /// Restores the state from bytes in which find_fault found nothing. The shared part of the patch must be
-  /// restored already.
+  /// Restores the model's state from bytes in which find_fault found nothing, after the part of the patch
+  /// that all models share has been restored.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 
-/// Number of blocks of which the beginning of a task's range is a multiple, because bounds are kept by group
-/// of blocks.
+/// Number of blocks of which every thread's range begins at a multiple: bounds on snapping are kept for
+/// groups of that many blocks, and no group is divided between threads.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
-/// Makes a patch out of contact, bristle arrays filled; the caller owns the record (see release). `weight`:
-/// bristles per representative, 0 = from material and options. For the adding thread. Throws bristle::Error.
+/// Makes a patch out of contact; the caller owns its record and frees it by release(). `weight`: physical
+/// bristles per representative, 0 = automatic. For the thread that adds patches. Throws bristle::Error.
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
-/// Adds the totals of one range to `sum`.
+/// Adds the sums over one range of blocks to the sums over all ranges.
 void add_totals(Totals& sum, const Totals& part) noexcept;
 
 }  // namespace bristle::detail

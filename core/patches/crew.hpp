@@ -1,4 +1,4 @@
-// Threads that a step of one large patch may use while its contact model prepares the step.
+// The threads among which a contact model may divide the preparation of one large patch's step.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +11,16 @@ struct Crew {
   void (*run)(void* workers, int tasks, void (*task)(void* of, int k), void* of) noexcept;
   void* workers;
   std::uint32_t threads;
-  std::uint32_t pieces;  ///< number of ranges into which work is best divided: enough to balance the threads,
-                         ///< and none too small
+  std::uint32_t pieces;  ///< number of ranges into which work is best divided: enough of them to balance the
+                         ///< threads, and none too small
 };
 
-/// Adds the total of one range to the sum over all ranges.
+/// Adds the count of one range to the count over all ranges.
 inline void add_totals(std::uint64_t& sum, std::uint64_t part) noexcept { sum += part; }
 
-/// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`:
-/// as many as the crew's `pieces` or `threads` says, or one on this thread without a crew. Returns the sum of
-/// the totals, which must not depend on their order.
+/// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`.
+/// Their number is the field `ranges` of the crew; without a crew one range runs on this thread. Returns the
+/// sum of the totals, which must not depend on the order of adding.
 template <class Totals, class Work>
 Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t count, std::uint32_t step,
                  const Work& work) noexcept {
@@ -34,7 +34,7 @@ Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t co
     static void run(void* of, int k) {
       const Shared& shared = *static_cast<const Shared*>(of);
       const auto part = static_cast<std::uint32_t>(k);
-      Totals own{};  // sums of this range on the thread's own stack, apart from those of other threads
+      Totals own{};  // sums of one range, on its thread's stack: threads share no cache line
       shared.work(shared.begin_of(part), shared.begin_of(part + 1), own);
       shared.totals[part] = own;
     }

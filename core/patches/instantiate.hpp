@@ -1,4 +1,4 @@
-// BRISTLE_INSTANTIATE(f, g, ...): instantiates function templates for the number types of this build.
+// BRISTLE_INSTANTIATE(f, g, ...): instantiates function templates for a build's number types.
 #pragma once
 
 #include "bristle/config.hpp"
@@ -11,7 +11,7 @@
 #define BRISTLE_INSTANTIATE_ONE(f) template decltype(f<float>) f<float>;
 #endif
 
-// Expands one name for each scan of the preprocessor, because a macro does not expand itself.
+// Expands one name of a list for each scan of the preprocessor, because a macro does not expand itself.
 #define BRISTLE_NONE
 #define BRISTLE_NEXT() BRISTLE_EACH
 #define BRISTLE_EACH(f, ...) BRISTLE_INSTANTIATE_ONE(f) __VA_OPT__(BRISTLE_NEXT BRISTLE_NONE()(__VA_ARGS__))

@@ -8,12 +8,12 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the largest distance from the origin to an ellipse of half axes 1 along and `limit` across, with
-/// its centre at (lean, 0).
+/// Returns the largest distance from the origin to an ellipse (of force limits) with the half axes 1 along
+/// and `limit` across, whose centre is at (lean, 0).
 double find_strongest(double limit, double lean) noexcept {
   const double wide = limit * limit - 1.0, off = std::abs(lean);
-  // Finds the point of largest distance: the squared distance, (x + lean)^2 + limit^2 (1 - x^2), is largest
-  // at x = lean / wide, or at the end x = 1.
+  // Finds the point of the ellipse at the largest distance: the squared distance (x + lean)^2 + limit^2 (1 -
+  // x^2) is largest at x = lean / (limit^2 - 1), or at the end x = 1 if that is beyond it.
   const double x = wide > off ? off / wide : 1.0;
   return std::sqrt(square(x + off) + square(limit) * (1.0 - x * x));
 }

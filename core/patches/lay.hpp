@@ -1,5 +1,5 @@
-// Maps friction that depends on the direction of motion (struct Lay) to axes in which a patch's bristles are
-// isotropic.
+// Maps friction that depends on the direction of motion (struct Lay: grooves, fibres, hair) to axes in which
+// a patch's bristles are isotropic.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -9,27 +9,27 @@
 
 namespace bristle::detail {
 
-/// Map between the axes of a patch and its isotropic axes: the first along the lay, the second across, where
-/// lengths are stretched so that every bristle's limit is a circle. Kernels and bounds work in isotropic
-/// axes.
+/// Map between the axes of a patch and its isotropic axes. The first of these runs along the lay (grain), the
+/// second across it; lengths across are stretched so that every bristle's limit is a circle. Kernels and
+/// bounds work in isotropic axes.
 struct LayMap {
   Turn along;              ///< direction of the lay (the grain of the surface) in the axes of the patch
-  double stretch = 1.0;    ///< factor that stretches lengths across the lay into isotropic axes: stiffness
-                           ///< ratio over limit ratio
-  double limit = 1.0;      ///< factor of forces across the lay, real over isotropic: Lay::limit_ratio
-  double energy = 1.0;     ///< factor of energy across the lay, real over isotropic; 1 where dissipation is
-                           ///< at its maximum
-  double lean = 0.0;       ///< asymmetry of the limit: along the lay it is 1 + lean times the material's
-                           ///< limit, against the lay 1 - lean times
-  double stiffest = 1.0;   ///< stiffness of the stiffest direction, over the material's
-  double strongest = 1.0;  ///< limit of the strongest direction, over the material's
+  double stretch = 1.0;    ///< factor of a length across the lay when it is mapped to isotropic axes:
+                           ///< stiffness ratio over limit ratio
+  double limit = 1.0;      ///< force across the lay over the force in isotropic axes: Lay::limit_ratio
+  double energy = 1.0;     ///< elastic energy of a deflection across the lay over that in isotropic axes; 1
+                           ///< if sliding dissipates most
+  double lean = 0.0;       ///< asymmetry of the limit: (1 + lean) times the material's limit for motion along
+                           ///< the lay, and (1 - lean) times for motion against it
+  double stiffest = 1.0;   ///< largest stiffness over all directions, over the material's
+  double strongest = 1.0;  ///< largest limit over all directions, over the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
-  /// Whether energies differ from those in isotropic axes. The dissipated energy of a step is then its work
-  /// less the change of stored energy.
+  /// Whether energies differ from those in isotropic axes. If so, the dissipated energy of a step is computed
+  /// as its work less the change of stored energy.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Returns the least energy that a slide dissipates, over all directions and relative to the energy in
-  /// isotropic axes.
+  /// Returns the least energy that a slide can dissipate, over all directions of motion, relative to the
+  /// energy that it dissipates in isotropic axes.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {
@@ -52,9 +52,9 @@ struct LayMap {
   }
 };
 
-/// Returns the map of a lay that check_lay() accepts.
+/// Returns the map to isotropic axes for a lay that check_lay() has accepted.
 LayMap map_of(const Lay& lay) noexcept;
-/// Throws bristle::Error for a lay that this patch cannot have.
+/// Throws bristle::Error for a lay that a patch of this material and these options cannot have.
 void check_lay(const Material& material, const PatchOptions& chosen);
 
 }  // namespace bristle::detail

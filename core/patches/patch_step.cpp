@@ -16,19 +16,19 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// Returns the largest ratio of aged to fresh snap lengths that a bristle of the patch can have at the end of
-/// a step.
+/// Returns the largest factor by which ageing can have increased a snap length of this patch at the end of a
+/// step.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates how long the bristles of an ageing patch may have held: no bristle can hold while the patch moves
-/// further than twice its snap length. Ignores bristles longer than the mean plus four standard deviations.
-/// They carry 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
+/// Updates how long bristles of an ageing patch may have held: none holds while the patch moves further than
+/// twice its snap length. Bristles longer than the mean plus four standard deviations are ignored; they carry
+/// 0.5 % of the force at a spread (cv) of 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
-      std::max(step.ends, hold.since);  // the clock may lie a rounding error before the end of the last step
+      std::max(step.ends, hold.since);  // the clock may lie a rounding error before the last step's end
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
@@ -37,12 +37,12 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums the displacements of the steps, because a contact model may move the stored position of the patch.
+  // Sums the steps' displacements, because a contact model may move the stored position of the patch.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the reach within which a patch counts as being at its anchor, so that a rest counts only until
-  // the slide after it.
+  // Share of the holding distance within which a patch counts as being where it began to hold, so that a rest
+  // counts only until the slide after it.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -51,7 +51,7 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   }
 }
 
-/// Finds Response::force_limit for a patch that ages.
+/// Finds Response::force_limit, the highest elastic force, for a patch whose bristles age.
 double find_force_limit(const Patch& p, double growth) noexcept {
   const Material& m = p.material().material;
   const double residual = p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness *
@@ -60,12 +60,12 @@ double find_force_limit(const Patch& p, double growth) noexcept {
 }
 
 /// Length of a displacement (scaled; 2^20 units of position) below which rounding to fixed point may change
-/// it by more than 5e-7 of itself. Its remainder is then added to the next displacement. Longer displacements
-/// drop their remainder, so that most steps need the patch's slot alone.
+/// it by more than 5e-7 of itself. The remainder of such a displacement is added to the next one. Longer ones
+/// drop it, so that most steps need no more memory than the patch's slot.
 constexpr double creep_length = 0x1p-24;
 
-/// Whether a displacement is of usual length: not so short that its remainder is added to the next one, nor
-/// so long that every bristle snaps.
+/// Whether a displacement is of usual length: not so short that its rounding remainder is carried to the next
+/// one, nor so long that every bristle snaps.
 bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   bool usual = true;
   for (const double x : displacement) {
@@ -75,10 +75,10 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Converts a displacement that is unusually short (its remainder is carried) or long (every bristle snaps).
+/// Converts to fixed point a displacement that is very short (remainder carried) or long (all bristles snap).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
-  // Largest scaled displacement, far beyond any snap length, which keeps squares and sums finite.
+  // Limit of a scaled displacement, far beyond any snap length, that keeps squares and sums finite.
   constexpr double farthest = 1e290;
   for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
   const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
@@ -94,7 +94,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
     step.moves = true;
     return;
   }
-  // Under the literal rule a step of far_length already resets every bristle, so longer steps are cut to it.
+  // Cuts longer steps to far_length under the paper's literal loop: that length resets every bristle.
   if (largest > far_length)
     for (double& x : step.scaled) x *= far_length / largest;
   for (int axis = 0; axis < 2; ++axis) {
@@ -108,13 +108,13 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether time, velocity and direction do not matter for the patch: it neither ages nor damps, has no lay,
-/// follows no literal loop, and skips blocks within their bounds.
+/// Whether time, velocity and direction do not matter for the patch: it neither ages nor damps, has no lay
+/// (grain), does not follow the paper's literal loop, and skips blocks within their bounds.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
 }
 
-/// Displacement of a step in isotropic axes, m (LayMap).
+/// Displacement of a step, m, in the axes in which friction does not depend on direction.
 struct Displacement {
   double by[2];
 };
@@ -125,14 +125,14 @@ template <bool plain, class Asked>
   return d;
 }
 
-/// Maps the sums of a patch with a lay to the patch's own axes. Finds the dissipated energy from work and
-/// stored energy if it is not a sum over the bristles.
+/// Maps the sums of a patch with a lay (grain) from isotropic axes to its own axes. Where energies differ
+/// between the axes, finds the dissipated energy as the step's work less the change of stored energy.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Adds the displacement of the limits' centre, from which deflections are counted in isotropic axes; it
-    // lies `lean` limits from the root.
+    // Adds the offset of the centre of the force limits from the bristle's root, because deflections in
+    // isotropic axes are counted from that centre; the offset is `lean` times the limit.
     const CompiledMaterial& m = p.material();
     const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
                          p.newtons_per_unit;
@@ -148,8 +148,8 @@ template <bool plain, class Asked>
   sums.dissipated = std::clamp(work + step.stored - p.model->stored_energy(p), 0.0, highest_energy);
 }
 
-/// Reads a motion under a load that is applied already. `plain` and `usual` are the values of is_plain() and
-/// is_usual().
+/// Reads a motion whose load is applied already into `step`. `plain` and `usual` are is_plain() and
+/// is_usual(), known when compiling.
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
                                                bool commit, PatchStep& step) noexcept {
@@ -160,8 +160,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Shortens the step to longest_time, at which the clock stops; otherwise bristles would be younger in the
-    // next step than in this one.
+    // Shortens a step beyond the longest time, at which the clock stops; otherwise bristles would be younger
+    // at the start of the next step than at the end of this one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
@@ -181,7 +181,7 @@ template <bool plain, bool usual>
   step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
 }
 
-/// Fills the constants of Advance other than the travel itself. Assigns field by field, because g++ clears a
+/// Fills the constants of a step other than the displacement. Assigns field by field, because g++ clears a
 /// whole struct by `rep stos`, which takes longer.
 void begin_advance(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
@@ -194,16 +194,16 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response (for a cell of an outline only its force) and, if the step is committed, the numbers
-/// that answer a next step at rest.
+/// Writes the response of a step (for a cell of an outline only its force). If the step is committed, also
+/// stores the numbers with which a next step at rest is answered.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
                                                   Answer& out) noexcept {
   if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
-  double elastic[2];  // copied, because reading the pair back from the response would wait for its stores
+  double elastic[2];  // copied, because a read of the response just written would wait for its stores
 
-  // Subtracts from 0, so that the force of a patch at rest is never a negative zero.
+  // Subtracts from 0, so that the force of a straight patch is +0, never a negative zero.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
   if constexpr (std::is_same_v<Answer, CellMotion>) {
@@ -212,7 +212,7 @@ template <bool plain, class Asked, class Answer>
     const bool mean = has(p.outputs, Outputs::mean);
     const bool energy = has(p.outputs, Outputs::energy);
     double velocity[2] = {0.0, 0.0};
-    // Limits the velocity so that its square is finite, whatever the step length (a denormal one reads as 0
+    // Limits the velocity so that its square is finite for any step length (a denormal one reads as 0
     // here).
     for (int axis = 0; axis < 2 && !plain; ++axis)
       velocity[axis] = std::clamp(
@@ -256,7 +256,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// Takes a step that leaves the patch's bound or is of unusual length.
+/// Takes a step that leaves the ball within which no bristle snaps, or is of unusual length.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
@@ -288,8 +288,8 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// Takes a step under the present load. Answers the usual step, which stays within the patch's bound, without
-/// another call.
+/// Takes a step under the present load. The usual step, which stays in the ball within which no bristle
+/// snaps, needs no further call.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
@@ -317,7 +317,7 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // Refuses motion along an axis that the patch does not have as bad input.
+  // Refuses, as bad input, motion along the second axis of a patch that has only one.
   const bool planar = patch.axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

@@ -1,24 +1,24 @@
-// One step of one patch, as far as all contact models share it: reads the motion, answers without the model
-// if it can, and writes the response.
+// One step of one patch, as far as it is the same for all contact models: reads the motion, answers without
+// visiting bristles if it can, and writes the response.
 #pragma once
 
 #include "core/patches/contact_model.hpp"
 
 namespace bristle::detail {
 
-/// Motion of a cell of an outline under its present load; only its elastic force is computed.
+/// Motion of one cell of an outline (contact area) under an unchanged load; asks for the elastic force only.
 struct CellMotion {
-  PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no such
-                           ///< patch
+  PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no patch
+                           ///< of this id
   double displacement[2];  ///< m, tangential displacement of the cell in the step
-  double force[2];         ///< N, force on the body at the end of the step
+  double force[2];         ///< N, elastic force on the body at the end of the step
 };
 
-/// Whether a motion is valid; false = bad input.
+/// Whether a motion is finite, in range, and along axes that the patch has; false = bad input.
 bool is_good_motion(const Patch& patch, const Motion& motion) noexcept;
 
-/// Whether a motion leaves a resting patch at rest, so that answer_at_rest() has its response. Reads the
-/// first cache line of the patch alone.
+/// Whether a motion leaves a resting patch at rest, so that its last force is still right. Reads only the
+/// first of the patch's four cache lines.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
   return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
                  motion.normal_load == p.normal_load && !motion.has_velocity
@@ -29,8 +29,8 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds the bound that answers a step without visiting bristles. Never answers Bound::glide, which only the
-/// model can tell.
+/// Finds which bound, if any, answers a step without a visit to the bristles. Never returns Bound::glide,
+/// because only the contact model knows whether the patch glides.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;
@@ -40,7 +40,7 @@ inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   return std::sqrt(x * x + y * y) < p.bound.reach ? Bound::ball : Bound::none;
 }
 
-/// Writes the response of a resting patch: the last force without its velocity-dependent part.
+/// Writes the response of a patch at rest: its last elastic force, and no force of dampers.
 inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   out.status = p.overloaded ? Status::overload : Status::ok;
   for (int axis = 0; axis < 2; ++axis) {
@@ -57,32 +57,32 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   }
 }
 
-/// Takes a step from its motion to its response, on one thread. Returns the bristles visited.
+/// Steps a patch, from its motion to its response, on one thread. Returns the number of bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// Computes the response of step_patch() under the present load, without a change of state. `contact_loss`:
-/// energy of bristles that left contact, which the response reports.
+/// Computes the response that step_patch() would give under the present load, without a change of state. The
+/// response reports `contact_loss`, the energy of bristles that left contact.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
-/// Begins a step of a patch whose model shares steps among threads. SharedStep::run for all blocks and
-/// end_step() follow. Returns the number of blocks; 0 = no bristle has to be stepped.
+/// Begins a step that threads share. The caller then runs SharedStep::run for all blocks and calls
+/// end_step(). Returns the number of blocks; 0 = no bristle has to be stepped.
 std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const Crew& crew,
                          PatchStep& step) noexcept;
-/// Ends a step that begin_step() began. `totals`: sums over all blocks, or null if no bristle was stepped.
-/// Returns the number of bristles visited.
+/// Ends a step that begin_step() began, and writes its response. `totals`: sums over all blocks, or null if
+/// no bristle was stepped. Returns the number of bristles visited.
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Whether a trial step changes the bristles if the patch's bound does not answer it.
+/// Whether a trial step changes bristles unless the bound on snapping answers it, and so needs a copy.
 inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
-/// Whether a trial of this motion under the present load would change bristles, so that it needs a copy of
-/// the patch.
+/// Whether a trial of a motion under the present load would change bristles, so that the caller must make it
+/// on a copy of the patch.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 
-/// Copies holding times to a patch with another material: its bristles keep their age.
+/// Copies the bounds on holding times to a patch with another material, because its bristles keep their ages.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
-/// Writes a response of zero force with the given status.
+/// Writes a response of zero force with a status that says why the motion was refused.
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept;
 
 }  // namespace bristle::detail

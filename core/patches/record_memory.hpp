@@ -1,5 +1,5 @@
-// Memory of a contact model's record and its columns: one allocation, made and freed by the thread that adds
-// patches.
+// Memory of a contact model's record and of its columns (arrays): one allocation, made and freed by the
+// thread that adds patches.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,12 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + column_alignment - 1) / column_alignment * column_alignment;
 }
 
-/// Head of the memory before a record, which owns the material, so that the record itself is plain data.
+/// Owner of the material, in memory before a record, so that the record is plain data, copied as bytes.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
 };
 
-/// Allocates a record followed by `column_bytes` of unfilled memory for its columns. Throws std::bad_alloc.
+/// Allocates a record and, behind it, `column_bytes` of unfilled memory for columns. Throws std::bad_alloc.
 template <class Record>
 Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_t column_bytes) {
   static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);
@@ -35,13 +35,13 @@ Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_
   return record;
 }
 
-/// Returns the memory behind a record, where its columns begin.
+/// Returns the address just behind a record, where the memory of its columns begins.
 template <class Record>
 std::byte* column_memory(Record* record) noexcept {
   return reinterpret_cast<std::byte*>(record) + aligned(sizeof(Record));
 }
 
-/// Frees a record; does nothing for null.
+/// Frees a contact model's record with its columns; does nothing for null.
 inline void release(PatchRecord* record) noexcept {
   if (record == nullptr) return;
   RecordHead* head = reinterpret_cast<RecordHead*>(record) - 1;

@@ -15,7 +15,7 @@ constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
 constexpr std::uint32_t saved_version = 5;
 constexpr std::size_t checksum_at = 32;
 
-/// Lists the fields of a saved patch that all contact models share, in order, for writing and for reading.
+/// Lists the fields of a saved patch's head in order, so that writing and reading use the same list.
 template <class Io, class Head>
 void head_fields(Io& io, Head& head) noexcept {
   io(head.slot);
@@ -38,7 +38,7 @@ void contact_fields(Io& io, Contact& c) noexcept {
 }
 constexpr std::size_t contact_size = 8 * 8;
 
-/// Lists PatchRecord::remainder, for reading and writing.
+/// Lists the rounding remainders of short displacements, for reading and for writing.
 template <class Io, class Remainder>
 void remainder_fields(Io& io, Remainder& remainder) noexcept {
   io(remainder[0]);
@@ -46,7 +46,7 @@ void remainder_fields(Io& io, Remainder& remainder) noexcept {
 }
 constexpr std::size_t remainder_size = 2 * 8;
 
-/// Times saved for an ageing patch: its own time, and the longest time that a bristle can have held.
+/// Times saved for an ageing patch: its own time, and the longest time for which a bristle can have held.
 struct SavedTime {
   Int128 time = 0;
   PatchRecord::Hold hold;
@@ -73,10 +73,10 @@ SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
 }
 constexpr std::int64_t farthest_way = std::int64_t{1} << 62;
 
-/// Whether saved times agree with each other. The end of a step is the rounded sum of its start and its
-/// length, while the clock counts the length in whole units, cut off: the two differ by at most one unit and
-/// three roundings. No clock exceeds the longest time by more than a step, and no path from an anchor is
-/// longer than farthest_way units.
+/// Whether the saved times of a patch agree with each other. A step's end is the rounded sum of its start and
+/// its length, while the clock counts the length in whole units, cut off: the two differ by at most a unit
+/// and three roundings. The clock exceeds the longest time by at most a step, and no path from where the
+/// patch began to hold is longer than farthest_way units.
 bool is_good_time(const SavedTime& t) noexcept {
   if (t.time > static_cast<Int128>(4.0 * longest_time * clock_units_per_second)) return false;
   for (const std::int64_t way : t.hold.way)

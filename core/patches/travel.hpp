@@ -1,5 +1,5 @@
-// The motion of a patch (Travel), the input and output of a model's step, and the shared part's own steps
-// within a bound.
+// The motion of a patch (Travel), the input and the output of a contact model's step, and those steps that
+// need no model because nothing can snap.
 #pragma once
 
 #include <cmath>
@@ -9,59 +9,59 @@
 
 namespace bristle::detail {
 
-/// Returns the largest rounding error, in s, of `sums` sums of times up to `end`, and of `end` itself.
+/// Returns the largest rounding error, s, of a time up to `end` that was computed by `sums` additions.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s. A batch's clock stops once it has counted this far, and a longer step ages a patch by
-/// this much only.
+/// Longest time, s. The clock of a batch stops when it has counted this far, and a step that lasts longer
+/// ages a patch by this time only.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
 }
 
-/// A step of a patch, read from its motion.
+/// Displacement and times of one step of a patch, computed from its motion.
 struct PatchStep {
-  /// Displacement of the step. Length and direction are set only for a far step (every bristle snaps) and for
-  /// a contact model, which fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds` and may shorten
-  /// the displacement.
+  /// Displacement of the step. A far step (in which every bristle snaps) states length and direction; other
+  /// steps state them only when a contact model is called. The model fills `in_double`, `energy_unit`,
+  /// `phase_key` and `renews_bounds`, and may shorten the displacement.
   Advance advance;
-  double scaled[2];            ///< the displacement in scaled lengths
-  std::int64_t units[2];       ///< change of the position, fixed point; 0 in a far step
-  double begins, ends;         ///< the patch's time (time_of) at the start and the end of the step, s; 0
-                               ///< without ageing
-  double remainder[2];         ///< PatchRecord::remainder after the step, if `creeps`
-  bool moves;                  ///< whether the patch moves; if not, nothing can snap
-  bool creeps;                 ///< whether the displacement is so short that its rounding remainder is
-                               ///< carried to the next one
-  double contact_loss = 0.0;   ///< J, energy of the bristles that the load of this step took out of contact
-  double stored = 0.0;         ///< J, energy of the bristles before the step; filled only if books_work()
-  const Crew* crew = nullptr;  ///< threads that may prepare the step; null = none
+  double scaled[2];            ///< displacement in scaled lengths, which are near the mean snap length
+  std::int64_t units[2];       ///< displacement in fixed-point units of the position; 0 in a far step
+  double begins, ends;         ///< time of the patch at the start and at the end of the step, s; 0 for a
+                               ///< patch that does not age
+  double remainder[2];         ///< rounding remainder of short displacements after this step
+  bool moves;                  ///< whether the patch moves; if it does not, nothing can snap
+  bool creeps;                 ///< whether the displacement is so short that its rounding remainder is added
+                               ///< to the next displacement
+  double contact_loss = 0.0;   ///< energy of bristles that the step's load took out of contact, J
+  double stored = 0.0;         ///< elastic energy before the step, J; filled only if books_work()
+  const Crew* crew = nullptr;  ///< threads that may help to prepare the step; null = none
 };
 
-/// Result of a step for all bristles in contact.
+/// Result of a step: sums over all bristles in contact.
 struct StepSums {
-  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
-  double twice_mean[2] = {0.0, 0.0};  ///< twice the mean of that sum over the step (Outputs::mean)
-  double dissipated = 0.0;            ///< J, energy lost in snaps (Outputs::energy)
+  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, unit Patch::newtons_per_unit (in N)
+  double twice_mean[2] = {0.0, 0.0};  ///< twice the mean, over the step, of the sum of deflections
+  double dissipated = 0.0;            ///< energy lost in snaps, J (Outputs::energy)
   std::uint64_t snaps = 0;
-  std::uint64_t visited = 0;  ///< number of bristles that a kernel visited
+  std::uint64_t visited = 0;  ///< number of bristles that a kernel read
 };
 
-/// Kinds of motion of a patch by whether bristles have to be visited.
+/// Reasons for which a step needs no visit to the bristles, and `none`.
 enum class Bound : unsigned char {
-  none,   ///< some bristle may snap, so ContactModel::advance must visit the bristles
+  none,   ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
   rest,   ///< the patch does not move, so its last response is still right
-  ball,   ///< the motion ends within Patch::bound, so no bristle snaps, and the sums follow from the
-          ///< displacement
-  glide,  ///< a steady slide continues without visiting any cohort (glide.hpp)
+  ball,   ///< the motion ends in the ball Patch::bound, so no bristle snaps, and the sums of deflections
+          ///< follow from the displacement
+  glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
 };
 
-/// Values of Patch::bound.reach without a bound: nothing is known (no_reach), or the patch is in a glide
-/// (glide_reach).
+/// Values of Patch::bound.reach, the distance within which nothing snaps, if no such distance is known
+/// (no_reach) or the patch is in a glide, a steady slide (glide_reach).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
-/// Computes length and direction of a displacement, unless a far step states them.
+/// Computes length and direction of a displacement; a far step (every bristle snaps) has them already.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
   double moved[2];
@@ -71,10 +71,10 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// Finds the sums of a step without snaps as hold() does, for outputs with or without the mean.
+/// Finds the sums of deflections of a step without snaps, with or without the mean over the step.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {  // a constant bound, so that the loop is unrolled
+  for (int axis = 0; axis < 2; ++axis) {  // runs to a constant 2, so that the loop is unrolled
     if (axis == p.axes) break;
     const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
     Int128 end = whole;
@@ -93,8 +93,8 @@ inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
     p.position[axis] = t.to[axis];
   }
 }
-/// Finds the sums of a step in which no bristle snaps; moves the patch if the step is committed (not a
-/// trial).
+/// Finds the sums of deflections of a step in which no bristle snaps. Moves the patch if the step is
+/// committed, which a trial step is not.
 inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
     carry<true>(p, t, sums);

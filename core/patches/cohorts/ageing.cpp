@@ -1,5 +1,5 @@
-// The clock of an infinite brush whose bristles age. Each cohort stores when its bristles were last straight
-// (its birth) as a time after a base, and the base is moved along with the clock.
+// The clock of an infinite brush whose bristles age. Each cohort stores its birth, the time when its bristles
+// were last straight, as seconds after a base; the base is moved along with the clock.
 #include <algorithm>
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Largest age of the base of births, in ageing times, when a bristle snaps. The ages of the newest cohorts
-/// then keep 32 bits.
+/// Time in ageing times from the base of births to the present beyond which the base is moved. Within it the
+/// ages of the newest cohorts keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }
@@ -19,7 +19,7 @@ CohortTimes times_of(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   if (r.ageing == nullptr) return {};
   const Material& m = r.material->material;
-  // Subtracts in integer clock units, so that no digit is lost however long the patch has existed.
+  // Subtracts times as integers of the clock, so that no digit is lost however long the patch has existed.
   const double now = static_cast<double>(patch_time(r) - r.ageing->base) / clock_units_per_second;
   return {r.births(),
           now,

@@ -1,5 +1,5 @@
-// The contact model of infinitely many bristles: a list of cohorts (core/patches/COHORTS.md), which the
-// kernels move along a path.
+// The contact model of infinitely many bristles: a list of cohorts (sets of bristles that were last straight
+// at one place), which the kernels move along a path. Equations: core/patches/COHORTS.md.
 #pragma once
 
 #include <cstdint>
@@ -13,69 +13,69 @@
 
 namespace bristle::detail {
 
-constexpr double default_resolution = 8.0;  ///< pieces of path per mean snap length, unless the options say
-                                            ///< otherwise
+constexpr double default_resolution = 8.0;  ///< pieces into which a path of one mean snap length is divided,
+                                            ///< unless the options say otherwise
 constexpr double highest_resolution = 128.0;
-constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch of default_resolution
-constexpr double bound_margin = 0x1p-40;        ///< scaled length that exceeds the rounding error of any
-                                                ///< deflection
-constexpr double least_cohort_spread = 0.05;    ///< least cv of a law for an infinite brush; with a smaller
-                                                ///< one, too many bristles snap at once
-constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass, the mass of all bristles of a
-                                                ///< patch at the highest load
+constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch that has the default resolution
+constexpr double bound_margin = 0x1p-40;        ///< margin, a scaled length, that exceeds the rounding error
+                                                ///< of any deflection
+constexpr double least_cohort_spread = 0.05;    ///< least spread (cv) of a snap-length law for an infinite
+                                                ///< brush; with less spread too many bristles snap at once
+constexpr double full_mass = 70368744177664.0;  ///< mass of all bristles of a patch at its highest load: 2^46
+                                                ///< units, so that masses are whole numbers
 
-/// Units of mass that Patch::whole counts as one bristle. At the highest load the count is 256, the cost of a
-/// step in bristles.
+/// Units of mass that Patch::whole counts as one bristle. The count is 256 at the highest load, because an
+/// infinite brush costs about as much to step as 256 bristles.
 constexpr double mass_per_count = 274877906944.0;                          // 2^38
 constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // units of Patch::sum per unit of
-                                                                           // mass x length, 2^6
+                                                                           // mass x scaled length, 2^6
 
-/// State of ageing of a patch. The births of its cohorts follow it in memory.
+/// Ageing state of a patch; in memory the cohorts' births follow it (times when they were last straight).
 struct alignas(64) CohortAgeing {
-  Int128 base = 0;          ///< time from which births are counted, in clock units from PatchRecord::epoch
-  double per_length = 0.0;  ///< s per scaled length of the present straight slide
-  double until = 0.0;       ///< end of the present straight slide, s from `base`
-  double oldest = 0.0;      ///< birth of the oldest cohort when the present straight slide began, s from
-                            ///< `base`
+  Int128 base = 0;          ///< time from which births are counted, in 2^-64 s since PatchRecord::epoch
+  double per_length = 0.0;  ///< time per scaled length of the present straight slide, s
+  double until = 0.0;       ///< end of the present straight slide, s since `base`
+  double oldest = 0.0;      ///< birth of the cohort that was the oldest when the present straight slide
+                            ///< began, s since `base`
 
-  // Cache: snaps of a bristle per scaled length of steady sliding (`snap_rate`), and the time per length for
-  // which this value was computed; 0 = not known.
+  // Cache: `snap_rate`, the snaps of a bristle per scaled length of steady sliding, and the time per length
+  // for which it was computed (0 = not known).
   double rate_per_length = 0.0, snap_rate = 0.0;
 };
 
-/// Record of an infinite brush. Its base CohortState has the mass; Patch has zeta and overload.
+/// Properties and state of an infinite brush. Number in contact and overload are in the struct Patch.
 struct Cohorts : PatchRecord, CohortState {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
-  /// Noise of a patch that fluctuates (fluctuation.hpp), else null.
+  /// Kernels of a patch whose force fluctuates as that of n bristles (fluctuation.hpp), else null.
   const CohortNoise* noise = nullptr;
-  std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the present straight slide, whose
-                                     ///< length is `run`
-  double follow = 0.0;               ///< scaled path of a slide after which the cohorts are carried: they
-                                     ///< move with the patch unchanged
+  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of its present straight slide,
+                                     ///< whose length so far is `run`
+  double follow = 0.0;               ///< path of a slide, scaled, after which the cohorts need not be
+                                     ///< stepped: they move with the patch unchanged
 
-  /// Scaled path after which a long step that began with straight bristles is in steady sliding; 0 =
-  /// `follow`.
+  /// Path, scaled, after which one long step that began with straight bristles is in steady sliding; 0 = as
+  /// long as `follow`.
   double forget = 0.0;
-  Glide glide;          ///< state of a glide (glide.hpp) if the patch is in one, and the recent path of the
-                        ///< patch
-  bool glides = false;  ///< whether the patch may glide; it does not if it ages or fluctuates
+  Glide glide;          ///< recent path of the patch and, if the patch is in a glide (a steady slide on a
+                        ///< bent path), the state of that glide
+  bool glides = false;  ///< whether the patch may glide; one that ages or fluctuates may not
 
-  // Constants of glides, in scaled lengths (glide.cpp, make.cpp).
-  double memory = 0.0;             ///< path that bristles remember: mean square over mean deflection of
-                                   ///< steady sliding
-  double long_step = 0.0;          ///< length of a step after which earlier turns of the path do not matter
-  double node_distance = 0.0;      ///< path between two measurements of the curvature
-  double per_lag = 0.0;            ///< one over the path by which the force lags behind a change of curvature
-  double highest_curve = 0.0;      ///< largest curvature of the path at which a patch glides, rad per scaled
+  // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.
+  double memory = 0.0;             ///< path that bristles remember: mean squared deflection over mean
+                                   ///< deflection in steady sliding
+  double long_step = 0.0;          ///< length of a step after which turns of the path before it do not matter
+  double node_distance = 0.0;      ///< path from one measurement of its curvature to the next
+  double per_lag = 0.0;            ///< one over the path by which the force lags behind a changed curvature
+  double highest_curve = 0.0;      ///< largest curvature of a path on which a patch glides, rad per scaled
                                    ///< length
-  double chord_share = 0.0;        ///< factor that Glide::chord_share is calculated from
-  double snap_rest = 0.0;          ///< fraction of a snap that no report of snaps has counted yet
-  std::uint32_t pieces = 0;        ///< pieces of path per mean snap length, rounded up, which
-                                   ///< PatchInfo::bristles reports
-  std::uint32_t detail = 0;        ///< number of `pieces` in use, as PatchBatch::set_detail set it
-  double* rows = nullptr;          ///< cohorts in rows of 8, with 8 columns each (CohortColumn)
-  CohortAgeing* ageing = nullptr;  ///< state of ageing; null if the material does not age
+  double chord_share = 0.0;        ///< factor from which Glide::chord_share (angle of a chord) is computed
+  double snap_rest = 0.0;          ///< fraction of a snap that remained when whole snaps were reported
+  std::uint32_t pieces = 0;        ///< number of pieces in which one mean snap length of path is computed,
+                                   ///< rounded up; PatchInfo::bristles reports it
+  std::uint32_t detail = 0;        ///< number of those pieces in use, set by PatchBatch::set_detail
+  double* rows = nullptr;          ///< data of the cohorts: rows of 8 cohorts with 8 columns (CohortColumn)
+  CohortAgeing* ageing = nullptr;  ///< births of cohorts and times of the slide; null without ageing
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -86,7 +86,7 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
-  /// Returns the number of cache lines to request ahead: the record and the rows in use, at most 64.
+  /// Returns how many cache lines to prefetch before a step: record and rows in use, at most 64.
   std::uint8_t fetched_lines() const noexcept {
     const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
     return static_cast<std::uint8_t>(lines < 64 ? lines : 64);
@@ -100,44 +100,44 @@ struct Cohorts : PatchRecord, CohortState {
 
 inline Cohorts& cohorts(const Patch& p) noexcept { return static_cast<Cohorts&>(*p.record); }
 
-/// Returns the position of the patch relative to the base from which its cohorts' places are counted.
+/// Returns the patch's position along an axis, relative to the base of its cohorts' places, scaled.
 inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
   return to_lengths(difference(p.position[axis], s.base[axis]));
 }
 
 // --------------------------------------------------------------------------------------- time (ageing.cpp)
 
-/// Returns the births of the cohorts and the present time, counted from their base; all 0 where the material
-/// does not age.
+/// Returns the births of the cohorts (when they were last straight) and the present time, s, both since the
+/// base of births; all 0 where the material does not age.
 CohortTimes times_of(const Patch& p) noexcept;
-/// Sets the base of births to the present time. For a patch without cohorts, or whose births are set next.
+/// Sets the base from which births are counted to the present time. For a patch that has no cohorts yet.
 void begin_time(const Patch& p) noexcept;
-/// Moves the base of births close to the present time; the births stay where they are in time.
+/// Moves the base from which births are counted close to the present time; no bristle changes its age.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
-/// Returns g, the factor by which ageing has increased the snap lengths of cohort i; 1 where the material
-/// does not age.
+/// Returns g, the factor by which ageing has increased the snap lengths of cohort number i; 1 where the
+/// material does not age.
 double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) noexcept;
 
 // ---------------------------------------------------------------------------------------- rows (state.cpp)
 
-/// Removes all cohorts of a patch that goes out of contact.
+/// Removes all cohorts, when the patch goes out of contact.
 void clear_cohorts(Cohorts& r) noexcept;
-/// Removes cohorts whose mass is 0; the last cohorts take their places. `births`: null where the material
-/// does not age.
+/// Removes cohorts of mass 0, whose rows the last cohorts then take. `births`: column of the times at which
+/// cohorts were last straight; null where the material does not age.
 void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
-/// Recomputes the sums of mass x place over the cohorts.
+/// Recomputes the sums over the cohorts of mass x place, from which the mean deflection follows.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Returns the sum of mass x |z|^2, including the variance of place that joining cohorts has lost
-/// (CohortState::spread).
+/// Returns the sum of mass x |z|^2 over the cohorts, z the deflection. Includes the variance of place that
+/// was lost when bristles joined one cohort (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
-/// Returns the energy, J, of a unit of mass with a deflection of one scaled length.
+/// Returns the elastic energy, J, of one unit of mass that is bent by one scaled length.
 double joules_per_unit(const Patch& p) noexcept;
-/// Returns the sum of deflections along one axis, rounded, in the units of Patch::sum.
+/// Returns the sum of deflections along one axis, rounded, in units of Patch::sum; `at`: place of the patch.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
-/// Updates number of bristles, sums and unit of force in the patch's shared part after cohorts, load or
-/// material changed outside a step.
+/// Updates number of bristles, sums of deflections and unit of force in the patch's shared part, after a
+/// change of cohorts, load or material outside a step.
 void note_cohorts(Patch& p) noexcept;
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
@@ -146,16 +146,16 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
-/// Whether a move is so long that the state at its end does not depend on the state at its start. `forget`:
-/// shortest length of such a move.
+/// Whether a move of at least the path `forget` is so long that the state at its end does not depend on the
+/// state at its start. With noise and shared renewal together none is.
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
-/// Whether the pieces of a move that forgets its start are stepped before slide_far(). With shared renewal
-/// slide_far() gives only the state at the end, but not the sums along the path.
+/// Whether a move that forgets its start is nevertheless stepped in pieces. With shared renewal slide_far()
+/// gives only the state at the end, so mean force and energy need the pieces.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
-/// Returns the snaps of a bristle per scaled length of steady sliding, at the speed of a move.
+/// Returns the number of snaps of a bristle per scaled length of steady sliding, at a given speed.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
-/// Makes a step that forgets its start: replaces the cohorts by those of steady sliding at its end, and adds
-/// the sums along its path.
+/// Makes a step that forgets its start: replaces the cohorts by those of steady sliding at the step's end,
+/// and adds work, energy and snaps along its path.
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;
 double find_cohort_energy(const Patch& p) noexcept;
@@ -168,7 +168,7 @@ void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Whether this material allows an infinite brush.
+/// Whether bristles of this material can be computed as infinitely many (an infinite brush).
 bool allows_cohorts(const Material& material) noexcept;
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,

@@ -33,8 +33,8 @@ void set_fluctuation(Cohorts& r) noexcept {
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept {
   const double before = squares_at(s, rows, move.to);
-  // Assigns n bristles at random, cohort by cohort: each bristle not yet assigned joins this cohort with the
-  // probability (mean mass of this cohort) / (mean mass of all cohorts left).
+  // Assigns n bristles at random, cohort by cohort. Each bristle that is not assigned yet joins the cohort
+  // with the probability mean / mean_left: expected mass of this cohort over that of all cohorts left.
   double left = s.mass;
   double mean_left = s.mass;
   const std::uint64_t pass = s.draws++;
@@ -68,9 +68,9 @@ void draw_cut(Cohorts& r, double* kept) noexcept {
     variance += lost > 0.0 ? kept[i] * (lost / mass) : 0.0;
   }
   if (variance == 0.0) return;
-  // Corrects independent random numbers so that their sum is the expected one: each takes a share of the
-  // excess in proportion to its variance. If a cohort cannot take its whole share, the rest goes to the next
-  // cohort.
+  // Corrects the independently sampled losses so that their sum is the expected one: each cohort takes a
+  // share of the excess in proportion to its variance. If a cohort cannot take its whole share, the rest goes
+  // to the next cohort.
   const double share = excess / variance;
   double owed = 0.0;
   for (int turn = 0; turn < 2; ++turn)

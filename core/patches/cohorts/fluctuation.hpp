@@ -10,26 +10,26 @@
 
 namespace bristle::detail {
 
-/// Sets the constants for sampling in the law of the patch (CohortLaw), from the patch's options.
+/// Sets, from the patch's options, the constants in its law with which bristles are sampled at random.
 void set_fluctuation(Cohorts& r) noexcept;
 
-/// Distributes the n bristles to the cohorts at random, after a slide so long that its start is forgotten.
-/// Without shared renewal the bristles are independent of each other then. The stored energy that this
-/// takes away is counted as lost.
+/// Distributes n bristles to the cohorts at random, after a slide so long that its start is forgotten.
+/// Without shared renewal bristles are then independent of each other. The change of stored energy by this is
+/// counted as lost.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
-/// Returns the mean deflection of steady sliding. It replaces the momentary, noisy mean along a carried path,
-/// on which the cohorts stay the same.
+/// Returns the mean deflection of steady sliding along an axis. Along a path on which the cohorts stay the
+/// same, it replaces their momentary, noisy mean.
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept;
 
-/// Samples the mass of cohort i that remains after a change of law: the bristles whose fresh length exceeds
-/// their deflection. `mass`: mass of the cohort before; `mean_kept`: its expected mass after.
+/// Samples the mass of cohort number i that holds when the snap-length law changes: bristles whose new length
+/// exceeds their deflection. `mass`: mass before the change; `mean_kept`: expected mass after it.
 double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
 
-/// Samples how many bristles leave each cohort when the load falls: `kept` is the mean mass that each cohort
-/// keeps. The total number that leaves is fixed; which bristles of a cohort came last is random. Changes the
-/// entries of `kept`, not their sum.
+/// Samples how many bristles leave each cohort when the load falls. `kept`: expected mass that each cohort
+/// keeps, replaced by the sampled one. The total that leaves is fixed; which bristles of a cohort came last
+/// is random.
 void draw_cut(Cohorts& r, double* kept) noexcept;
 
 // --- saved state and hash; a patch that does not fluctuate adds nothing to them

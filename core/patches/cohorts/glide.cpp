@@ -9,35 +9,35 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double bend = 0x1p-10;        // rad, largest angle between path and arc within a step of a glide
-constexpr double long_bend = 1.0 / 32;  // rad, the same bound for a step longer than the path that bristles
-                                        // remember
+constexpr double bend = 0x1p-10;        // largest angle between path and arc within a step of a glide, rad
+constexpr double long_bend = 1.0 / 32;  // largest angle between path and arc within a step longer than the
+                                        // path that bristles remember, rad
 
-/// Shortest step whose direction is measured (scaled): rounding of positions would turn a shorter one by more
-/// than 2^-14.
+/// Shortest step whose direction is used, a scaled length: the rounding of positions would turn a shorter
+/// step by more than 2^-14.
 constexpr double shortest_chord = 0x1p-30;
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// The arc of the path that determines how the cohorts of a patch are bent.
+/// Circular arc with which a patch's path ends: tangent and curvature. It determines how cohorts are bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
-/// Finds the arc on which bristles would have the mean deflection that the last steps, chords of the path,
-/// produce. Its tangent is the last chord turned by a small angle (COHORTS.md, "Glides"). `chord_share`:
-/// Glide::chord_share.
+/// Finds the arc on which bristles would be bent as they are after the last steps, which are chords of the
+/// path. Its tangent is the last chord turned by a small angle (COHORTS.md, "Glides"). `chord_share`: factor
+/// of that angle, Glide::chord_share.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
   const double rest = 1.0 - turned * turned;
-  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // needs no square root on a straight path
+  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // computes no square root on a straight path
   return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
           c.curve};
 }
 
-/// Finds the mean deflection of the bristles at the end of a path that ends with this arc.
+/// Finds the mean deflection of the bristles in a glide whose path ends with a given arc.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -49,7 +49,7 @@ double squares_at(const Glide& g, const Arc& arc) noexcept {
   return change * (change * g.squares[1] - g.squares[0]);
 }
 
-/// Maps a stored deflection (relative to Glide::from) to the present arc, by a rotation and a bend.
+/// Maps a deflection stored at the start of a glide to the present end of the path, by a rotation and a bend.
 struct Turned {
   const Glide& g;
   const Arc arc;
@@ -77,7 +77,7 @@ void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   find_glide_means(p, g);
 }
 
-/// Moves the patch along an axis, and with it the base from which its cohorts' places are counted.
+/// Moves the patch along one axis together with the base of its cohorts' places, so that deflections stay.
 void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
   r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
   p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;
@@ -114,7 +114,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // Treats a path of steps of at least `long_step` as straight, since its curvature is not known.
+  // Treats a path of steps of at least `long_step` as straight: steps that long do not tell its curvature.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -127,8 +127,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
-    // Share of a change of curvature that the force has followed after the path x, in units of its lag;
-    // approximates 1 - exp(-x).
+    // Share of a change of the path's curvature that the force has followed along a distance x, in units of
+    // the force's lag. Approximates 1 - exp(-x).
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;
@@ -194,8 +194,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   double twice_mean[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // For a long step, takes the mean force from the end alone: along most of the step the force equals that
-    // at its end.
+    // Sets the mean force of a long step to the force at its end, because along most of such a step the force
+    // equals that one.
     const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
     twice_mean[axis] = before + sums.end[axis];
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];
@@ -204,7 +204,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     const double along =
         twice_mean[0] * a.direction[0] + (p.axes == 2 ? twice_mean[1] * a.direction[1] : 0.0);
     const double stored = r.mass * (squares_at(g, arc) - squares_at(g, find_arc(r, r.glide, g.chord_share)));
-    const double length = std::min(a.length, 1e140);  // limit that keeps the products finite
+    const double length = std::min(a.length, 1e140);  // limits the path so that products stay finite
     const double lost = length * (along / sum_per_mass_length) - stored;
     sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
     const double snapped =
@@ -217,8 +217,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // Keeps position and places in a far step, which has a length but no displacement that fixed point can
-    // store.
+    // Leaves position and places unchanged in a far step: its displacement is so long that fixed point cannot
+    // store it.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;
@@ -240,8 +240,8 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Checks only the end of the step: along a step deflections are convex, so a cohort that is within its
-  // reach at the end did not exceed it on the way.
+  // Checks the end of the step alone. A cohort's deflection is a convex function along a step, so a cohort
+  // that is within its reach at both ends never left it on the way.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
                         to_lengths(difference(t.to[1], r.base[1]))};

@@ -1,4 +1,4 @@
-// Stands in for the infinite brush in the minimal build, which has none.
+// Stands in for the infinite brush (infinitely many bristles) in the minimal build, which has none.
 #include "bristle/error.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 

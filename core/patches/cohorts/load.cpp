@@ -1,4 +1,4 @@
-// Changes the load of an infinite brush: when it falls, bristles that came into contact last leave first.
+// Changes the load of an infinite brush. When it falls, bristles that came into contact last leave first.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Finds the rank (order of coming into contact) above which `wanted` of the mass lies, by Newton's method on
-/// a piecewise linear sum, within bounds that close in.
+/// Finds the rank (place in the order of coming into contact) above which the mass `wanted` lies. Newton's
+/// method on a piecewise linear sum, between bounds that close in.
 double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   double low = 0.0;
   double high = r.mass;
@@ -28,8 +28,8 @@ double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   return cut;
 }
 
-/// Removes the bristles of cohort i with ranks above `cut` and returns the mass left. `all` is the highest
-/// rank left after the load has fallen.
+/// Removes from cohort number i the bristles with ranks above `cut`, those that came into contact last, and
+/// returns the mass left. `all`: highest rank after the load has fallen.
 double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -47,7 +47,7 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Removes the mass that exceeds a fallen load, and adds its sum of mass x squared deflection to `lost`.
+/// Removes the mass that exceeds a fallen load; adds its sum of mass x squared deflection to `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (mass_now == 0.0) {
@@ -69,8 +69,8 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     missing -= kept_of[i];
     if (kept_of[i] > kept_of[largest]) largest = i;
   }
-  // Gives the largest cohort the difference from the wanted mass, and the cohorts after it what it cannot
-  // take: masses are rounded, and many bristles of nearly one rank cannot be divided by any double.
+  // Corrects the masses to the wanted sum: the largest cohort takes the difference, and cohorts after it what
+  // it cannot take. Masses are rounded, and bristles of nearly equal ranks cannot be divided further.
   for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
     const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));
@@ -91,14 +91,14 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
-/// Moves the base of places to the patch if it is out of contact and far from the base.
+/// Moves the base from which places are counted to a patch out of contact that has moved far from it.
 void come_near(const Patch& p, Cohorts& r) noexcept {
   constexpr double far = 4096.0;
   for (int axis = 0; axis < 2; ++axis)
     if (std::abs(place(p, r, axis)) > far) r.base[axis] = p.position[axis];
 }
 
-/// Adds straight bristles with the highest ranks, after a rise of the load.
+/// Adds straight bristles after a rise of the load, with the highest ranks, as the last to come into contact.
 void admit(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0) come_near(p, r);
@@ -109,22 +109,22 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
-  // Lets entering mass join the last cohort only if the patch has hardly moved since: joining within a whole
-  // piece of path would mix ranks (error 1.3 % instead of 0.3 % with a random load in each step).
+  // Lets entering bristles join the last cohort only if the patch has hardly moved since: joining within a
+  // whole piece of path would mix ranks (error 1.3 % instead of 0.3 % under a random load in each step).
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
   const int ages = r.ageing != nullptr ? 1 : 0;
   const CohortTimes times = times_of(p);
-  // Does not let new bristles join bristles that have aged noticeably.
+  // Keeps new bristles apart from a cohort that has aged noticeably.
   if (joins && ages) joins = (strength_of(p, times, r.open[1]) - 1.0) * r.law.mean <= r.law.piece / 8.0;
   if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
   lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Scales deflections when the load rises above the maximum, or further above it: the bristles in contact
-/// then carry more load each, and at rest the force must not change.
+/// Scales deflections when the load rises above the maximum, or further above it. The bristles in contact
+/// then each carry more load, and the force of a patch at rest must not change.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
@@ -145,7 +145,7 @@ double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
   const double share = p.zeta / r.zeta_max();
-  // Prevents rounding from making the maximum load itself an overload.
+  // Prevents rounding from turning the maximum load itself into an overload.
   const double overload = share > 1.0 + 1e-14 ? share : 1.0;
   const double mass = std::floor(std::min(share, 1.0) * full_mass + 0.5);
   const double joules = joules_per_unit(p);

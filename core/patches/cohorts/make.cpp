@@ -1,4 +1,4 @@
-// Makes and resets an infinite brush.
+// Makes and resets an infinite brush, a patch of infinitely many bristles stored as cohorts.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -11,8 +11,8 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
-constexpr double longest_solved = 20.0;  ///< longest RenewalLaw::forget that is used, in mean snap lengths;
-                                         ///< the search goes up to twice as far
+constexpr double longest_solved = 20.0;  ///< longest path to steady sliding (RenewalLaw::forget) that is
+                                         ///< used, in mean snap lengths; the search goes twice as far
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
@@ -51,8 +51,8 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == 0 || detail > r.pieces) return Status::bad_input;
   set_pieces(r, detail);
   if (r.ageing != nullptr)
-    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // forgets the stored snap rate, which belongs to
-                                                            // the old resolution
+    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // marks the stored snap rate, computed for the
+                                                            // old resolution, as unknown
   return Status::ok;
 }
 
@@ -120,8 +120,8 @@ void check(const Material& material, const PatchOptions& options) {
     require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
 }
 
-/// Finds the shortest step after which the direction of that step alone determines the mean deflection: where
-/// square / 2 - kinetic h / 2 + share h^2, h the length, is 0, or least.
+/// Finds the shortest step whose direction alone determines the mean deflection at its end: the length h at
+/// which square / 2 - kinetic h / 2 + share h^2 is 0, or else least.
 double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
@@ -134,23 +134,23 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.detail = detail;
   const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
   const double mean = r.law.mean;
-  // Makes pieces shorter for a narrow law, or a narrow group of lengths in a law, of which a larger share
-  // would snap in one piece.
+  // Makes pieces of path shorter for a narrow snap-length law, or a narrow group of lengths in a law, of
+  // which a larger share would snap within one piece.
   double share = r.material->survival().finest / resolution;
-  // Makes pieces shorter under strong renewal, which acts on the length 1 / (kappa nu), nu the snap rate.
+  // Makes pieces shorter under strong shared renewal, which acts along the length 1 / (kappa x snap rate).
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  // Lets pieces grow less under a wide law, under which many bristles snap twice in a long piece.
+  // Lets pieces grow less under a wide law, under which many bristles would snap twice in a long piece.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
   // Calculates the share of mass below which a cohort is negligible. In steady sliding a cohort begins with
-  // `share` of the mass, and under a wide law it matters until only `weak` of that is left.
+  // the share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
   set_fluctuation(r);
-  // Lengthens the path after which a step forgets for finer pieces, which tolerate less of an old turn: what
-  // is left of the turn falls to a tenth along some 0.3 of that path. Laws with corners are excluded, because
-  // under them a turn may be remembered longer than straight bristles.
+  // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start: what is
+  // left of a turn falls to a tenth along 0.3 of this path, and fine pieces tolerate less of it. Not for laws
+  // with corners, under which a turn may be remembered for longer.
   if (r.law.renewal > 0.0 && r.material->survival().smooth && !r.ages() && r.noise == nullptr) {
     const double solved = r.material->renewal().forget * mean;
     const double finer = std::max(resolution / default_resolution, 1.0);
@@ -186,21 +186,21 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Path along which bristles unbend after a reversal before they snap the other way: twice the residual.
+  // Extra path after a reversal: bristles go from one residual deflection to the opposite one, 2 l_r.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
-  // Moves merged cohorts apart to pairs of Gauss points only if S has no corners (a uniform slide needs the
-  // factor 1.33 of the squared distance).
+  // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners. A
+  // uniform slide needs the factor 1.33 of their squared distance.
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = material->snap_rate;
-  // Uses the shorter path `forget` under renewal, because later slides then forget the error that one slide
-  // leaves.
+  // Follows the cohorts along the shorter path `forget` under shared renewal, because later slides forget the
+  // error that one slide leaves.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
-  // Calculates means of the deflection in steady sliding without renewal. Renewal lowers them, but they are
-  // good enough to judge the length of a path.
+  // Calculates mean deflection and mean square of steady sliding without shared renewal. Renewal lowers both,
+  // but they are good enough to judge the length of a path.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;

@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Raises the reach R of cohort i to `bent` and returns the mass of the bristles whose snap lengths allow
-/// this deflection. With `fresh` the cohort first gets fresh snap lengths from the law.
+/// Raises the reach of cohort number i (largest deflection so far) to `bent`, and returns the mass of
+/// bristles whose snap lengths allow that. `fresh`: the cohort first gets new snap lengths from the law.
 double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
   const double mass = mass_of(r.rows, i);
   if (fresh)
@@ -23,16 +23,16 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
   return mass;
 }
 
-/// Lets bristles bent beyond their snap length slip at once, each along its own deflection, until it is
-/// straight or bent by the residual of the law. They form one cohort. With `fresh` every cohort first gets
-/// fresh snap lengths of the new law.
+/// Lets all bristles bent beyond their snap length slip at once, each along its own deflection, until it is
+/// straight or bent by the residual. They then form one cohort. `fresh`: every cohort first gets new snap
+/// lengths from the law.
 void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);
   double snapped = 0.0;
   double squares = r.spread;
   r.spread = 0.0;
-  double bent[2] = {0.0, 0.0};  // sum of mass x deflection of the bristles that slipped
+  double bent[2] = {0.0, 0.0};  // sum of mass x residual deflection after slipping, x and y
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double mass = mass_of(r.rows, i);
     const double zx = place(p, r, 0) - entry(r.rows, i, cohort_x);
@@ -65,7 +65,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
   r.snap_rest = snaps - std::floor(snaps);
 }
 
-/// Copies ages to the new material. If the old material did not age, bristles begin at age 0.
+/// Copies the ages of bristles to a patch of the new material; they begin at 0 if the old one did not age.
 void take_over_ages(Patch& to, const Cohorts& old) noexcept {
   const Cohorts& r = cohorts(to);
   if (r.ageing == nullptr) return;
@@ -95,8 +95,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   to.overload = from.overload;
   set_pieces(r, old.detail);
 
-  // Makes cohorts' places relative to the present position of the patch, in scaled lengths of the new
-  // material.
+  // Converts the places of cohorts to scaled lengths of the new material, relative to the patch's present
+  // position.
   const std::uint32_t capacity = r.capacity;
   static_cast<CohortState&>(r) = old;
   r.capacity = capacity;
@@ -108,7 +108,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const bool same_law =
       material.snap_length == before.snap_length && material.residual_length == before.residual_length;
   if (!same_law) {
-    // ratio of the scaled length of the old material to that of the new one, a power of two
+    // ratio of the scaled length (unit of length) of the old material to that of the new one, a power of two
     const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;
     for (std::uint32_t i = 0; i < r.count; ++i)
       for (int axis = 0; axis < 2; ++axis) {
@@ -124,7 +124,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     if (!same_ageing(material, before)) slip_all(to, false);
   }
   find_moment(r, r.rows);
-  // Applies the load again, because under the new material it may correspond to another number of bristles.
+  // Applies the load again: under the new material it may bring another number of bristles into contact.
   to.pending_loss += apply_cohort_load(to, from.normal_load);
 }
 

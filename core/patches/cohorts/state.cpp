@@ -1,4 +1,4 @@
-// Energy, hash and bytes of an infinite brush, and the bookkeeping of its rows.
+// Energy, hash and saved bytes of an infinite brush, and the upkeep of the rows that hold its cohorts.
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields that are saved in addition to the shared part and the rows of cohorts; reading and
-/// writing both use this list.
+/// Lists the saved fields of an infinite brush besides its rows of cohorts and what all contact models save.
+/// Reading and writing use the same list.
 template <class Io, class Record, class NotedAt>
 void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.mass);
@@ -45,7 +45,7 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
 }
 constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 * 8;
 
-/// Lists the fields that an ageing patch saves beside its cohorts' births.
+/// Lists the fields that an ageing patch saves besides the times when its cohorts were last straight.
 template <class Io>
 void ageing_fields(Io& io, CohortAgeing& a) noexcept {
   io(a.base);
@@ -72,8 +72,8 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // Allows for the growth of snap lengths at the largest age, a factor of 1 + 60 beta for the logarithmic
-  // form.
+  // Allows for the growth of snap lengths by ageing at the largest age, a factor of 1 + 60 beta for the
+  // logarithmic form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   const SurvivalTable& survival = r.material->survival();
@@ -84,8 +84,8 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Refuses a stored S that is below the law's S at this reach R: a later look-up of S would then raise the
-    // mass.
+    // Refuses a stored survival S below that of the law at this reach R, because a later look-up of S would
+    // then increase the cohort's mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -115,7 +115,7 @@ const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
   CohortAgeing saved;
   ageing_fields(read, saved);
-  constexpr double ever = 1e17;  // s, longer than any clock runs for
+  constexpr double ever = 1e17;  // time longer than any clock runs for, s
   if (saved.base < 0 || saved.base > static_cast<Int128>(ever * clock_units_per_second))
     return "base of time";
   if (!within(saved.per_length, 0.0, 1e300)) return "speed";
@@ -181,8 +181,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Writes Patch::sum, the sum of deflections: it is computed at the position `noted`, then shifted to the
-/// present one.
+/// Writes the patch's sum of deflections as it was noted earlier: computed exactly at the position `noted`,
+/// and from there on changed by the motion to the present position.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -246,7 +246,7 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
   const CohortTimes times = times_of(p);
-  // Assigns the requested bristles to cohorts in the order of their rows, in proportion to the cohorts' mass.
+  // Assigns the bristles asked for to cohorts in the order of their rows, in proportion to their mass.
   std::uint32_t at = 0;
   double passed = 0.0;
   for (std::size_t i = 0; i < count; ++i) {

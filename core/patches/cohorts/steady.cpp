@@ -1,5 +1,5 @@
-// Makes a straight step so long that it forgets how it began. It ends in steady sliding, no piece of its path
-// is computed, and renewal theory gives the sums along the path.
+// Makes a straight step so long that its start is forgotten. It ends in steady sliding; its path is not
+// computed piece by piece, because renewal theory gives the sums along it.
 #include <algorithm>
 #include <cmath>
 
@@ -11,14 +11,14 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds by how much pieces of path must grow per length of distance so that `room` cohorts suffice. Under a
-/// wide law pieces grow with their distance behind the patch.
+/// Finds the growth of pieces of path, per length of their distance behind the patch, with which `room`
+/// cohorts reach to the distance `farthest`. Under a wide law distant pieces are longer.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    const double even = 1.0 / growth;  // number of pieces of the first length, before pieces grow with
-                                       // distance
+    const double even = 1.0 / growth;  // number of pieces of the first length, before pieces
+                                       // grow
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
   return growth;
@@ -26,17 +26,17 @@ double find_growth(double piece, double farthest, double room) noexcept {
 
 struct Node {
   double age;    ///< path of the patch since these bristles were last straight, scaled
-  double share;  ///< share of the bristles in this cohort, relative to the sum over all cohorts
-  double reach;  ///< reach R of the bristles: `age` over g, the growth of snap lengths at that age
-  Survival at;   ///< S, M1 and M2 of the law at the length `reach`
+  double share;  ///< number of bristles in this cohort, relative to the sum over all cohorts
+  double reach;  ///< reach R, the deflection over g, the growth of snap lengths by ageing
+  Survival at;   ///< survival S of the law and its moments, at the snap length `reach`
 };
 
-/// Distribution of the bristles in steady sliding at the speed of a move.
+/// Distribution of the bristles' deflections in steady sliding at the speed of a move.
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
   double per_length;  ///< time per scaled length of path, s; 0 where the material does not age
-  double end;         ///< path since bristles were straight after which all have snapped
+  double end;         ///< path after which every bristle that was straight at its start has snapped
 
   double reach_at(double path) const noexcept {
     return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
@@ -47,7 +47,7 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // Iterates from below: g, the growth of snap lengths, is concave, so no iterate passes the solution.
+  // Iterates from below: the growth of snap lengths is concave in time, so no iterate passes the solution.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -55,8 +55,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// Makes one cohort, at their mean age, of the bristles that were last straight between the paths `begin` and
-/// `end` ago. Exact even if the law has corners. Between the two, g (the growth by ageing) is taken as
+/// Makes one cohort of the bristles that were last straight between the paths `begin` and `end` ago, and
+/// puts it at their mean age. Exact even if the law has corners. In between, growth by ageing is taken as
 /// linear.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
@@ -73,8 +73,8 @@ Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   return {age, stretch * share, law.reach_at(age), survival_at(law.table, law.reach_at(age))};
 }
 
-/// Lists the cohorts of steady sliding: two at Gauss points for a pair of pieces, or one for each piece if
-/// the law has corners. Returns their number.
+/// Lists the cohorts of steady sliding: two at the Gauss points of each pair of pieces, or one for each piece
+/// if the law's survival function has corners. Returns their number.
 std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) noexcept {
   const SurvivalTable& table = law.table;
   const double room = 0.75 * r.capacity;
@@ -106,7 +106,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the patch from now until a bristle of a cohort snaps, as means over the bristles.
+/// Path of the patch until a bristle of a given cohort snaps: two means over the cohort's bristles.
 struct Passage {
   double path;         ///< mean of the path to the snap over the bristles
   double half_square;  ///< half the mean square of the path to the snap over the bristles
@@ -126,8 +126,8 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// Finds the path to the snap of a cohort that ages on the way, by four fixed-point iterations of
-/// find_passage().
+/// Finds the path to the snap for a cohort that ages on the way. Ageing depends on that path, so
+/// find_passage() is iterated four times.
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
   Passage passage{0.0, 0.0};
@@ -137,8 +137,8 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// Constants of steady sliding as a renewal process: mean snap length, mean deflection beyond the residual
-/// (`force`), and transient of the path integral of the age (path since the last snap).
+/// Constants of steady sliding as a renewal process: mean path between snaps, mean deflection beyond the
+/// residual (`force`), and transient of the path integral of the age (path since the last snap).
 struct Renewals {
   double mean, force, transient;
 };
@@ -155,11 +155,11 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
     }
   }
   const double force = 0.5 * square / mean;
-  return {mean, force, force * force - cube / (3.0 * mean)};  // the last member is the transient of the path
-                                                              // integral of the age
+  return {mean, force, force * force - cube / (3.0 * mean)};  // transient of the path integral of the
+                                                              // age
 }
 
-/// Adds integral of deflection, energy and snaps along the path. The bristles of each cohort snap once, and
+/// Adds deflection integral, energy and snaps along a long step. The bristles of each cohort snap once, and
 /// from then on follow a renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
@@ -193,7 +193,7 @@ double squares_at(const CohortState& s, const double* rows, const double (&at)[2
   return sum;
 }
 
-/// Writes the cohorts with integer masses.
+/// Writes the cohorts of steady sliding at the end of a step, with masses that are whole numbers.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
   double all = 0.0;
@@ -216,19 +216,19 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_high) = s.mass;
     ++i;
   };
-  // Writes the youngest cohort first, because row 0 takes the rounding remainder of the masses.
+  // Writes the youngest cohort first: row 0 takes the rounding remainder of all masses.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a mass of a few units, too small to be divided among all cohorts, into one cohort at the mean age of
-  // bristles.
+  // Puts a patch's mass of few units, too small to be divided among all cohorts, into one cohort at the mean
+  // age of bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
   for (; i < before; ++i) clear_lane(rows, i);
 }
 
-/// Finds nu, the snap rate of steady sliding: one over the mean snap length without shared renewal. With it,
-/// nu solves (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), r the deflection beyond the residual.
+/// Finds nu, the snaps per bristle and length of steady sliding. Without renewal it is one over the mean snap
+/// length; with it (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), r the bend beyond the residual.
 double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
@@ -284,7 +284,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // Mixes the ranks of all bristles, because after a slide of this length old and new bristles are mixed.
+  // Mixes the ranks (order of coming into contact), because a slide this long mixes old and new bristles.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

@@ -1,4 +1,4 @@
-// Connects the step of a patch to the kernels of the infinite brush.
+// Steps an infinite brush: finds which part of a path the kernels follow and which part needs no cohorts.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,28 +9,28 @@
 namespace bristle::detail {
 namespace {
 
-// Distance (scaled) of the patch from the base of its cohorts' places beyond which the base is moved.
+// Distance of the patch from the base of its cohorts' places, scaled, beyond which the base is moved.
 constexpr double farthest_base = 16.0;
-constexpr double straight = 0x1p-12;   // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;  // s, longer than any clock runs for
+constexpr double straight = 0x1p-12;   // sine of the largest angle by which a straight slide may turn
+constexpr double longest_step = 1e16;  // time longer than any clock runs for, s
 constexpr double same_speed = 0x1p-8;  // largest relative change of speed at which a slide of an ageing patch
                                        // goes on
 
 /// Returns the middle of a step along an axis. A ball about it contains both ends of the step, so a patch
-/// that trembles stays within one bound.
+/// that moves to and fro stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step continues the present slide at its speed and without a rest. If it does not, bristles' ages
-/// differ from those of steady sliding.
+/// Whether a step continues the present slide at its speed and without a rest. Otherwise the ages of the
+/// bristles differ from those in steady sliding.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Returns the length of the straight slide that this step of an ageing patch continues; 0 = a new slide
-/// begins.
+/// Returns the length of the straight slide that a step of an ageing patch continues; 0 = a new slide begins
+/// with this step.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -39,23 +39,23 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
   return goes_on ? r.run : 0.0;
 }
 
-/// A step in which bristles may snap: the move of the cohorts, and the position at its end.
+/// A step in which bristles may snap: which part of its path is followed, and where it ends.
 struct Slide {
-  CohortMove move;  ///< move of the cohorts; its times are filled if the material ages
+  CohortMove move;  ///< move of the cohorts in the kernels; its times are filled if the material ages
   std::int64_t to[2];
-  double run = 0.0;       ///< length of the slide that the step continues, in scaled lengths
-  Course course;          ///< recent path of the patch after the step, if the patch may glide
-  double followed = 0.0;  ///< part of the path that is simulated in pieces, scaled
-  double forget = 0.0;    ///< length of `followed` above which the end does not depend on the start, scaled
+  double run = 0.0;       ///< length of the slide that this step continues, in scaled lengths
+  Course course;          ///< recent path of the patch after this step, if the patch may glide
+  double followed = 0.0;  ///< part of the step's path that is computed in pieces, scaled
+  double forget = 0.0;    ///< length of the followed path from which its end forgets its start, scaled
   double carried = 0.0;   ///< part of the path along which cohorts move with the patch unchanged, scaled
 
-  // For patches that age only:
-  double oldest = 0.0;  ///< birth of the oldest cohort at the beginning of the slide
-  double growth = 1.0;  ///< g (growth of snap lengths) of the oldest cohort at the end of the slide, the
-                        ///< factor by which forgetting takes longer
+  // Values for patches that age only:
+  double oldest = 0.0;  ///< time when the oldest cohort was last straight, at the slide's start
+  double growth = 1.0;  ///< factor by which ageing makes forgetting take longer: growth of the oldest
+                        ///< cohort's snap lengths until the end of the slide
 };
 
-/// Fills move.times, `oldest` and `growth` for a patch that ages.
+/// Fills, for a patch that ages, the times of the move, the oldest birth and the growth of snap lengths.
 [[gnu::noinline]] void age(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   CohortTimes& times = slide.move.times;
   times = times_of(p);
@@ -67,8 +67,8 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
-/// Finds the length of the slide that this step continues, on a path that may turn. For patches that may
-/// glide (glide.hpp).
+/// Finds the length of the slide that a step continues, on a path that may turn, for patches that may glide
+/// (slide steadily along a bent path, glide.hpp).
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
   const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
@@ -77,14 +77,14 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Whether this step turns away from the line of the last one; false for a patch that may not glide.
+/// Whether this step turns off the line of the last one; false for a patch that may not glide on bent paths.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
 }
 
-/// Returns the path after which a step along `direction` has forgotten its start, under shared renewal and
-/// without ageing. Bristles bent the other way must unbend first, which takes one and a half times their mean
+/// Returns the path after which a step has forgotten its start, under shared renewal and without ageing.
+/// Bristles bent against `direction` must unbend first, which takes one and a half times their mean
 /// deflection; bristles bent aside snap sooner than straight ones.
 double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
                             const double (&direction)[2]) noexcept {
@@ -100,16 +100,16 @@ double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState&
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
                  const double* rows) noexcept {
   Slide slide;
-  // Finds the length of the present slide (run). It stays 0 for a patch that fluctuates, whose whole path is
-  // thus computed piece by piece.
+  // Finds the length of the present slide (run). For a patch that fluctuates it stays 0, so that its whole
+  // path is computed piece by piece.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // Simulates, if the path turns here, the whole path that bristles remember, so that the last step alone
-  // determines a glide that begins now.
+  // Computes the whole path that bristles remember in pieces if the path turns here, so that the last step
+  // alone determines a glide that begins now.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
   if (followed > 0.0 && r.forget > 0.0 && a.length >= r.forget) {
@@ -123,15 +123,15 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // the position follows from the length alone, since a far
-                                                  // step has no displacement in fixed point
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // position from the length, since a far step has no
+                                                  // displacement in fixed point
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
 }
 
-/// Moves the base of the cohorts' places near the patch. `to`: place of the patch relative to the base.
+/// Moves the base of the cohorts' places near the patch. `to`: position of the patch relative to the base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -144,13 +144,13 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
-/// Returns the sum of deflections rounded to double; deflections_at() gives it exactly, in 128 bits.
+/// Returns the sum of deflections rounded to double; deflections_at() gives the exact sum in 128 bits.
 double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Returns the number of snaps per bristle and scaled length in this slide.
+/// Returns the number of snaps of a bristle per scaled length in this slide.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;
@@ -163,21 +163,21 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// Returns the offset of the kernels for this law: with or without residual or renewal, and with or without
-/// ageing.
+/// Returns the offset, in the table of kernels, of those for this law: plain (0), with residual or shared
+/// renewal (2), or with ageing (4).
 int kind_of(const Cohorts& r) noexcept {
   if (r.ageing != nullptr) return 4;
   return r.rubs() ? 2 : 0;
 }
 
-/// Simulates part of a path whose cohorts would stay the same in short moves, until the force is that of
-/// steady sliding or for some three mean lengths. The force rises with the path until a cohort snaps, so a
-/// move ends where it would have made up for the lack of force. A limit on its length keeps moves from
-/// meeting the snaps at the same few phases for ever.
+/// Computes part of a path along which cohorts would otherwise stay the same, in short moves, until the force
+/// is that of steady sliding, or for some three mean snap lengths. The force rises until a cohort snaps, so a
+/// move ends where the lack of force would be made up. A limit on its length keeps moves from meeting snaps
+/// at the same few phases.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  constexpr double share = 0.38;  // length of a move relative to a piece; cohorts lie a piece apart, and
-                                  // moves must not keep in step with their snaps
+  constexpr double share = 0.38;  // length of a move over that of a piece of path; cohorts lie a piece apart,
+                                  // and moves must not keep in step with their snaps
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
@@ -199,10 +199,10 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds integral of deflection, dissipated energy and snaps along the part of the path on which deflections
+/// Adds deflection integral, dissipated energy and snaps along that part of the path on which all deflections
 /// stay as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
-  const double far = std::min(slide.carried, 1e140);  // limits the length so that the products stay finite
+  const double far = std::min(slide.carried, 1e140);  // limits the path so that products stay finite
   for (int axis = 0; axis < 2; ++axis) {
     const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
                                                   : s.mass * carried_deflection(r, slide.move, axis));
@@ -212,10 +212,10 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// Stores speed and time of a committed step of an ageing patch.
+/// Stores speed and time of a committed step of an ageing patch, to tell whether the next step goes on.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Moves all births, by their base, later by the time of the path on which cohorts and their ages stay.
+  // Moves the base of all births later by the time of that part of the path on which cohorts keep their ages.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -244,7 +244,7 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-/// Advances the patch by a step. `state`, `rows`, `births`: the patch's own cohorts or a copy of them.
+/// Advances an infinite brush by a step. `state`, `rows`, `births`: its own cohorts or a copy of them.
 void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
              StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
@@ -266,8 +266,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     }
     if (forgets) slide_far(r, state, rows, slide.move, totals);
     if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound allowed for snaps, but no bristle
-                                                       // snapped
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound allowed for snaps, but none
+                                                       // happened
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -301,8 +301,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Advances a copy of the cohorts, for a trial step. Copies only the rows in use and one more for a new
-/// cohort.
+/// Advances a copy of the cohorts in a trial step. Copies only the rows in use and one more, in which a new
+/// cohort fits.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
@@ -310,7 +310,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // Empties the rows not copied, since a trial may make more new cohorts than the copied rows have room for.
+  // Empties the rows not copied, because a trial step may make more cohorts than the copied rows can hold.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));

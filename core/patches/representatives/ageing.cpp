@@ -1,5 +1,5 @@
-// Bristles that age (core/patches/AGEING.md): their ages between steps, and constants for long steps at one
-// sliding speed.
+// Representative bristles that age (core/patches/AGEING.md): their ages between steps, and the constants with
+// which long steps at one sliding speed are made at once.
 #include <algorithm>
 #include <cmath>
 
@@ -10,18 +10,18 @@
 namespace bristle::detail {
 namespace {
 
-/// Path, in mean paths from snap to snap, after which ageing bristles of the exponential law slide steadily
-/// within 1e-3, by the renewal equation. Without ageing that law has no memory.
+/// Path, in mean paths from snap to snap, after which ageing bristles of an exponential law slide steadily
+/// within 1e-3, by the renewal equation. Without ageing this law has no memory.
 constexpr double memory_of_aged_exponential = 7.0;
 
-/// Returns the ageing of a bristle as a function of its path, in scaled lengths, for one sliding speed.
+/// Returns the ageing of a bristle at one sliding speed as a function of its path since it snapped, scaled.
 WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
-/// Returns the path, in mean paths from snap to snap, after which redrawn bristles slide steadily within
-/// 1e-3. Ageing spreads the paths from snap to snap more widely than the snap lengths: narrow laws get out of
-/// phase sooner, wide ones get longer tails (core/patches/AGEING.md).
+/// Returns the path after which bristles that redraw their lengths slide steadily within 1e-3, in mean paths
+/// from snap to snap. Ageing spreads these paths: bristles of narrow laws get out of phase sooner, wide laws
+/// get longer tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
@@ -30,7 +30,7 @@ double ways_to_steady(const CompiledMaterial& m) noexcept {
   return fresh * (1.05 + (cv < 0.4 ? 0.0 : 3.0 * m.material.ageing_strength));
 }
 
-/// Fills the constants of jumps in AgedSliding::law for one sliding speed.
+/// Fills the constants of AgedSliding::law with which bristles jump over many snaps, for one sliding speed.
 template <class T>
 void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   const CompiledMaterial& m = *r.material;
@@ -44,7 +44,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
     double power = spread_weight(k);
     for (int n = 1; n < 6; ++n) moment[n] += power *= l;
   }
-  aged.law.skewness = aged.law.kurtosis = 0.0;  // clears the values for the last speed
+  aged.law.skewness = aged.law.kurtosis = 0.0;  // clears the values of another sliding speed
   fill_jump_sums(moment, aged.law);
   const double cv = aged.law.deviation * aged.law.inverse_mean;
   if (cv < 0.2) {
@@ -55,7 +55,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
-/// Returns the length from which a step of SnapRule::redraw needs the constants of jumps.
+/// Returns the length, scaled, from which a step of SnapRule::redraw needs constants of jumps over snaps.
 double jumps_from(const CompiledMaterial& m) noexcept {
   return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }
@@ -112,7 +112,7 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Takes double precision also if an old bristle, whose snap length has grown, may not snap in the step.
+  // Takes double precision also if an old bristle, whose snap length has grown, may not snap in a far step.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
@@ -123,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // Lets steps below jumps_from() do without the moments of the law: they never jump, because ageing
-  // lengthens and spreads the paths from snap to snap.
+  // Makes shorter steps do without the moments of the law. Bristles never jump over snaps in them, because
+  // ageing lengthens and spreads the paths from snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

@@ -5,7 +5,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the weight of the last, partly filled block: a number of bristles, not always whole.
+/// Returns the weight of the last block, which is partly filled: a number of bristles, not always whole.
 template <class T>
 double tail_weight(const Representatives<T>& r) noexcept {
   return static_cast<double>(r.whole - r.full_blocks() * block_size) +
@@ -27,8 +27,8 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Sets the bound of a block of straight bristles: none snaps until the patch has moved by the shortest snap
-  // length.
+  // Sets the bound of a block of straight bristles: none of them snaps until the patch has moved by the
+  // shortest of their snap lengths.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];
@@ -79,7 +79,7 @@ double joules_per_square(const Patch& p) noexcept {
 
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
-  if (!r.redraws()) return;  // with SnapRule::keep, lengths never change
+  if (!r.redraws()) return;  // snap lengths never change with SnapRule::keep
   for (std::uint32_t i = from; i < to; ++i) r.delta[i] = r.first[i];
 }
 

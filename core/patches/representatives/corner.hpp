@@ -1,9 +1,9 @@
-// Carries representatives of a steady slide round a corner of its path (core/patches/RUBBING.md).
+// Carries representative bristles of a steady slide round a corner of its path (core/patches/RUBBING.md).
 //
-// Along a gently bent path the law of |z| is that of a straight slide, to first order in the angle, and a
-// bristle bent by |z| took hold |z| - residual ago along the path. So every |z| stays, and each deflection
-// takes the direction of the chord back to where the bristle took hold. Plain arithmetic in rows of 16 lanes,
-// compiled once for all instruction sets.
+// Along a gently bent path the lengths |z| of deflections are distributed as in a straight slide, to first
+// order in the angle, and a bristle took hold the distance |z| - residual ago. So every |z| stays, and each
+// deflection takes the direction of the chord back to where its bristle took hold. Plain arithmetic in rows
+// of 16 lanes, compiled once for all instruction sets.
 #pragma once
 
 #include <algorithm>
@@ -15,24 +15,24 @@
 namespace bristle::detail {
 
 struct Corner {
-  std::int64_t at[2];   ///< patch position, fixed point; turning the bristles does not change it
-  double direction[2];  ///< unit vector of the motion after the corner
-  double before[2];     ///< unit vector of the motion before the corner
-  double length;        ///< path along which the patch is carried, scaled, > 0
-  double residual;      ///< deflection that a snap leaves, scaled
+  std::int64_t at[2];   ///< position of the patch, fixed point; turning the bristles does not change it
+  double direction[2];  ///< direction of the motion after the corner, a unit vector
+  double before[2];     ///< direction of the motion before the corner, a unit vector
+  double length;        ///< path along which the patch is carried after the corner, scaled, > 0
+  double residual;      ///< deflection of a bristle after a snap, scaled
   double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
 };
 
-/// Sums over a block, for each of its 16 lanes.
+/// Sums over the bristles of a block, kept apart for each of the 16 lanes of a row.
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection along the motion less |z|), by which
-                              ///< carried bristles differ from steady sliding
+  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection along the motion less |z|):
+                              ///< difference of carried bristles from steady sliding
 };
 
-/// Turns the deflections of a row of bristles round the corner and adds them to `lanes`, including
-/// CornerLanes::lag if `sums_lag`. Bristles of weight 0 become straight.
+/// Turns the deflections of a row of bristles round a corner of the path and adds them to the sums in
+/// `lanes`; `sums_lag`: to CornerLanes::lag too. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
 void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
                CornerLanes<T>& lanes) noexcept {
@@ -41,7 +41,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Copies the row, because local copies cannot alias other pointers, which lets the compiler vectorise the
+  // Copies the row into local arrays: they cannot alias other pointers, so the compiler vectorises the
   // loop.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {
@@ -50,8 +50,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = std::sqrt(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // `path`: how far the patch has gone since the bristle took hold. `low`: what is left at the end of the
-    // deflection from before the corner, if any; it keeps its share of the bend.
+    // `path`: distance since the bristle took hold. `low`: part of its deflection at the end that dates from
+    // before the corner, if any; that part keeps its share of the bend.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
     const T low = bent - (path < length ? path : length);
@@ -63,9 +63,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // t, the deflection from before the corner, falls from `bent` to `low` while the patch is carried.
-      // Computes the integrals of t and of t times its share, then what |z|, which stays, adds along the
-      // motion: of second order in the angle.
+      // The part t of the deflection that dates from before the corner falls from `bent` to `low` along the
+      // carried path. Computes the integrals of t and of t times its share of the bend, then the contribution
+      // along the motion that keeps |z| unchanged, of second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);
@@ -93,9 +93,9 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last) along the corner's path and rewrites them at the patch's position; none
-/// may be all zero. For two axes. `stored` gains the change of the sum over full blocks of Block::stored and
-/// 256 displacements; `twice_integral` gains, if asked for, twice the integral in CornerLanes::lag.
+/// Carries the blocks [first, last), none marked as straight, along the path behind a corner and rewrites
+/// them at the patch's position. `stored` gains the change of the full blocks' sums, and `twice_integral`, if
+/// asked for, twice the integral in CornerLanes::lag. For patches of two axes.
 template <class T>
 void carry_blocks(const Representatives<T>& r, const Corner& corner, bool sums_lag, std::uint32_t first,
                   std::uint32_t last, RenewalTotals& totals) noexcept {

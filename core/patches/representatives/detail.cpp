@@ -1,6 +1,6 @@
-// Changes the number of representatives in use. A population shrinks to a prefix of itself, since every
-// prefix is well spread, and grows by copies of the bristles that stayed. The sum of deflections then has a
-// small error, which a common shift of some bristles corrects (core/MODEL.md, "Detail").
+// Changes the number of representatives in use. A population shrinks to its first bristles, since the first k
+// are always spread well over the law, and grows by copies of bristles that stayed. The sum of deflections
+// then has a small error, which a common shift of some bristles corrects (core/MODEL.md, "Detail").
 
 #include <algorithm>
 #include <cmath>
@@ -12,9 +12,9 @@
 namespace bristle::detail {
 namespace {
 
-/// Sum of the shifts that bristles bent to their snap length could not make.
+/// Sum of the shifts that bristles could not make because their deflection would exceed their snap length.
 struct Clipped {
-  double lack[2] = {0.0, 0.0};  ///< sum of weight x shift that was not taken
+  double lack[2] = {0.0, 0.0};  ///< sum of weight x the part of the shift that was not made
   double weight = 0.0;
 };
 
@@ -30,9 +30,9 @@ class Shifter {
         end(r.in_contact()),
         fraction(static_cast<T>(r.fraction)) {}
 
-  /// Shifts all bristles from `first` on by one vector, none beyond its snap length, until the weighted sum
-  /// of their deflections has grown by `lack`. Returns false if they cannot take all of it, and leaves the
-  /// rest in `lack`.
+  /// Shifts all bristles from number `first` on by one vector, none beyond its snap length, until the
+  /// weighted sum of their deflections has grown by `lack`. If they cannot take all of it, returns false and
+  /// leaves the rest in `lack`.
   bool run(double (&lack)[2]) {
     if (first >= end) return false;
     const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
@@ -53,7 +53,7 @@ class Shifter {
 
  private:
   static constexpr int most_passes = 24;
-  /// Share of the snap length that a shifted bristle may reach, less than 1 by the rounding of a sum of
+  /// Share of its snap length up to which a bristle is shifted, less than 1 by the rounding of a sum of
   /// squares.
   static constexpr T inside = T(1) - T(8) * std::numeric_limits<T>::epsilon();
 
@@ -121,7 +121,7 @@ bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&l
                              : Shifter<T, 2, false>(r, first).run(lack);
 }
 
-/// Rewrites all blocks in contact, and returns the sums of deflections in `sums`.
+/// Rewrites all blocks in contact at the patch's position, and returns their sums of deflections in `sums`.
 template <class T>
 void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -134,7 +134,7 @@ void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) sums[axis] = deflection_sum(p, axis);
 }
 
-/// Shifts all bristles by one vector until the sums of deflections are `wanted`.
+/// Shifts all bristles by one vector until the patch's sums of deflections are `wanted`.
 template <class T>
 void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   double sums[2];
@@ -144,7 +144,7 @@ void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   rewrite_all<T>(p, sums);
 }
 
-/// Removes the last bristles; the others take over their share of the load.
+/// Takes the last bristles out of use, when detail falls; the others take over their share of the load.
 template <class T>
 void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -158,8 +158,8 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Bends a copied bristle to the same fraction of its path from the residual to its snap, for SnapRule::keep
-/// with a residual.
+/// Bends a copied bristle so that it has gone the same fraction of the way from residual to snap as its
+/// original, for SnapRule::keep with a residual.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
   const double left = static_cast<double>(static_cast<T>(r.material->residual));
@@ -174,7 +174,7 @@ void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_
   if (r.zy != nullptr) r.zy[to] = static_cast<T>(y * factor);
 }
 
-/// Copies `count` bristles from `from` on, all of one block, to places from `to` on.
+/// Copies `count` bristles of one block, from number `from` on, to the numbers from `to` on.
 template <class T>
 void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -201,8 +201,8 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
 }
 
 /// Returns the number of the first bristle to copy, 0 or 1. Bristle i and its copy i + `count` may have
-/// nearly equal stratified lengths, and would snap in step for long; starting one bristle later changes the
-/// difference of their shares. With the plain seed that difference is frac(count / golden ratio); with any
+/// nearly equal snap lengths and would snap in step for long; beginning with bristle 1 changes the difference
+/// of their shares of the law. With the plain seed that difference is frac(count / golden ratio); with any
 /// other seed the shares have as many bits in common as `count` ends in zeros.
 template <class T>
 std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {
@@ -212,7 +212,7 @@ std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noe
   return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
 }
 
-/// Fills the bristles [first, in_contact) with copies of those before `first`, in turn.
+/// Fills the bristles from number `first` to the last in contact by copies of those before it, in turn.
 template <class T>
 void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -226,7 +226,7 @@ void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   }
 }
 
-/// Adds the weighted deflections of the bristles [from, in_contact) to `sums`.
+/// Adds to `sums` the weighted deflections of the bristles in contact from number `from` on.
 template <class T>
 void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums)[2]) noexcept {
   const T* const columns[2] = {r.zx, r.zy};
@@ -242,7 +242,7 @@ void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums
   }
 }
 
-/// Adds bristles as copies and shifts only the copies, so that the bristles before them need no rewrite.
+/// Adds bristles as copies when detail rises. Shifts only copies: bristles before them need no rewrite.
 template <class T>
 void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -250,7 +250,7 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   const std::uint32_t old_full = r.full_blocks();
   const std::uint32_t old_contact = r.in_contact();
   const std::uint32_t old_whole = r.whole;
-  if (old_contact == 0) {  // the load was so small that no fraction of a bristle was in contact
+  if (old_contact == 0) {  // the load was so small that not even a fraction of a bristle was in contact
     r.whole = now.whole;
     r.fraction = now.fraction;
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) enter_block<T>(p, b);
@@ -258,8 +258,8 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   }
   if (r.has_tail()) rewrite_block<T>(p, old_full);
   note_tail<T>(p);
-  double stay[2] = {0.0, 0.0};  // sum of deflections over the bristles that count fully before and after the
-                                // change
+  double stay[2] = {0.0, 0.0};  // sum of deflections over the bristles that count fully both before and after
+                                // the change
   double edge[2] = {0.0, 0.0};
   add_bristles(r, old_whole, edge);
   for (int axis = 0; axis < 2; ++axis) stay[axis] = deflection_sum(p, axis) - edge[axis];
@@ -268,7 +268,7 @@ void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) 
   r.fraction = now.fraction;
   for (std::uint32_t b = old_blocks; b < r.active_blocks(); ++b) {
     enter_block<T>(p, b);
-    r.blocks[b].zero = 0;  // copy_bristles() writes them below
+    r.blocks[b].zero = 0;  // copy_bristles() below writes these bristles
   }
   forget_bristles(r, r.in_contact(), std::min(r.active_blocks() * block_size, r.padded()));
   copy_bristles<T>(p, old_contact);

@@ -1,5 +1,5 @@
-// Changes the load of a patch of representatives: bristles come into contact or leave it, the last to enter
-// first (core/MODEL.md, section 5).
+// Changes the load of a patch of representatives. Bristles come into contact or leave it; the last that came
+// leave first (core/MODEL.md, section 5).
 #include <algorithm>
 #include <cmath>
 
@@ -15,21 +15,21 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Removes the last bristles of the contact, with their energy; the bristle that is then last counts only
-/// in part.
+/// Takes the last bristles out of contact, with their energy, when the load falls. The bristle that is then
+/// the last one counts only in part.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
   const std::uint32_t old_blocks = r.active_blocks();
   const std::uint32_t old_full = r.full_blocks();
   const std::uint32_t old_contact = r.in_contact();
-  const std::uint32_t edge = now.whole / block_size;  // the block in which the contact ends
+  const std::uint32_t edge = now.whole / block_size;  // number of the block in which the contact ends
   double squares = 0.0;
   if (energy)
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
   for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
 
-  // Rewrites the block before bristles enter or leave it, so that its displacement is 0.
+  // Rewrites the block at the patch's position, so that its displacement is 0, before its bristles change.
   if (edge < old_blocks) rewrite_block<T>(p, edge);
   r.whole = now.whole;
   r.fraction = now.fraction;
@@ -43,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds straight bristles. The bristle that counted in part is unbent in proportion as its weight grows, so
-/// that the force stays.
+/// Adds straight bristles when the load rises. The bristle that counted only in part is unbent in proportion
+/// as its weight grows, so that the force stays.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -90,12 +90,12 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
   double active = zeta / weight;
   const double all = detail;
   double overload = 1.0;
-  // Keeps the rounding of zeta / w from making the maximum load itself an overload.
+  // Prevents rounding from turning the maximum load itself into an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
   active = std::min(active, all);
   const double whole = std::floor(active);
   double fraction = active - whole;
-  if (fraction < 1e-30) fraction = 0.0;  // fraction below the smallest float weight
+  if (fraction < 1e-30) fraction = 0.0;  // drops a fraction too small for a weight in float
   return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
 }
 

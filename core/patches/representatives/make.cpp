@@ -37,7 +37,7 @@ constexpr ContactModel representatives_model = {
     .find_fault = &find_fault<T>,
     .restore = &restore<T>};
 
-/// Returns the shortest first snap length of block b, scaled, rounded down.
+/// Returns the shortest first snap length in block b, scaled and rounded down, as a bound on snapping.
 template <class T>
 float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   const std::uint32_t end = std::min((b + 1) * block_size, r.bristles);
@@ -45,8 +45,8 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Returns the index of the kernel variant. Under shared renewal the variant computes energies, because only
-/// such kernels count snaps.
+/// Returns the index of the kernel variant for a patch. Under shared renewal a variant that computes energies
+/// is taken, because only such kernels count snaps.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws);
   if (options.compared.literal) return literal_variant_index(options.axes, redraws);
@@ -54,7 +54,7 @@ int find_variant(const PatchOptions& options, bool redraws, bool residual, bool 
                        renews || has(options.outputs, Outputs::energy), residual);
 }
 
-/// Takes the patch out of contact: every bristle becomes straight, and none counts.
+/// Takes the patch out of contact: every bristle becomes straight and counts for nothing.
 template <class T>
 void leave_contact(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -111,8 +111,8 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   return p;
 }
 
-/// Returns the names of the kernel variants: axes, rule, mean, energy, precision, step rule, residual,
-/// renewal, ageing.
+/// Returns the names of the kernel variants by axes, snap rule, mean, energy, precision, literal rule,
+/// residual, renewal and ageing.
 const std::array<std::string, 512>& kernel_names() {
   static const std::array<std::string, 512> names = [] {
     std::array<std::string, 512> all;
@@ -228,7 +228,7 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
     refuse_if(m.residual_length, "residual_length");
     refuse_if(m.shared_renewal, "shared_renewal");
   }
-  // Only the scalar reference has the paper's literal loop.
+  // Uses the scalar kernels for the paper's literal loop, because no others have it.
   const KernelTable& table = options.compared.literal ? scalar_kernels() : kernels;
   if (options.fluctuation != 0)
     refuse("PatchOptions", "fluctuation", options.fluctuation,

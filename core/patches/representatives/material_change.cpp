@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Copies the state of the bristles in contact: lengths in units of the new material, snap lengths if the law
-/// stays, draw states unchanged.
+/// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths if the
+/// law stays the same, states of random numbers unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the two
@@ -30,7 +30,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
-      // Keeps a bristle's age in seconds, or starts it at 0 if the old material did not age.
+      // Keeps each bristle's age in seconds, or begins at 0 if the old material did not age.
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
@@ -47,7 +47,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
     if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
-  // Pairs the columns of the two records, which both list them in the same order.
+  // Pairs the columns of the two records, which list them in the same order.
   const void* columns_of_from[16];
   int count = 0;
   Representatives<T>::columns(
@@ -58,8 +58,8 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Lets bristles beyond their new snap length snap. The patch does not move, so they slip along their own
-/// deflection.
+/// Lets bristles snap that are bent beyond their new snap length. Because the patch does not move, they slip
+/// along their own deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -72,7 +72,7 @@ void snap_beyond(Patch& p) noexcept {
     if (x * x + y * y > limit * limit) {
       const double w = i < r.whole ? 1.0 : r.fraction;
       const double share = left / std::sqrt(x * x + y * y);
-      r.zx[i] = static_cast<T>(x * share + 0.0);  // + 0.0 avoids a negative zero
+      r.zx[i] = static_cast<T>(x * share + 0.0);  // adds 0.0 to avoid a negative zero
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
       if (r.age != nullptr) r.age[i] = T(0);
       p.pending_dissipated += joules * w * (x * x + r.lay.energy * y * y - left * left);
@@ -87,7 +87,7 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // Takes seed and key from the last reset, which made the bristles.
+  // Takes over seed and key, with which the last reset made the bristles.
   r.options.key = old.options.key;
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);
@@ -111,7 +111,7 @@ void take_over(Patch& to, Patch& from) noexcept {
     rewrite_block<T>(to, b);
     if (b < r.full_blocks()) book_block<T>(to, b, +1);
   }
-  // Applies the load again, because under the new material it may give another number of bristles.
+  // Applies the load again: under the new material it may bring another number of bristles into contact.
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 

@@ -16,7 +16,7 @@ std::uint64_t mix64(std::uint64_t x) noexcept {
 
 constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
 
-/// Converts the upper bits of a 64-bit number to the middle of one of 2^52 cells of (0, 1).
+/// Converts the upper 52 bits of a number to the middle of one of 2^52 equal cells of (0, 1).
 double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
 
 template <class T>
@@ -34,10 +34,10 @@ void fill(const CompiledMaterial& material, bool random, std::uint32_t seed, Spa
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Returns the fractional part of (i + 1) / golden ratio, by an integer product that wraps around.
+  // Takes the fractional part of (i + 1) / golden ratio, computed by an integer product that wraps around.
   if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
-  // Reverses the bits of i to the share 0.b0 b1 b2 ..., and changes each group of four bits by four random
-  // bits that depend on the seed and on the bits before.
+  // Reverses the bits of i to the binary fraction 0.b0 b1 b2 ..., and changes each group of four bits by four
+  // random bits, which depend on the seed and on the bits before them.
   std::uint64_t share = 0;
   std::uint64_t random = mix64(mix64(seed) + 0x5DEECE66Du);
   for (int at = 60; at >= 32; at -= 4, i >>= 4) {
@@ -48,7 +48,7 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
 }
 
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Samples by the generator SplitMix64; the seed selects the stream of numbers.
+  // Samples by the generator SplitMix64; the seed selects one of its streams of numbers.
   return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
 }
 
@@ -64,7 +64,7 @@ void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
   const auto key = static_cast<std::uint32_t>(mix64(seed + 0x51ED270Bu));
   for (std::size_t i = 0; i < states.size(); ++i) {
-    // Murmur3's finaliser: a bijection of 32 bits.
+    // Mixes the bits by Murmur3's finaliser, which maps different numbers to different numbers.
     std::uint32_t x = static_cast<std::uint32_t>(i) ^ key;
     x ^= x >> 16;
     x *= 0x85EBCA6Bu;

@@ -1,5 +1,5 @@
-// Shared renewal (core/patches/RUBBING.md): a step is cut into pieces. For each piece the kernels foresee the
-// snaps, make the renewals that these cause, and advance all bristles.
+// Steps with shared renewal (core/patches/RUBBING.md), in which a snap makes other bristles start afresh. For
+// each piece of a step the kernels foresee the snaps, make the renewals, and advance all bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -12,39 +12,39 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double straight = 0x1p-12;  // largest sine of the angle at which a slide counts as straight
+constexpr double straight = 0x1p-12;  // sine of the largest angle at which a slide counts as straight
 
-// Sine of the angle up to which a slide may turn, within a mean snap length or a step, and still count as the
+// Sine of the largest angle by which a slide may turn, within a mean snap length or a step, and still be the
 // same slide.
 constexpr double gentle = 0.4;
-constexpr double most_young = 0.25;   // largest share of young bristles (those new in contact) that are
-                                      // followed separately; if more are young, all bristles are followed
+constexpr double most_young = 0.25;   // largest share of young bristles (new in contact) that are
+                                      // stepped separately; if more are young, all bristles are stepped
                                       // together
-constexpr double least_apart = 0.05;  // least path, as a share of a piece, for which young bristles are
-                                      // followed apart
-/// Number of bristles of a patch at which the error of the longest pieces is as large as the noise; patches
-/// with more bristles take shorter pieces.
+constexpr double least_apart = 0.05;  // least path, as a share of a piece, on which young bristles are
+                                      // stepped separately
+/// Number of bristles of a patch at which the error of the longest pieces equals the noise of its force;
+/// patches with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Expected number of snaps along the path on which every bristle is stepped in each step of a steady slide,
-/// so that at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
+/// Expected number of snaps along the path on which every bristle is stepped in each step of a steady slide;
+/// by it at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
 constexpr double snaps_followed = 8;
 
-/// Finds the number of draws per bristle for a piece along which a bristle would snap `snaps` times without
-/// renewals. With y draws renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that
-/// restart, by snap or renewal, a share `again` snaps once more within the piece. All snaps together cause
-/// the draws y.
+/// Finds the number of draws (renewals) y per bristle in a piece in which a bristle would snap `snaps`
+/// times without renewals. Renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that
+/// restart, by snap or renewal, the share `again` snaps once more in the piece. All snaps together cause
+/// y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
-  for (int i = 0; i < 4; ++i) {  // Newton's method for y^2 = x (1 - exp(-y)), convex, from the right
+  for (int i = 0; i < 4; ++i) {  // Newton's method, from the right, for the convex y^2 = x (1 - exp(-y))
     const double stay = exp(-y);
     y -= (y * y - x * (1.0 - stay)) / (2.0 * y - x * stay);
   }
   return y;
 }
 
-/// Returns the share of restarted bristles that snap again within a piece (RenewalLaw::again); `length`: of
-/// the piece, in mean snap lengths.
+/// Returns the share of restarted bristles that snap again within the same piece (RenewalLaw::again).
+/// `length`: length of the piece, in mean snap lengths.
 double share_again(const RenewalLaw& law, double length) noexcept {
   const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
   const int k = std::min(static_cast<int>(at), law.again_knots - 1);
@@ -59,7 +59,7 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// Counts the bristles that the next piece would bend beyond their snap length.
+/// Counts the bristles that the next piece of path would bend beyond their snap length.
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -72,11 +72,11 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
                                   });
 }
 
-/// Returns the fixed-point units of the sums over draws. `energy_unit` keeps path x longest length below
-/// 2^51, and a draw adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
+/// Returns the fixed-point units of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
+/// a renewal adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Makes `draws` random draws of bristles for renewal, before the next piece is stepped.
+/// Renews `draws` bristles selected at random, before the next piece of path is stepped.
 template <class T>
 void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (!(draws > 0.0)) return;
@@ -120,9 +120,9 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (totals.tail_changed) note_tail<T>(p);
 }
 
-/// Makes the renewals of the next piece: those that its counted snaps will cause, and those still owed for
-/// earlier snaps. Makes none if the piece has no snap. Returns the number of bristles that the piece would
-/// bend beyond their snap length.
+/// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those owed for earlier
+/// snaps; none if the piece has no snap. Returns the number of bristles that the piece would bend beyond
+/// their snap length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -139,8 +139,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Returns the length that a slide of ageing bristles counts as. A change of speed or a rest shortens it,
-/// because deflections then differ from steady sliding by the relative change of friction.
+/// Returns the length that a slide of ageing bristles counts as. A rest or a change of speed shortens it,
+/// since deflections then differ from steady sliding by the relative change of friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -155,9 +155,9 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
-/// Finds the length of the slide that a step continues (0 = a slide begins), and whether the step turns off
-/// the slide's line. A step on that line continues it, even if the patch went elsewhere meanwhile without a
-/// snap. A turn must begin where the slide ended. With ageing every turn begins a slide.
+/// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step turns
+/// off its line. A step on that line continues it, even if the patch went elsewhere meanwhile without a snap.
+/// A turn must begin where the slide ended. With ageing every turn begins a new slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -178,7 +178,7 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// Stores length, direction and end of the slide after a step in which something snapped.
+/// Stores length, direction and end of the slide, after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -193,7 +193,7 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   }
 }
 
-/// Rewrites the deflections of block b relative to the patch's present position.
+/// Rewrites the deflections in block b so that they are those at the patch's present position.
 template <class T>
 void write_down(Patch& p, std::uint32_t b) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -205,9 +205,9 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end) round a corner of the path: along `length` in the direction of the step,
-/// ahead of its last piece; `before` is the direction before the corner. Adds to the sums how much the
-/// deflections differ there from steady sliding along the motion.
+/// Carries the blocks [begin, end), without stepping them, round a corner of the path and `length` along the
+/// step's direction, ahead of the step's last piece. `before`: direction before the corner. Adds to the sums
+/// by how much their deflections differ from steady sliding.
 template <class T>
 void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
                  std::uint32_t begin, std::uint32_t end) noexcept {
@@ -243,7 +243,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// Updates the state and sums the outputs after the kernels have stepped a piece.
+/// Updates the state and adds to the step's sums, after the kernels have stepped one piece.
 template <class T>
 void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -257,14 +257,14 @@ void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   walked.visited += t.visited;
 }
 
-/// Returns the number of the first block with a young bristle, or the number of blocks in contact if none is
-/// young.
+/// Returns the number of the first block that has a young bristle (new in contact), or the number of blocks
+/// in contact if no bristle is young.
 template <class T>
 std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
 }
 
-/// Runs the kernels of a piece on all threads that the step may use.
+/// Runs the kernels of one piece of path, on all threads that the step may use.
 template <class T>
 Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   return share_out<Totals>(step.crew, &Crew::pieces, representatives<T>(p).active_blocks(), blocks_per_range,
@@ -273,7 +273,7 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// Makes a patch that consists of the blocks of `p` from number `begin` on, with its record in `record`.
+/// Makes a patch out of the blocks of `p` from number `begin` on; its record is written to `record`.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -294,9 +294,9 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
   return part;
 }
 
-/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece. Then shifts
-/// them back to the patch, since the other blocks are only carried that far. Renewals come at the rate of
-/// steady sliding, because most snaps are those of the other blocks; the draws owed stay.
+/// Steps the blocks from number `begin` on, those with young bristles, by `length` along the step's
+/// direction, in one piece. Then shifts them back to the patch, whose other blocks are only carried. Renewals
+/// come at the rate of steady sliding, since other blocks have most of the snaps; renewals owed stay.
 template <class T>
 void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
   Representatives<T> record;
@@ -311,8 +311,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   find_direction(a);
   a.skips_blocks = 0;
   prepare_kernel<T>(young, apart);
-  // Makes the unit of integrals over draws grow with the length of the piece, because the square of that
-  // length may exceed the square of every snap length.
+  // Makes the unit of integrals over renewals grow with the piece's length, because the square of that length
+  // may exceed the square of every snap length.
   int lengths = 0;
   std::frexp(a.length * record.shared->inverse_mean, &lengths);
   a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
@@ -337,9 +337,9 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Takes the path of a steady slide along which bristles are only carried, before the last piece (its end at
-/// `way`): turns the bristles round a corner if the path turns, and follows young bristles as far as they
-/// need it.
+/// Takes the part of a steady slide's path, before its last piece (which ends at `way`), along which bristles
+/// are carried without being stepped: turns them round a corner if the path turns, and steps young bristles
+/// as far as they need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -356,16 +356,16 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the path of a step along which every bristle is followed: what the slide lacks to steady sliding,
-/// and at least what makes the end independent of the start. A patch of few bristles is followed until some
-/// have snapped.
+/// Returns the path of a step along which every bristle is stepped: what the slide lacks to be steady, and at
+/// least enough for an end that does not depend on the start. In a patch of few bristles some must snap along
+/// it.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Follows the bristles along the whole step unless the part on which they could be carried is longer than
-  // `goes_on`: carrying the patch round a corner costs as much as following it for that path.
+  // Steps the bristles along the whole path unless they could be carried for more than `goes_on`: carrying
+  // them round a corner costs as much as stepping them along that path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -384,8 +384,8 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
 }
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // ln 1000: over the path `forget` a disturbance decays to
-                                                    // a thousandth
+  constexpr double per_forget = 6.907755278982137;  // ln 1000: along `forget` a disturbance decays to a
+                                                    // thousandth
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
@@ -417,7 +417,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
   r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
-  // Adds twice the residual, by which bristles bent the other way unbend before they snap.
+  // Adds twice the residual, by which bristles bent the other way must unbend before they snap.
   r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.shared->goes_on = longest_piece * mean;
   r.shared->inverse_mean = 1.0 / mean;
@@ -449,8 +449,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
-  // Makes pieces shorter in patches of many bristles: the error falls with the square of a piece, the noise
-  // with the root of the number of bristles. Where the path turns and bristles are turned round the corner
+  // Makes pieces shorter in patches of many bristles, since the error falls with the square of the piece and
+  // the noise with the root of the number of bristles. Where a path turns and its bristles are turned
   // together (carry_round()), pieces keep their full length: the last one must follow the corner.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
@@ -482,7 +482,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
-    // Carries the patch only if some bristle has snapped; before the first snap the patch does not slide, and
+    // Carries the patch only if some bristle has snapped. Until the first snap the patch does not slide, and
     // its bristles are bent further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
@@ -495,9 +495,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move its block: if
-/// every bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind for
-/// ever. Ages are not rewritten.
+/// Rewrites blocks whose stored position lies far behind the patch. Renewal does not move a block: if every
+/// bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind without
+/// end. Ages stay.
 template <class T>
 void bring_along(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -536,8 +536,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps along a path on which bristles are only carried: a whole number whose mean
-/// over many steps is exact.
+/// Returns the number of snaps along a path on which bristles are carried without being stepped: a whole
+/// number whose mean over many steps is exact.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -557,11 +557,11 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Moves on the time of the blocks' last rewrite, so that carried bristles do not age.
+    // Advances the time of the blocks' last rewrite, so that bristles do not age while they are carried.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Counts the path on which bristles are only carried, with the mean deflection of steady sliding.
+  // Adds the path on which bristles are carried without steps, with the mean deflection of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
@@ -573,8 +573,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Counts the carried path as shorter for bristles whose deflection lags behind a turn: they are bent less
-  // along the motion, so they dissipate less and snap less often.
+  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path: these
+  // bristles are bent less along the motion, so they dissipate less and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

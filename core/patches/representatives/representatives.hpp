@@ -1,5 +1,5 @@
 // The contact model of the paper: n representative bristles, each with a deflection and a snap length
-// (core/MODEL.md, sections 3 to 12). One record per number type; kernels/ moves the bristles.
+// (core/MODEL.md, sections 3 to 12). The kernels in kernels/ move the bristles, in float or in double.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,37 @@
 
 namespace bristle::detail {
 
-/// Number of representatives in contact at a load.
+/// Number of representative bristles in contact under a load.
 struct ContactCount {
-  double active = 0.0;    ///< zeta / w, number of representatives in contact, at most `detail`
-  double overload = 1.0;  ///< zeta / (detail w) if above 1: the factor by which the force is scaled under
-                          ///< overload
-  double fraction = 0.0;  ///< share by which the last bristle in contact counts
+  double active = 0.0;    ///< number of representatives in contact: zeta / w, but at most `detail`
+  double overload = 1.0;  ///< factor by which the force is scaled under overload: physical bristles over the
+                          ///< largest number, at least 1
+  double fraction = 0.0;  ///< share, below 1, by which the last bristle in contact counts
   std::uint32_t whole = 0;
 };
 ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
 
-/// Numbers that change with load and detail. Saved unchanged; `position`, `zeta` and `overload` are in Patch.
+/// Numbers that change with load and detail (representatives in use). All of them are saved.
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
-  double weight = 0.0;       ///< w = zeta_max / detail, physical bristles per representative
-  std::uint32_t detail = 0;  ///< number of representatives in use, at most n
+  double weight = 0.0;       ///< physical bristles per representative in use, w = zeta_max / detail
+  std::uint32_t detail = 0;  ///< number of representatives in use, at most the n allocated
   std::uint32_t whole = 0;
 };
 
-/// State of shared renewal. Saved and hashed if the material has shared renewal.
+/// State of shared renewal, in which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
-  double due = 0.0;         ///< draws still owed: kappa for each snap so far, less the draws made
-  std::uint64_t draws = 0;  ///< number of draws so far, which is the number of the next draw
+  double due = 0.0;         ///< renewals still owed: kappa for each snap so far, less those made
+  std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
 
-  // The slide, straight or gently bent, to which the last step with a snap belongs. Steps without a snap do
-  // not change these numbers.
-  /// length of the slide, at most `forget`; shorter where a rising load added many bristles; 0 = none
+  // The slide, straight or gently bent, that the last step with a
+  // snap belongs to. A step without a snap does not change its
+  // length of the slide so far, at most `forget`; a rising load that adds bristles shortens it; 0 = none
   double run = 0.0;
-  /// Length of a slide after which a whole patch would be as far from steady sliding as this patch is, whose
-  /// young bristles entered late (shortened_run()). Young bristles are the few that a rising load brought
-  /// into contact during the slide: those from number `young_from` on.
+  /// Length of slide after which a patch would be as far from steady sliding as this one is because of its
+  /// young bristles (shortened_run()). Young are the few bristles that a rising load brought into contact
+  /// during the slide: those from number `young_from` on.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
@@ -54,72 +54,72 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // State of the patch at the end of its last slide; run_ageing and run_until serve bristles that age.
-  double run_ageing = 0.0;           ///< AgedSliding::per_length of the slide
-  double run_until = 0.0;            ///< the patch's time at the end of the slide, s
-  double direction[2] = {0.0, 0.0};  ///< direction of the slide since its last bend, a unit vector
-  std::int64_t slid_to[2] = {0, 0};  ///< patch position at the end of the slide
+  // The end of the last slide. The first two fields are for bristles that age.
+  double run_ageing = 0.0;           ///< age gained per length in that slide (AgedSliding::per_length)
+  double run_until = 0.0;            ///< time of the patch at the end of that slide, s
+  double direction[2] = {0.0, 0.0};  ///< direction of that slide after its last turn, a unit vector
+  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of that slide
 };
 
-/// Constants of sliding at one speed for ageing bristles, for long steps (ageing.cpp). A cache: they follow
-/// from the material and `per_length`.
+/// Constants of long steps at one sliding speed for bristles that age (ageing.cpp). A cache: they follow from
+/// the material and the speed.
 struct AgedSliding {
-  KernelLaw law{};              ///< law of the fresh snap length, with constants of jumps for aged lengths
-  double per_length = -1.0;     ///< age gained per length, in units of the ageing time; < 0: not computed
-  double largest_growth = 1.0;  ///< aged over fresh length of the longest bristle
-  double steady_at = -1.0;      ///< value of `per_length` for which the next two fields were computed
-  double steady_bend = 0.0;     ///< mean deflection in steady sliding under shared renewal, scaled
-  double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length
+  KernelLaw law{};              ///< law of fresh bristles' snap length, with constants of jumps if aged
+  double per_length = -1.0;     ///< age gained per scaled length, in ageing times; < 0: not computed
+  double largest_growth = 1.0;  ///< factor by which ageing increases the longest snap length
+  double steady_at = -1.0;      ///< value of `per_length` for which `steady_bend` and `steady_snaps` hold
+  double steady_bend = 0.0;     ///< mean deflection of steady sliding with shared renewal, scaled
+  double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length of steady sliding
 };
 
-/// Sums and numbers of one step under shared renewal, over its pieces. The patch is carried along a path if
-/// its bristles' lengths |z| stay unchanged, as in steady sliding on average.
+/// Sums over the pieces into which a step is cut under shared renewal. Along a path on which the patch is
+/// carried its bristles are not stepped: their lengths |z| stay unchanged, as in steady sliding on average.
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
-  double until = 0.0, duration = 0.0;  ///< time at the end of the step, and its duration, s
-  double forget = 0.0;                 ///< path after which a straight slide at this speed is steady
-  double per_length = 0.0;             ///< AgedSliding::per_length of the step, with ageing
-  double carried = 0.0;                ///< part of `length` along which the patch is carried, scaled
-  double run = 0.0;                    ///< length of the slide that the step continues, scaled
-  double young_run = 0.0;              ///< length of the slide that its young bristles continue
-  double apart = 0.0;  ///< path on which young bristles are followed separately, times their share of the
-                       ///< weight; a part of `carried`
-  double lag = 0.0;    ///< energy that bristles carried round a corner dissipate, less that of steady
-                       ///< sliding (so below 0), in the unit of `squares`
-  double twice_integral[2] = {0.0, 0.0};  ///< twice the path integral of the sum of deflections, in units of
-                                          ///< StepSums x scaled length
-  double squares = 0.0;                   ///< energy dissipated, as a sum of scaled squared deflections
+  double until = 0.0, duration = 0.0;  ///< time at the end of the step, and duration of the step, s
+  double forget = 0.0;                 ///< path, scaled, after which a straight slide at this speed is steady
+  double per_length = 0.0;             ///< age gained per scaled length in this step, in ageing times
+  double carried = 0.0;                ///< part of the step's path along which the patch is carried, scaled
+  double run = 0.0;                    ///< length of the slide that this step continues, scaled
+  double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
+  double apart = 0.0;  ///< path on which young bristles (new in contact) are stepped separately, times their
+                       ///< share of the weight; part of `carried`
+  double lag = 0.0;    ///< energy that bristles carried round a corner dissipate less that of steady sliding,
+                       ///< so negative, in the unit of `squares`
+  double twice_integral[2] = {0.0, 0.0};  ///< twice the integral of the sum of deflections along the path, in
+                                          ///< the unit of StepSums times scaled length
+  double squares = 0.0;                   ///< dissipated energy as a sum of squared deflections, scaled
   std::uint64_t snaps = 0, visited = 0;
-  std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
-  bool changed = false;           ///< whether a bristle snapped, was renewed or was carried round a corner
-  bool turns = false;             ///< whether the step continues a slide in another direction than before
+  std::int64_t from[2] = {0, 0};  ///< position of the patch at the start of the step
+  bool changed = false;           ///< whether a bristle snapped, was renewed, or was carried round a corner
+  bool turns = false;             ///< whether this step turns off the line of the slide that it continues
 };
 
-/// Shared renewal of a patch: its state, scaled constants of the material, and the sums of the step under
-/// way.
+/// Shared renewal of a patch (each snap makes other bristles start afresh): state, constants of the material
+/// in scaled lengths, and sums of the present step.
 struct SharedRenewal : RenewalState {
-  double piece = 0.0;         ///< longest piece of path that is taken at once, scaled
+  double piece = 0.0;         ///< longest piece of path that is computed at once, scaled
   double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
-  double goes_on = 0.0;       ///< shortest path on which bristles are followed one by one in a step of a
-                              ///< steady slide, scaled
-  double steady_bend = 0.0;   ///< mean deflection in steady sliding, scaled
+  double goes_on = 0.0;       ///< shortest path in a step of a steady slide on which every bristle is
+                              ///< stepped, scaled
+  double steady_bend = 0.0;   ///< mean deflection of steady sliding, scaled
   double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
   PieceSums walked;
 };
 
-/// Longest piece of a step under shared renewal, in mean snap lengths; shorter where kappa is above 2
-/// (core/patches/RUBBING.md).
+/// Longest piece of a step under shared renewal, in mean snap lengths. Pieces are shorter for a kappa
+/// (bristles renewed for each snap) above 2 (core/patches/RUBBING.md).
 constexpr double longest_piece = 0.25;
 
 template <class T>
 struct Representatives : PatchRecord, RepresentativeCount {
   using Number = T;
 
-  std::uint32_t bristles = 0;  ///< n, number of representatives
+  std::uint32_t bristles = 0;  ///< n, number of representatives allocated
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
-  int variant = 0;  ///< index of the step kernel in KernelSet::step
+  int variant = 0;  ///< index of the patch's step kernel in KernelSet::step
   const KernelSet<T>* kernels = nullptr;
 
   Block* blocks = nullptr;
@@ -127,19 +127,19 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
 
-  // Deflections at which bristles snap, residual + snap length, in scaled lengths.
-  T* first = nullptr;               ///< deflections at which bristles snap the first time
-  T* delta = nullptr;               ///< deflections at which bristles snap the next time; equals `first` with
-                                    ///< SnapRule::keep
-  std::uint32_t* draw = nullptr;    ///< states of the bristles' random draws; null with SnapRule::keep
-  SharedRenewal* shared = nullptr;  ///< a single entry; null without shared renewal
+  // Deflections at which bristles snap (residual plus snap length), scaled.
+  T* first = nullptr;               ///< deflections at which bristles snap for the first time, scaled
+  T* delta = nullptr;               ///< deflections at which bristles snap next, scaled; with SnapRule::keep
+                                    ///< the same column as `first`
+  std::uint32_t* draw = nullptr;    ///< states of the bristles' random numbers; null with SnapRule::keep
+  SharedRenewal* shared = nullptr;  ///< state of shared renewal, one entry; null for a material without it
 
-  // Columns of ages (PatchView), null without ageing.
+  // Ages of bristles and times of blocks (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
-  AgedSliding* aged = nullptr;  ///< constants of ageing bristles, a single entry; null without ageing
+  AgedSliding* aged = nullptr;  ///< constants of ageing bristles, one entry; null without ageing
 
-  /// Visits every column in the order in which columns are laid out, saved and hashed.
+  /// Visits every column (array) of the record, in the order in which columns are laid out, saved and hashed.
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
     const std::uint32_t rows = r.padded();
@@ -151,14 +151,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // Lists no saved column for shared renewal, because its state is saved and hashed by other functions.
+    // Lists shared renewal as not saved, because its state is saved and hashed by other functions.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Sets pointers that depend on others after the columns were placed: with SnapRule::keep the present snap
-  /// lengths are the first ones.
+  /// Sets the pointer to the present snap lengths after the columns were placed: with SnapRule::keep they are
+  /// the first ones, in one column.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -198,87 +198,87 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 
 // ------------------------------------------------------------------------------- blocks (blocks.cpp)
 
-/// Rewrites block b with its deflections at the patch's present position.
+/// Rewrites the deflections of block b so that they are those at the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
-/// Initialises block b, all of whose bristles are out of contact or straight.
+/// Initialises block b, whose bristles are all straight: out of contact or just in contact.
 template <class T>
 void enter_block(const Patch& p, std::uint32_t b) noexcept;
-/// Adds the deflections of block b to the sum over full blocks (`sign` +1), or subtracts them (-1).
+/// Adds the deflections of block b to the patch's sum over full blocks (`sign` +1), or subtracts them (-1).
 template <class T>
 void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
-/// Returns the sum of weight x |z|^2 over the bristles of block b in contact, scaled.
+/// Returns the sum of weight x |z|^2, z the scaled deflection, over those bristles of block b in contact.
 template <class T>
 double block_squares(const Patch& p, std::uint32_t b) noexcept;
 template <class T>
 double all_squares(const Patch& p) noexcept;
-/// Returns the energy of a unit of weight x scaled |z|^2, J.
+/// Returns the elastic energy, J, of a bristle of weight 1 with a deflection of one scaled length.
 template <class T>
 double joules_per_square(const Patch& p) noexcept;
-/// Resets bristles of one block, [from, to), which are out of contact, to their first snap lengths.
+/// Gives bristles [from, to) of one block, which are out of contact, their first snap lengths again.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Recomputes the bounds of groups and patch after a block changed outside a step.
+/// Marks the bounds on snapping of groups and patch as unknown, after a block changed outside a step.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
-/// Returns the displacement of a block since its last rewrite, scaled.
+/// Returns the displacement of the patch since block `block` was last rewritten, scaled.
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Updates the shared part after a change of the number in contact, the weight or the tail block (the last,
-/// partly filled one): sums over the tail, unit of force, response at rest.
+/// Updates the patch's shared part after a change of the number in contact, of the weight or of the tail (the
+/// last block, partly filled): sums over the tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Updates the sums over the tail block in the shared part after the block was rewritten.
+/// Updates the shared part's sums over the tail (the last block, partly filled), after it was rewritten.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
-constexpr double oldest_bristle = 1e30;  ///< largest possible age of a bristle, in units of the ageing time
+constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the material's ageing time
 
-/// Returns the largest growth g of a snap length by ageing.
+/// Returns the largest factor by which ageing can increase a snap length.
 double largest_ageing_factor(const Material& material) noexcept;
-/// Returns the longest deflection that a bristle can have.
+/// Returns the largest deflection that a bristle of the patch can have, scaled.
 template <class T>
 double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// Returns the age that bristles of block b have gained since its last rewrite, in units of the ageing time.
+/// Returns by how much bristles of block b have aged since it was last rewritten, in ageing times.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Rewrites the ages of block b to the present time. Bristles out of contact get age 0.
+/// Rewrites the ages of bristles in block b as of the present time. A bristle out of contact gets age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps. Its stored age must be up to date.
+/// Returns the deflection at which bristle i snaps, scaled. Its stored age must be that of the present time.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
-/// Sets AgedSliding of a patch that has not slid yet.
+/// Initialises the constants of long steps (AgedSliding) for a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
-/// Fills the constants of ageing for the kernels of a step.
+/// Fills the constants of ageing that the kernels of a step need.
 template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
-/// Returns the age gained per length in a step, in units of the ageing time.
+/// Returns the age that a bristle gains per scaled length of a step, in ageing times.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Returns the mean path from snap to snap in steady sliding, over the mean path without ageing; both without
-/// renewal.
+/// Returns the factor by which ageing lengthens the mean path from snap to snap in steady sliding at one
+/// speed, without shared renewal.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
-/// Finds mean deflection and snap rate of steady sliding under shared renewal at one speed, for AgedSliding.
+/// Finds deflection and snap rate of steady sliding under shared renewal at one speed, with ageing.
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
 // ----------------------------------------------------- population, load, step, detail, material, state
 
-/// Fills the first snap lengths of the patch's seed, and the bounds of blocks that depend on them.
+/// Fills the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
-/// Resets the columns: straight bristles with their first lengths and first random states.
+/// Resets all columns: straight bristles with their first snap lengths and first random states.
 template <class T>
 void fill_columns(Representatives<T>& r) noexcept;
-/// Sets the first snap lengths of another seed; deflections and draw states stay.
+/// Sets the first snap lengths of another seed. Deflections and states of random numbers stay.
 template <class T>
 void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept;
 
@@ -295,36 +295,36 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates the state and the sums of deflections after the kernels of a step or a piece; energy, snaps and
-/// bounds are left to the caller.
+/// Updates state and sums of deflections after the kernels have made a step or a piece of one. Energy, number
+/// of snaps and bounds are left to the caller.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
-/// Fills the kernels' constants for a step or a piece of it.
+/// Fills the kernels' constants for a step or for a piece of one.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// Finds, after a step that visited blocks, the patch's bound: how far it may move before a block must be
-/// visited again.
+/// Finds, after a step that visited blocks, the patch's bound: the distance within which it may move before a
+/// block must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
-/// Whether the stored sum of deflections over full blocks equals the sum over its blocks.
+/// Whether the stored sum of deflections over full blocks equals the sum recomputed from these blocks.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
-// Shared renewal (renewal.cpp). `advance_pieces` steps all pieces but the last, whose renewals it makes and
-// which it leaves in `step`; `finish_piece` ends a piece; `finish_walk` gives the sums over all pieces.
+// Steps with shared renewal (renewal.cpp) are cut into pieces. `advance_pieces` steps all but the last, whose
+// renewals it makes; `finish_piece` ends a piece; `finish_walk` gives the sums over all pieces.
 template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// Returns the length that a slide counts as after the share `share` of its deflections was disturbed.
-/// Undisturbed deflections are within 1e-3 of steady sliding after the path `forget`; a disturbance decays
-/// exponentially with the path.
+/// Returns the length that a slide counts as after a share of its deflections was disturbed. Undisturbed ones
+/// are within 1e-3 of steady sliding after the path `forget`, and a disturbance decays exponentially along
+/// the path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Updates the young bristles after bristles came into contact or left it. `active`, `whole`: number in
-/// contact before the change, and those of them that counted fully.
+/// Updates which bristles count as young (new in contact) after a change of load. `active`, `whole`: number
+/// in contact before the change, and those of them that counted fully.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>
@@ -359,11 +359,11 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Makes a patch of representatives. Throws bristle::Error.
+/// Makes a patch of representative bristles. Throws bristle::Error.
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight);
-/// Makes the names of the kernel variants. The first batch calls it, so that asking for a name allocates
-/// nothing.
+/// Makes the names of the kernel variants. The first batch calls this function, so that asking for a name
+/// later allocates nothing.
 void name_kernels();
 
 }  // namespace bristle::detail

@@ -1,4 +1,4 @@
-// Energy, columns, hash and bytes of a patch of representatives. The format of the bytes:
+// Energy, hash, saved bytes and reading of a patch of representatives. The format of the bytes:
 // core/patches/SAVED_STATE.md.
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields saved in addition to the shared part and the columns, for writing and for reading.
+/// Lists the saved counts of bristles in contact and in use; writing and reading use the same list.
 template <class Io, class Count>
 void count_fields(Io& io, Count& c) noexcept {
   io(c.active);
@@ -20,7 +20,7 @@ void count_fields(Io& io, Count& c) noexcept {
 }
 constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
-/// Lists the fields saved if the material has shared renewal.
+/// Lists the fields that are saved only if the material has shared renewal.
 template <class Io, class State>
 void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.due);
@@ -50,8 +50,8 @@ std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
 }
 
-/// Number of bristles of block b, and number of those whose columns are saved; columns of the others have
-/// their filler value.
+/// Bristles of one block: number of the first, how many, and how many of them have saved columns (in contact,
+/// not straight). The columns of the others are saved as their filler value.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -64,8 +64,8 @@ Part part_of(const Representatives<T>& r, std::uint32_t b) noexcept {
   return {first, size, r.blocks[b].zero ? 0 : touching};
 }
 
-/// Reads the value of bristle i in a column: the column's filler if the bristle is out of contact, or in a
-/// block that entered together and was not visited since.
+/// Adds the value of bristle i in a column to a hash. For a bristle that is out of contact or straight this
+/// value is the column's filler, whatever is stored.
 template <class T>
 struct Reading {
   const Representatives<T>& r;
@@ -83,7 +83,7 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// Largest number of snaps of a bristle in a piece, which limits the renewals that a saved state may owe.
+/// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
 constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
@@ -100,8 +100,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses a number in contact that does not follow from the load, because it would give forces without load,
-/// or infinite ones.
+/// Refuses saved numbers in contact that do not follow from the load, because they would give a force without
+/// load, or an infinite one.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -116,7 +116,7 @@ const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
   return nullptr;
 }
 
-/// Recomputes the sums over blocks of a patch that gets another count, position and columns. Blocks in
+/// Recomputes the sums over blocks after count, position and columns of a patch were restored. Blocks in
 /// contact are taken as saved, the others as straight.
 template <class T>
 void find_block_sums(Patch& p) noexcept {
@@ -272,10 +272,10 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(e, -1.0, 1.0)) return "direction";
   }
 
-  // With an exponential law, the bristle that is reached at the end of a long slide may combine two draws,
-  // the lengths before and after that place, so twice the longest length is possible.
+  // Under an exponential law, a bristle at the end of a long slide may combine two draws, the lengths before
+  // and after that place, so twice the longest length is possible.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
-  // Allows a deflection slightly beyond the snap length, by rounding.
+  // Allows a deflection to exceed the snap length slightly, by rounding.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
@@ -309,7 +309,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
           entry(number);
           const auto x = static_cast<double>(number);
           if (rule.filler == Filler::first_length && !within(x, shortest, longest)) fault = "a snap length";
-          // A bristle renewed mid-step stores a negative age, which offsets the time before its renewal.
+          // Allows a negative age, which offsets the time before a bristle's renewal in mid-step.
           if (rule.filler == Filler::age && !within(x, -oldest_bristle, oldest_bristle)) fault = "an age";
           if (rule.filler == Filler::zero &&
               (!within(x, -farthest, farthest) || !within(x + moved[axis], -longest, longest)))
@@ -338,7 +338,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
     read.column(column, r.bristles);
-    // Fills bristles out of contact by their column's filler, whatever the bytes say.
+    // Fills the columns of bristles out of contact with their filler value, whatever the bytes say.
     if constexpr (std::is_same_v<Entry, T>)
       for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
         column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);

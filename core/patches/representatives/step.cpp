@@ -1,4 +1,4 @@
-// Connects a step of the shared part to the kernels of representatives.
+// Steps a patch of representatives: prepares the kernels' constants, and takes sums and bounds from them.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns a power of two as the unit in which the sum of delta^2 over a block's snaps fits 62 bits with room
-/// to spare.
+/// Returns the fixed-point unit of energies, a power of two with which the sum of squared deflections over
+/// the snaps of a block fits 62 bits.
 double energy_unit(double length, double longest, bool literal) noexcept {
-  // Bounds the sum: the literal rule squares a deflection before its reset, other rules sum at most path x
-  // longest length.
+  // Bounds that sum of squares. The literal rule adds the square of a deflection before its reset; the other
+  // rules add at most path x longest snap length.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * (literal ? path : longest);
   int exponent = 0;
@@ -21,8 +21,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of random phases (places between two snaps). It depends on the state, so that equal steps
-/// of one patch, and of equal patches in different states, get different phases.
+/// Returns the key of the random phases that place bristles between two snaps. It depends on the state, so
+/// that equal steps of one patch, and equal patches in different states, get different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -54,8 +54,8 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Recomputes bounds while few blocks change. They cost a square root per bristle, save nearly all visits if
-  // a fortieth of the blocks is rewritten, and cost more than they save at a quarter.
+  // Recomputes bounds on snapping while few blocks change. Bounds cost a square root per bristle; they save
+  // nearly all visits if a fortieth of the blocks is rewritten, and cost more than they save at a quarter.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
@@ -80,15 +80,15 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = m.residual;
   if (a.snaps_all) {
-    // Uses double only if the path left after the last snap is needed (under the stationary law it is not),
-    // or if the square of the step overflows a float.
+    // Uses double only if the path left after a bristle's last snap is needed (under the stationary law it is
+    // not), or if the square of the step overflows a float.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
     a.in_double = 1;
   }
   if (p.ages) prepare_ageing<T>(p, a);
-  // Kernels with a residual length compute energies even where nobody asks for them.
+  // Sets a unit of energy also where nobody asks for energies, because kernels with a residual compute them.
   if (p.literal || p.renews || p.ages || m.residual > 0.0 || has(p.outputs, Outputs::energy)) {
     const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
     a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual, p.literal);
@@ -115,8 +115,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  // Converts sums of deflections at the end of the step and, twice, over the step; fixed point, exact. Takes
-  // one axis at a time, so that its 128-bit sums stay in registers.
+  // Converts the sums of deflections at the end of the step and, twice, over the step; fixed point, exact.
+  // Takes one axis at a time, so that its 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];

@@ -1,4 +1,4 @@
-// Makes and resets a patch of bristles that slide.
+// Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +13,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the shared part of the patch, with the number of cache lines that a step touches: strata that are
-/// not in use lie behind them.
+/// Makes the patch's shared part, with the number of cache lines that a step touches. Memory behind them
+/// (limits and weights of all n strata) is not prefetched.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);
@@ -51,7 +51,7 @@ double stored_energy(const Patch& p) noexcept {
   return 0.5 * joules_per_square<T>(sliders<T>(p)) * sum_of_squares<T>(p);
 }
 
-/// Returns the names of the kernel variants: axes, mean, energy, precision, drop or ageing.
+/// Returns the names of the kernel variants by axes, mean, energy, precision, and drop or ageing (timed).
 const std::array<std::string, 32>& slider_names() {
   static const std::array<std::string, 32> names = [] {
     std::array<std::string, 32> all;

@@ -1,5 +1,5 @@
-// The contact model of bristles that slide at their limit: weighted strata of the law (core/MODEL.md, section
-// 30). kernels/slide.hpp moves the bristles.
+// The contact model of bristles that slide at their limit instead of snapping: weighted strata (intervals) of
+// the snap-length law (core/MODEL.md, section 30). kernels/slide.hpp moves the bristles.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,23 @@ constexpr std::uint32_t default_sliders = 32;
 
 template <class T>
 struct Sliders : PatchRecord {
-  std::uint32_t bristles = 0;  ///< n, number of strata of the patch
-  std::uint32_t detail = 0;    ///< number of strata in use; each combines one or several of the n
+  std::uint32_t bristles = 0;  ///< n, number of strata into which the law is divided
+  std::uint32_t detail = 0;    ///< number of strata in use; each one combines one or several of the n
   std::uint32_t block_count = 0;
   /// Number of bristles that the present stiffness belongs to: those in contact at the highest load since all
-  /// bristles were last straight, less those that sliding has removed since the load fell. At least
-  /// Patch::zeta.
+  /// bristles were last straight, less those whose stiffness sliding has removed since the load fell. At
+  /// least the number in contact, Patch::zeta.
   double stiff_zeta = 0.0;
   const KernelSet<T>* kernels = nullptr;
 
   SlideBlock* blocks = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
-  double* since = nullptr;  ///< time of each bristle's last slide, as SlideView::since
+  double* since = nullptr;  ///< time of each bristle's last slide, s (SlideView::since)
 
-  // Columns for the strata in use, then the first columns for all n:
+  // Limits and weights of the strata in use, then those of all n strata:
   T* limit = nullptr;
-  T* per_limit = nullptr;  ///< one over `limit`
+  T* per_limit = nullptr;  ///< one over each stratum's limit
   T* weight = nullptr;
   T* first_limit = nullptr;
   T* first_weight = nullptr;
@@ -66,13 +66,13 @@ template <class T>
 Sliders<T>& sliders(const Patch& p) noexcept {
   return static_cast<Sliders<T>&>(*p.record);
 }
-/// Returns the factor of all limits under the present load: 1 unless the load has fallen.
+/// Returns the factor by which a fallen load reduces the limits of all bristles; 1 if it has not fallen.
 template <class T>
 double limit_share(const Patch& p) noexcept {
   const double stiff = sliders<T>(p).stiff_zeta;
   return stiff > p.zeta ? p.zeta / stiff : 1.0;
 }
-/// Returns twice the energy of a unit of weight x squared scaled deflection, J: the factor of k z dz.
+/// Returns twice the elastic energy, J, of a bristle of weight 1 with a deflection of one scaled length.
 template <class T>
 double joules_per_square(const Sliders<T>& r) noexcept {
   const CompiledMaterial& m = *r.material;
@@ -88,19 +88,19 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   return static_cast<double>(z[i]) +
          to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
 }
-/// Returns the centre of the limits of bristle i, scaled: the distance by which it lies before the root,
-/// along a lay that leans (is asymmetric).
+/// Returns the distance, scaled, by which the centre of a bristle's limits lies before its root, under a lay
+/// (grain) that resists differently to and fro.
 template <class T>
 double centre_of(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
 }
-/// Calls `change(i, z)` with the deflection of every bristle in use, which the function may change. Then
-/// stores the deflections relative to the patch's present position.
+/// Calls `change(i, z)` for every bristle in use; the function may change the deflection z. Then stores the
+/// deflections relative to the patch's present position.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
-/// Updates sums, unit of force and contact of the shared part after columns, load or material changed outside
-/// a step.
+/// Updates sums, unit of force and contact in the patch's shared part, after a change of columns, load or
+/// material outside a step.
 template <class T>
 void note_sliders(Patch& p) noexcept;
 template <class T>
@@ -117,8 +117,8 @@ void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std
                  Totals& totals) noexcept;
 template <class T>
 void finish_sliders(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
-/// Merges the strata into fewer, or splits them into more, until `detail` are in use; sums of deflections
-/// stay.
+/// Merges the strata into fewer, or splits them into more, until `detail` of them are in use. The sums of
+/// deflections stay.
 template <class T>
 Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept;
 template <class T>
@@ -135,16 +135,16 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
 template <class T>
 void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Fills the strata in use from the n strata of the material.
+/// Fills limits and weights of the strata in use from those of all n strata.
 template <class T>
 void fill_strata(Sliders<T>& r) noexcept;
-/// Straightens every bristle of a patch out of contact.
+/// Makes every bristle of a patch straight, as it is out of contact.
 template <class T>
 void straighten(Patch& p) noexcept;
 
-/// Makes the names of the variants. The first batch calls it, so that asking for a name allocates nothing.
+/// Makes the names of the kernel variants. The first batch calls it, so asking for one allocates nothing.
 void name_sliders();
-/// Makes a patch of sliding bristles. Throws bristle::Error.
+/// Makes a patch of bristles that slide at their limit. Throws bristle::Error.
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight);
 

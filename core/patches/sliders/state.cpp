@@ -1,4 +1,4 @@
-// Hash and bytes of a patch of bristles that slide. The format of the bytes:
+// Hash and saved bytes of a patch of bristles that slide at their limit. The format of the bytes:
 // core/patches/SAVED_STATE.md.
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the fields saved beside the columns, for writing and for reading.
+/// Lists the saved fields other than columns, so that writing and reading use the same list.
 template <class Io, class Sum>
 void sum_fields(Io& io, Sum& sum) noexcept {
   io(sum.detail);
@@ -89,7 +89,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
   SavedSums sums;
   sum_fields(read, sums);
   if (sums.detail < 1 || sums.detail > r.bristles) return "detail";
-  // Refuses a stiffness above that of the highest load.
+  // Refuses a stiffness above that of the highest load a motion may have.
   const double most = m.bristles_in_contact(highest_load);
   if (!(sums.stiff_zeta >= contact.zeta && sums.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
   if (contact.zeta == 0.0 && sums.stiff_zeta != 0.0) return "stiffness";
@@ -151,7 +151,7 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   column(r.zx);
   column(r.zy);
   column(r.since);
-  // Rebuilds the sums of deflections, then replaces them by the saved ones, which have other rounding errors.
+  // Recomputes the sums of deflections, then replaces them by the saved ones, whose rounding errors differ.
   note_sliders<T>(p);
   for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(blocks, r.blocks[b]);
   for (int axis = 0; axis < 2; ++axis) {

@@ -1,4 +1,4 @@
-// Steps a patch of bristles that slide, and changes its load and material.
+// Steps a patch of bristles that slide at their limit, and changes its load, material and number of strata.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns a time of the last slide for a bristle that sticks from now on: so early that a step that begins
-/// now does not treat it as one that slid in the step before.
+/// Returns, for a bristle that begins to stick now, a time of its last slide: so early that the next step
+/// does not treat it as one that has just slid.
 double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
 
 template <class T>
@@ -28,7 +28,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// Returns the limit of bristle i under the present load, grown by ageing since it last slid.
+/// Returns the limit of bristle i, scaled, under the present load, grown by ageing since it last slid.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -39,8 +39,8 @@ double limit_now(const Patch& p, std::uint32_t i) noexcept {
   return limit * p.material().material.ageing_factor(now - r.since[i]);
 }
 
-/// Reduces deflections that exceed limits which have fallen: the tips of these bristles slide although the
-/// patch does not move.
+/// Reduces deflections that exceed limits which have fallen with the load: the tips of these bristles slide
+/// although the patch does not move.
 template <class T>
 void take_back(Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -55,7 +55,7 @@ void take_back(Patch& p) noexcept {
   });
 }
 
-/// Sets the stiffness of the patch to that of `zeta` bristles without changing any force.
+/// Sets the patch's stiffness to that of `zeta` bristles and scales deflections so that no force changes.
 template <class T>
 void change_stiffness(Patch& p, double zeta) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -66,7 +66,7 @@ void change_stiffness(Patch& p, double zeta) noexcept {
   r.stiff_zeta = zeta;
 }
 
-/// Moves the centre of the limits (under a lay that leans) after the load has changed by `gain` bristles.
+/// Moves the centre of limits that differ to and fro, after the load has changed by `gain` bristles.
 template <class T>
 void move_centre(Patch& p, double gain) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -75,9 +75,9 @@ void move_centre(Patch& p, double gain) noexcept {
   rewrite_all<T>(p, [&](std::uint32_t i, double(&z)[2]) { z[0] -= share * static_cast<double>(r.limit[i]); });
 }
 
-/// Softens a patch that is stiffer than its load implies, as after a fall of the load: energy that sliding
-/// frees stretches the bristles at unchanged forces, until the stiffness is that of the load. Returns the
-/// energy that this took, J.
+/// Softens a patch that is stiffer than its load implies, as it is after a fall of the load. The energy that
+/// sliding frees stretches the bristles at unchanged forces, until the stiffness is that of the load. Returns
+/// the energy that this took, J.
 template <class T>
 double soften(Patch& p, double dissipated) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -85,7 +85,7 @@ double soften(Patch& p, double dissipated) noexcept {
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
   const double wanted = stored / (stored + r.lay.least_loss() * dissipated);
-  // Takes a stiffness within rounding of that of the load for equal, which ends the softening.
+  // Takes a stiffness that equals that of the load within rounding for equal, which ends the softening.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
   note_sliders<T>(p);
@@ -203,7 +203,7 @@ template <class T>
 void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  const bool softens = r.stiff_zeta > p.zeta;  // softening lowers the dissipated energy, so it is computed
+  const bool softens = r.stiff_zeta > p.zeta;  // softening needs the dissipated energy
   const int wanted =
       (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
   const auto kernel =
@@ -221,7 +221,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
     if (!a.commit) return;
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) reach = std::min(reach, r.blocks[b].reach);
-    // Shortens the bound, since the kernel and the bound each round a position to float.
+    // Shortens the bound, because kernel and bound each round a position to float.
     p.bound = {{p.position[0], p.position[1]}, std::max(reach * (1.0 - 1e-6), 0.0)};
     return;
   }
@@ -242,8 +242,8 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
   if (r.stiff_zeta > p.zeta) {
     const double unit = p.newtons_per_unit;
     sums.dissipated -= soften<T>(p, sums.dissipated);
-    // Converts the sums to the new unit of force; the end force is the one that the next step at rest
-    // returns.
+    // Converts the sums to the new unit of force. The force at the end of this step is then the one that a
+    // next step at rest returns.
     for (int axis = 0; axis < p.axes; ++axis) {
       sums.end[axis] = static_cast<double>(p.part_sum[axis]);
       sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);
@@ -265,7 +265,7 @@ Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // Spreads the deflection of each stratum in use over the first strata that it stood for, in proportion to
+  // Spreads the deflection of each stratum in use over the first strata that it combined, in proportion to
   // their limits. Goes from the last one to the first, so that none is overwritten before it is read.
   const std::uint32_t n = r.bristles, old = r.detail;
   rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
@@ -337,14 +337,14 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   }
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
     for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = to.position[axis];
-  // Applies the load again, because under the new material it may give another number of bristles. Bristles
-  // beyond the new limits slide.
+  // Applies the load again, because under the new material it may bring another number of bristles into
+  // contact. Bristles bent beyond their new limits slide.
   const Material& m = to.material().material;
   to.normal_load = from.normal_load;
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
-  // Counts as lost the difference of energy to strata of another law, where deflections weigh differently.
+  // Counts as lost the change of energy by strata of another law, in which deflections weigh differently.
   if (has(to.outputs, Outputs::energy))
     to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);
