@@ -1,13 +1,13 @@
 // Bristles that age: the growth of the snap length, and the place where a bristle snaps while its limit
 // grows.
 //
-// A bristle of age a snaps at |z| = residual + delta g(a), delta its fresh snap length; ages are in units of
-// Material::ageing_time. In a step the age grows along the path, by `per_length` per length. g is concave, so
-// |z| less the limit, as a function of the path, is convex and negative at the start: the bristle snaps at
-// one place or not at all. The limit at the end of the step gives a place at or beyond that root; Newton's
-// steps from there approach the root and never pass it (core/patches/AGEING.md).
+// A bristle of age a (time it has held, in units of Material::ageing_time) snaps at |z| = residual + delta
+// g(a), delta its fresh snap length. In a step the age grows along the path, by `per_length` per length. g is
+// concave, so |z| less the limit, as a function of the path, is convex and negative at the start: the bristle
+// snaps at one place or not at all. The limit at the end of the step gives a place at or beyond that root;
+// Newton's steps from there approach it and never pass it (core/patches/AGEING.md).
 //
-// Templates for vectors, bundles of them and plain numbers V.
+// The template parameter V is a vector, a bundle of eight vectors, or a plain number.
 #pragma once
 
 #include <limits>
@@ -77,8 +77,8 @@ struct Bent {
   V along, aside2;
 };
 
-/// Returns the path along the motion after which the deflection has this radius; 0 if it has reached it
-/// already.
+/// Returns the path along the motion after which the deflection is as long as `radius`; 0 if it is that long
+/// or longer at the start.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -86,8 +86,8 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path to the snap of the `open` bristles, by Newton's method from `way`, a path at or beyond
-/// the snap. `delta`: fresh snap length; `age`: age at the start.
+/// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method from
+/// `way`, a path at or beyond the snap. `delta` is the fresh snap length, `age` the age at the start.
 template <class T, int axes, class V, class M>
 inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
   const V none(T(0));
@@ -125,8 +125,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // The slope is below 0.33 at and beyond the root (AGEING.md); this bound only keeps the divisor
-    // positive in lanes without a bristle.
+    // Bounds the slope of the limit only to keep the divisor positive in lanes without a bristle; with one it
+    // is below 0.33 at and beyond the root (AGEING.md).
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
@@ -145,7 +145,7 @@ inline double age_per_length(const A& step) {
   return least(span / step.length, oldest);
 }
 
-/// Returns the ageing law with the constants of a step or a renewal.
+/// Returns the constants of ageing of a step or a renewal as an ageing law.
 template <class T, class A>
 inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
@@ -157,7 +157,7 @@ template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
 }
-/// Ages gained since the block's last rewrite, by age_at(), at the start and the end of a step.
+/// Ages that bristles gained from the last rewrite of their block to the start and to the end of a step.
 struct BlockAge {
   double before, after;
 };
@@ -165,7 +165,7 @@ template <class A>
 inline BlockAge age_since(const A& step, double since) {
   return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
 }
-/// Returns a lower bound of the age that bristles will have gained in every later step.
+/// Returns a lower bound of the age that bristles will have gained since `since` in every later step.
 template <class A>
 inline double least_later_age(const A& step, double since) {
   return age_at(step, step.start + step.duration - step.rounding, since);

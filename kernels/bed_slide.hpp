@@ -14,10 +14,10 @@ struct Dragged {
 };
 
 /// Slides a bristle of deflection z at its limit l along a straight motion d, and finds only the deflection
-/// z' at the end. t = x^2 = d^2 / l^2, q2 = 2 z d / l^2, gap = 1 - z^2 / l^2, which is 0 but for rounding:
-/// one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 + q2 T)) /
-/// (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a polynomial with an error of
-/// 6e-7 up to t = 1. For t up to 256 the angle is doubled four times; beyond, tanh is 1.
+/// z' at the end. Given are t = x^2 = d^2 / l^2, q2 = 2 z d / l^2 and gap = 1 - z^2 / l^2, which is 0 but for
+/// rounding: one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 +
+/// q2 T)) / (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a polynomial with an
+/// error of 6e-7 up to t = 1; four doublings of the argument of tanh reach t = 256; beyond, tanh is 1.
 template <class V>
 inline Dragged<V> drag(V t, V q2, V gap) {
   const V one(1.0f), two(2.0f);

@@ -1,5 +1,5 @@
-// Beds: a step of all bristles, and their places under a load or after rolling (core/beds/BEDS.md). One
-// source for vectors and for plain numbers: E::V is either.
+// Kernels of beds: a step of all bristles, and the bristles' places under a load or after rolling (BEDS.md in
+// core/beds). One source for vectors and for plain numbers: E::V is either.
 #pragma once
 
 #include "bed_slide.hpp"
@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // Tips of a bed that has rolled are all rewritten, relative to a root at zero.
+  // Is 0 for a bed that has rolled, all of whose tips are stored relative to a root at zero; else 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -63,7 +63,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       kept = at[bed_kept];
     }
 
-    // Reads the deflection at the start, and the motion of the root in the step.
+    // Reads the deflection of the bristles at the start of the step, and the motion of their roots in it.
     const V tip_x = at[bed_tip_x];
     const V tip_y = at[bed_tip_y];
     V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
@@ -81,7 +81,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of the tip at which its bristle would be straight after the step.
+    // Place of the bristle's tip at which the bristle would be straight at the end of the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -159,7 +159,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
         if (any_rough) {
-          // A bristle within its limit, or one that unloads, sticks first.
+          // The tip of a bristle that is within its limit, or that unloads, sticks first.
           V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
           share = select_lanes(rough & ((gap > none) | unloads), share, none);
           ux = zx + dx * share;

@@ -1,5 +1,5 @@
-// Operations on blocks of bristles other than a step: coming into contact, rewriting at a position, energy.
-// One source serves the reference and every instruction set; the compiler vectorises its rows.
+// Operations on blocks of 256 bristles other than a step: first contact, storing deflections relative to a
+// position, energy. One source serves the reference and every instruction set; the compiler vectorises it.
 #pragma once
 
 #include "core/kernel_table.hpp"
@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the number of bristles in contact, including the one that counts in part.
+/// Returns the number of bristles in contact, including the last one, which may be in contact only in part.
 template <class T>
 inline std::uint32_t in_contact(const PatchView<T>& patch) {
   return patch.whole + (patch.fraction > T(0) ? 1u : 0u);
@@ -39,7 +39,7 @@ inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   patch.blocks[b].zero = 0;
 }
 
-/// Rewrites the deflections of a block relative to the position `at`, as documented at KernelSet::rewrite.
+/// Stores a block's deflections relative to the patch's position `at`, as documented at KernelSet::rewrite.
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];

@@ -20,7 +20,7 @@
 namespace bristle::detail {
 namespace {
 
-// Number of cells of one half of the law; w lies between 2^-24 and 1/2.
+// Number of table cells for half of the law; a share's distance w from its nearer end is 2^-24 to 1/2.
 constexpr std::uint32_t cells_of_half = 23 * 16;
 constexpr std::uint32_t cells_of_law = 2 * cells_of_half;
 
@@ -38,7 +38,7 @@ struct CellBits<double> {
   static constexpr std::uint64_t first = (1023 - 24) * 16;
 };
 
-/// Returns the snap length at a share of the law (0 < share < 1, in steps of 2^-24).
+/// Returns the snap length below which `share` of the law lies (0 < share < 1, in steps of 2^-24).
 template <class T>
 inline T length_of_cell(const double* table, T share) {
   const T other = T(1) - share;
@@ -51,7 +51,7 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Coefficients of the lines a + b w in the cells of a vector of shares.
+/// Coefficients of the lines a + b w of the cells into which a vector of shares of the law falls.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;

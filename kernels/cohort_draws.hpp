@@ -1,5 +1,5 @@
-// Random losses of a cohort in a patch that fluctuates as n bristles: each bristle leaves independently, so
-// their number is binomial. Plain arithmetic, one draw for each cohort.
+// Random losses of a cohort (bristles last straight at one place) in a patch that fluctuates as n bristles.
+// Each bristle leaves independently, so their number is binomial. Plain arithmetic, one draw for each cohort.
 #pragma once
 
 #include "core/cohort_table.hpp"
@@ -14,7 +14,7 @@ constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // multiplier of the hash
 /// has no instruction for it.)
 inline double whole_of(double x) { return static_cast<double>(static_cast<std::int64_t>(x)); }
 
-/// Returns a number strictly between 0 and 1 from random bits.
+/// Returns a number strictly between 0 and 1 from the upper 52 of 64 random bits.
 inline double wide_share_of(std::uint64_t random) {
   return (static_cast<double>(random >> 12) + 0.5) * 0x1p-52;
 }
@@ -52,11 +52,11 @@ inline double deviation_of(std::uint64_t random) {
 /// Returns a random number of bristles that leave, of n (a whole number), each with probability `chance`.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
-  // From n chance / (1 - chance) = 12 on, the mean less root(12) standard deviations is at least 0.
+  // Bound on n chance / (1 - chance), from which on the mean is at least root(12) standard deviations.
   constexpr double bound = 12.0;
   if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
   if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
-  // Rounding to whole bristles adds 1/12 to the variance.
+  // Subtracts 1/12 from the variance, because rounding to whole bristles adds as much.
   const double deviation = root(n * (chance * other) - 1.0 / 12.0) * deviation_of(random);
   return least(whole_of(most(n * chance + deviation + 0.5, 0.0)), n);
 }
@@ -79,9 +79,9 @@ inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t numb
 class DrawnLosses {
  public:
   DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
-  /// Makes kappa draws for each snap, as representatives do: the number of draws follows from the snaps, and
-  /// only the bristles that they select are random. (An independent probability for each bristle would raise
-  /// the variance by 13 %: core/decisions/009-shared-renewal.md.)
+  /// Makes kappa draws (selections for renewal) for each snap, as for simulated bristles: their number
+  /// follows from the snaps, and only the selected bristles are random. (An independent probability for each
+  /// bristle would raise the variance by 13 %: core/decisions/009-shared-renewal.md.)
   DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
     const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
     draws_ = whole_of(most(wanted, 0.0));
@@ -95,13 +95,13 @@ class DrawnLosses {
     return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
   }
 
-  /// Assigns some of the draws left to cohort i, by its share of the weight of the cohorts left. Returns the
-  /// mass that it keeps.
+  /// Assigns a random number of the remaining draws (selections for renewal) to cohort i, by its share of the
+  /// weight of the remaining cohorts. Returns the mass that cohort i keeps.
   double renewed_of(std::uint32_t i, double mass, double mean_kept) {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;
     if (!(weight > 0.0)) return mass;
-    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // a cohort with less mass than one bristle
+    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // a cohort with less mass than a bristle
     if (!(draws_ > 0.0)) return mass;
     const std::uint64_t random = mix64(mix64(law_.draw_key + pass_ * golden) + (i + 1) * golden);
     const double chance = least(weight / weight_, 1.0);
@@ -117,7 +117,7 @@ class DrawnLosses {
   const CohortLaw& law_;
   CohortState& s_;
   std::uint64_t pass_;
-  double draws_ = 0.0;   ///< number of draws not yet assigned to a cohort
+  double draws_ = 0.0;   ///< number of draws (selections for renewal) not yet assigned to a cohort
   double weight_ = 0.0;  ///< mass of the cohorts that may still get draws
 };
 

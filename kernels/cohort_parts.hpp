@@ -12,11 +12,11 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-/// Factor on the cost of the cheapest pair of cohorts up to which other pairs are merged in the same search.
+/// Factor on the cost of the cheapest pair of cohorts, up to which a search merges other pairs as well.
 constexpr double merge_margin = 3.0;
-constexpr std::uint32_t merged_at_once = 4;  ///< a search merges at most one pair for this many cohorts
+constexpr std::uint32_t merged_at_once = 4;  ///< number of cohorts for each pair that one search may merge
 
-/// S(x), the share of a law longer than x, and E[delta; delta < x].
+/// Share S(x) of a law's snap lengths that are longer than x, and their moment E[delta; delta < x] below x.
 struct Survival {
   double left, moment;
 };
@@ -28,7 +28,7 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
-/// Returns survival_at(), without the table look-up if x is too short for any bristle to snap.
+/// Returns survival_at(x), without looking it up in the table if x is too short for any bristle to snap.
 inline Survival young_survival_at(const CohortLaw& law, double x) {
   return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
@@ -37,7 +37,7 @@ inline double square_of(double a) { return a * a; }
 
 // Growth g of snap lengths by ageing, at one age or at a vector of ages (see Material::ageing_factor).
 
-/// g at an age in s, and its slope, 1/s, as the fraction g' = rise / run.
+/// Growth factor g of a snap length at an age in s, and its slope, 1/s, as the fraction g' = rise / run.
 template <class V>
 struct StrengthOf {
   V factor, rise, run;
@@ -51,7 +51,7 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   const V rate(t.rate);
   const V scaled = age * rate;
   if (t.saturates != 0) {
-    // exp(-40) is below the rounding error of 1.
+    // Limits the exponent: exp(-40) is below the rounding error of 1.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
     return {one + strength * (one - weak), strength * weak * rate, one};
   }
@@ -63,17 +63,17 @@ inline V ageing_at(const CohortTimes& t, V age) {
   return strength_at(t, age).factor;
 }
 
-/// Returns the age, s, at which g equals `factor`.
+/// Returns the age, s, at which the growth factor g of snap lengths equals `factor`.
 inline double age_at(const CohortTimes& t, double factor) {
   const double grown = most(factor - 1.0, 0.0) / t.strength;
   if (t.saturates != 0) return -natural_log<double>(most(1.0 - grown, 1e-17)) / t.rate;
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Returns the path left at the end of a piece after a bristle of length delta snapped: the gap in |z - gap
-/// e| = l_r + delta g(age - gap / v). z is the deflection at the end without the snap, given by its square
-/// and its part along the motion. g is taken as straight near the end, with an error of second order, for g
-/// is concave and the piece short.
+/// Returns the path that is left of a piece of motion after a bristle of fresh length delta snapped: the gap
+/// in |z - gap e| = l_r + delta g(age - gap / v). z is the deflection at the end of the piece without the
+/// snap, given by its square and its part along the motion e. g is taken as straight near the end, with an
+/// error of second order, for g is concave and the piece short.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
@@ -106,7 +106,7 @@ struct CohortBits {
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
-  /// Removes and returns the highest cohort below `count`; no_cohort = none.
+  /// Removes the highest cohort number below `count` from the set and returns it; no_cohort if there is none.
   std::uint32_t take_last(std::uint32_t count) {
     for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
       if (word[w] != 0) {
@@ -131,7 +131,7 @@ inline void remove_empty(CohortState& s, double* rows, double* births, CohortBit
 struct Ranks {
   double low, high;
 };
-/// Returns the interval with this mean rank and this mean of squared ranks (`square`), clipped to [0, all).
+/// Returns the interval of ranks with this mean and this mean square (`square`), clipped to [0, all).
 inline Ranks ranks_of(double mean, double square, double all) {
   const double half = root(most(3.0 * (square - mean * mean), 0.25));
   return {most(mean - half, 0.0), least(mean + half, all)};
@@ -148,17 +148,17 @@ struct Newborn {
   double birth = 0.0;
 };
 
-/// Returns the time of birth of a cohort merged from bristles of different age, so that its g is the mean of
-/// theirs.
+/// Returns the time of birth of a cohort merged from bristles of different age, so that its growth factor g
+/// of snap lengths is the mean of theirs.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
   const double of_other = ageing_at(t, most(t.now - other, 0.0));
   return t.now - age_at(t, g + share * (of_other - g));
 }
 
-/// Merges a newborn cohort into cohort i; conserves mass, first moment and mean reach R. Returns twice the
-/// energy lost. `to` is the position of the patch: R is at least the deflection there. `even`: both were born
-/// along a path at a constant speed, so that the mean birth belongs to the mean place.
+/// Merges a newborn cohort into cohort i; conserves mass, first moment and mean reach R (length up to which
+/// bristles have snapped), which is at least the deflection with the patch at `to`. Returns twice the energy
+/// lost. `even`: both were born along a path at constant speed, so that the mean birth fits the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
@@ -186,7 +186,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Until the load has risen on an existing contact, every cohort has all ranks.
+  // Skips the ranks (order of contact): until the load rises on an existing contact, cohorts have all ranks.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -199,7 +199,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// Writes a newborn cohort as cohort i, in a free lane or the next one.
+/// Stores a newborn cohort as cohort i, in a lane that became free or the one behind the last cohort.
 template <bool ages>
 inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const CohortTimes& times) {
@@ -268,7 +268,7 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
   s.open[2] = no_cohort;
-  if (law.most_apart <= 1.0) {  // survival function with corners: pairs are not moved apart
+  if (law.most_apart <= 1.0) {  // no pair is moved apart if the survival function has corners
     const double spread = s.spread;
     s.spread = 0.0;
     return spread;
@@ -303,11 +303,11 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
 /// Sums over the mass that snapped in a piece of path, from one pass over all cohorts. gap is the path left
 /// after the snap, z the deflection at the end of the piece if nothing had snapped.
 struct PieceSums {
-  double lost;          ///< mass that snapped
-  double gap;           ///< sum of mass that snapped x gap
-  double gap_gap;       ///< sum of mass that snapped x gap^2
-  double gap_x, gap_y;  ///< sum of mass that snapped x gap x z
-  double squares;       ///< sum of mass that snapped x |z|^2
+  double lost;          ///< mass of the bristles that snapped
+  double gap;           ///< sum over the mass that snapped of the path left (gap)
+  double gap_gap;       ///< sum over the mass that snapped of the squared path left
+  double gap_x, gap_y;  ///< sum over the mass that snapped of gap x z, along x and y
+  double squares;       ///< sum over the mass that snapped of the squared deflection |z|^2
   double ranks, rank_squares;
   double x, y;  ///< sum of mass x place over the mass that did not snap
 
@@ -322,9 +322,9 @@ struct PieceSums {
 /// they snap (competing risks). Second snaps of newborn bristles within the piece count too.
 struct Draws {
   double hazard;
-  double snapped;  ///< mass that snapped, without second snaps
+  double snapped;  ///< mass that snapped, without second snaps of newborn bristles
 };
-// Leaves at least exp(-4) of the bristles: (1 - v + v^2 / 2)^4, an approximation of exp(-4 v), needs v <= 1.
+// Largest hazard, which leaves exp(-4) of the bristles; (1 - v + v^2 / 2)^4 for exp(-4 v) needs v <= 1.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>
@@ -337,7 +337,7 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums of renewed bristles to `p`, those of snapped bristles; all restart as one newborn cohort.
+/// Adds the sums of renewed bristles to those of snapped ones, `p`; all restart as one newborn cohort.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -364,18 +364,18 @@ template <bool rubs, bool ages>
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // Adds the variance of the gap within a cohort, because all bristles that a cohort lost were summed with
-  // their mean gap.
+  // Adds the variance that path lengths have within a cohort, because all bristles that a cohort lost were
+  // summed with their mean path after the snap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
-  double gap_gap_left = p.gap_gap;  // sum of mass x gap^2 without the lengths of second snaps
+  double gap_gap_left = p.gap_gap;  // sum of mass x gap^2, without the lengths of second snaps
   double of_second = 0.0;           // energy lost by bristles that snap a second time
   if (again > 0.0) {
     double length = s.moment / (1.0 - s.left);
-    if (ages) {  // the bristle ages until it snaps; two iterations suffice, because g grows slowly
+    if (ages) {  // ages the bristle until its snap; two iterations suffice, as growth is slow
       const double delta = length;
       for (int i = 0; i < 2; ++i) length = delta * ageing_at(times, least(length, gap) * times.per_length);
     }
@@ -389,7 +389,7 @@ template <bool rubs, bool ages>
   }
   if (rubs && renewed_rate > 0.0) {
     // Newborn bristles are renewed as well, in proportion to the path since their birth, and on average
-    // halfway along it.
+    // halfway along this path.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
     // If a piece is as long as a snap length, so many newborn bristles are renewed that `half` would make the
@@ -405,8 +405,8 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // The integral over survivors alone lacks the path of the lost bristles: subtracts their share after the
-    // snap and adds that of the newborn.
+    // The integral over surviving bristles alone lacks the path of lost ones: subtracts their share after the
+    // snap and adds that of the newborn cohort.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
     t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
@@ -438,7 +438,7 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Takes the path left in two equal pieces, or in one if it is at most a fifth longer than `piece`.
+  // Cuts the path left into two equal pieces, or leaves it whole if at most a fifth longer than `piece`.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }
@@ -490,8 +490,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // g of each cohort times twice the mean snap length, which enters the cost so that cohorts of different age
-  // rarely merge (once the mean length, instead of twice, gives a fifth more error).
+  // Growth factor g of each cohort's snap lengths, times twice their mean. It enters the cost, so that
+  // cohorts of different age rarely merge (once the mean length, instead of twice, gives a fifth more error).
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
@@ -530,14 +530,14 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
-/// Advances a patch along a straight move. Engine holds the loops over all cohorts.
+/// Advances a patch of cohorts along a straight move. The template Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
-  // Checks the end alone: deflections are convex along a line, so a cohort within its reach at the end never
-  // exceeds it on the way.
+  // Checks for snaps at the end of the move alone: deflections are convex along a line, so a cohort within
+  // its reach at the end never exceeds it on the way.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  // With ageing, deflection over g is quasi-convex as well and falls as g grows, so waiting carries no cohort
-  // past its reach.
+  // With ageing, deflection over the growth factor g is quasi-convex as well and falls as g grows, so waiting
+  // carries no cohort past its reach.
   CohortTimes times{};
   if (ages) {
     times = a.times;
@@ -585,8 +585,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       sums.emptied.forget_lanes_from(s.count);
       for (std::uint32_t& open : s.open)
         if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
-      double first[2] = {from[0], from[1]};  // places where the first and the last newborn of the piece would
-                                             // be straight
+      double first[2] = {from[0], from[1]};  // places of the patch at which the piece's first and last
+                                             // newborn bristles would be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
         for (int axis = 0; axis < 2; ++axis) {
@@ -599,8 +599,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // Puts the newborn cohort into the lane of one that emptied. In a slide the oldest cohorts empty, so
-        // lanes form a ring and no cohort is moved.
+        // Puts the newborn cohort into the lane of a cohort that lost its mass. In a slide the oldest cohorts
+        // do, so lanes form a ring and no cohort is moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<Engine, ages>(law, s, rows, at, times);
@@ -645,7 +645,7 @@ inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double 
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(entry(rows, i, cohort_fresh));
-  // Clamps at 0, because S may be negative by a rounding error at the longest length.
+  // Clamps the mass at 0, because the survival S may be negative by a rounding error at the longest length.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   entry(rows, i, cohort_reach) = reach;
   entry(rows, i, cohort_left) = at.left;

@@ -45,8 +45,8 @@ struct ReferenceSums {
   }
 };
 
-/// Returns the share of a piece along which a bristle is bent by more than l_r, so that it can be renewed;
-/// `along`: its deflection along the motion at the end.
+/// Returns the share of a piece along which a bristle is bent by more than the residual l_r, so that it can
+/// be renewed. `along` is its deflection along the motion at the end.
 double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
@@ -149,7 +149,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   entry(rows, i, cohort_fresh) = fresh;
 }
 
-/// Returns the shortest path from `at` after which some cohort is bent further than ever before.
+/// Returns the path from `at` within which no cohort is bent further than ever before.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
                   const CohortTimes& times) {
@@ -205,7 +205,7 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
 }
 
 struct Reference {
-  /// Advances all cohorts by one piece of the path, which ends at `at`.
+  /// Advances all cohorts by one piece of the patch's path, which ends with the patch at `at`.
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
@@ -230,7 +230,7 @@ struct Reference {
   }
 };
 
-/// The reference kernels of a patch that fluctuates: losses are drawn at random.
+/// Reference kernels of a patch whose force fluctuates: the losses of cohorts are drawn at random.
 struct DrawnReference : Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
@@ -253,7 +253,7 @@ void mass_above(const CohortState& s, const double* rows, double cut, double* ma
     const double low = entry(rows, i, cohort_low);
     const double high = entry(rows, i, cohort_high);
     const double m = mass_of(rows, i);
-    const double per_rank = m / (high - low);  // high > low always: see ranks_of(), cut_cohort()
+    const double per_rank = m / (high - low);  // the interval is never empty: see ranks_of(), cut_cohort()
     const double above = least(most(high - cut, 0.0), high - low);
     masses.lane[i % cohort_lanes] += above * per_rank;
     densities.lane[i % cohort_lanes] += low < cut && cut <= high ? per_rank : 0.0;

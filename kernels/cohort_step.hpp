@@ -13,7 +13,7 @@ using Vector = Lanes<double>;
 constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
 constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
 
-/// One number for each logical lane of a row of eight cohorts.
+/// A sum over cohorts, as one partial sum for each of the eight logical lanes of a row.
 struct LaneSum {
   Vector part[row_parts];
 
@@ -95,7 +95,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
 }
 
-/// Place of one vector of cohorts within the columns of its row.
+/// Place in memory of a vector of cohorts: its part of the columns of a row of eight.
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
@@ -104,7 +104,7 @@ struct VectorPlace {
 
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
 
-/// Returns the mask as an integer with a bit for each lane.
+/// Returns the mask of a vector as an integer with a bit for each lane.
 inline std::uint64_t lane_bits(Mask<double> which) {
 #if defined(BRISTLE_ISA_AVX512)
   return static_cast<std::uint64_t>(which.data);
@@ -123,12 +123,12 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; others stay 0
+  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; else those stay 0
 
   /// Bits of emptied cohorts, set in place, because reading back a copy just written would wait for the
   /// store.
   CohortBits& emptied;
-  std::uint32_t first = 0;  ///< first cohort of the row that is being visited
+  std::uint32_t first = 0;  ///< number of the first cohort of the row that is being visited
 
   VectorSums(bool books_, bool ranked_, CohortBits& emptied_)
       : books(books_), ranked(ranked_), emptied(emptied_) {}
@@ -137,7 +137,7 @@ struct VectorSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// Adds the losses of the cohorts at `place`, as ReferenceSums::add().
+  /// Adds the losses of the cohorts at `place` to the sums, with the operations of ReferenceSums::add().
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -187,7 +187,7 @@ inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : xsimd::abs(zx);
 }
 
-/// Returns renewable_path() of cohort_reference.cpp for a vector of cohorts.
+/// Returns the share of a piece along which bristles can be renewed, for a vector of cohorts.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
   return divide<double>(path, Vector(length));
@@ -215,7 +215,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  // Ageing only lengthens, so bristles within their fresh length need no g.
+  // Skips ageing if no deflection exceeds its fresh reach, because ageing only lengthens.
   if (ages && any_lane<double>(beyond)) {
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
@@ -244,7 +244,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    Vector before = snapped_at;  // deflection along the motion at the snap; with one axis snapped_at
+    Vector before = snapped_at;  // deflection along the motion at the snap; snapped_at with one axis
     if (axes == 2) {
       const Vector across = most<double>(square - along * along, zero);
       before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
@@ -364,7 +364,7 @@ struct VectorEngine {
     const Vector mass(masses[i]);
     const Vector last(static_cast<double>(count));
     const Vector self(static_cast<double>(i));
-    const Vector twice_limit(2.0001 * limit);  // twice the limit, with a margin above rounding
+    const Vector twice_limit(2.0001 * limit);  // twice the limit of cost, with a margin above rounding
     bool found = false;
     Vector cheapest(unlimited_cost);
     Vector partner = self;

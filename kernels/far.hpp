@@ -21,16 +21,16 @@ namespace {
 /// two snaps, so that this place is random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// State of a bristle at the end of a step in which it snapped.
+/// Values of a bristle at the end of a step computed in double in which it snapped.
 struct AfterFarStep {
   double deflection;  ///< deflection along the motion at the end
-  double squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  double squares;     ///< sum of squared snap lengths over the bristle's snaps after the first
   double count;       ///< number of the bristle's snaps after the first
   double variance;    ///< variance of the part of `squares` that is known only in the mean
 };
 
-/// Jumps over nearly as many renewals at once as fit into the path `rest`. Returns the path up to the last of
-/// them.
+/// Jumps at once over nearly as many snaps of a bristle as fit into the path `rest`. Returns the path up to
+/// the last of these snaps.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);
@@ -49,7 +49,7 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   return jumped;
 }
 
-/// Ageing of a block's bristles in a far step.
+/// Ageing of a block's bristles in a step that is computed in double precision.
 struct FarAge {
   BlockAge block;
   AgeingLaw<double> ageing;
@@ -171,8 +171,8 @@ inline std::uint32_t noise_key(const std::uint32_t* draw) {
   return key;
 }
 
-/// Returns a random deviation of a block's sum of delta^2 from its mean, drawn once per block from a
-/// lognormal law with the given mean and variance. The sum stays positive, however few the bristles.
+/// Returns a random deviation of a block's sum of squared snap lengths from its mean, drawn once for the
+/// block from a lognormal law of this mean and variance. The sum stays positive, however few the bristles.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
   const double s2 = natural_log<double>(1.0 + variance / sum / sum);
@@ -180,7 +180,7 @@ inline double jump_noise(double sum, double variance, std::uint32_t key) {
   return sum * (exponential<double>(root(s2) * z - 0.5 * s2) - 1.0);
 }
 
-/// Results of one block in a step computed in double.
+/// Sums over the bristles of one block in a step that is computed in double precision.
 struct FarSums {
   double stored[2];
   double twice_mean[2];
@@ -188,12 +188,12 @@ struct FarSums {
   double snaps;
 };
 
-/// Sums over a block in double, one number for each logical lane.
+/// Partial sums over a block's bristles in double precision, one for each of 16 logical lanes.
 struct FarLanes {
   alignas(64) double stored[2][lane_count] = {};
   alignas(64) double mean[2][lane_count] = {};
   alignas(64) double squares[lane_count] = {};
-  double further[lane_count] = {};   ///< sum of delta^2 over the snaps after the first
+  double further[lane_count] = {};   ///< sum of squared snap lengths over the snaps after the first
   double variance[lane_count] = {};  ///< variance of the part of `further` known only in the mean
   alignas(64) double snaps[lane_count] = {};
 };
@@ -217,7 +217,7 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// State of a row of 16 bristles, for SnapRule::keep.
+/// State of a row of 16 bristles during a step in double precision, for SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
@@ -228,7 +228,7 @@ struct FarRow {
   alignas(64) double phase[lane_count];
 };
 
-/// Steps a vector of the row's bristles, from bristle k on. `left`: deflection that a snap leaves.
+/// Steps a vector of bristles of the row, from the row's bristle k on. `left`: deflection after a snap.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;
@@ -249,7 +249,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   if (motion.length > phase_is_lost) r = read_far(row.phase + k) * delta;
 
   V further = more * (delta * delta);
-  // Takes paths in units of the step length, so that nothing overflows.
+  // Takes paths in units of the step's length, so that their squares do not overflow.
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {
@@ -299,12 +299,12 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
     for (std::uint32_t k = 0; k < lane_count; ++k)
       lanes.stored[axis][k] += row.weight[k] * static_cast<double>(end[k]);
     if (!advance.commit) continue;
-    // A bristle out of contact stays straight.
+    // Keeps a bristle that is out of contact straight.
     for (std::uint32_t k = 0; k < lane_count; ++k) z[k] = row.weight[k] > 0.0 ? end[k] : T(0);
   }
 }
 
-/// Steps one bristle, for SnapRule::redraw or ageing.
+/// Steps one bristle in double precision, for SnapRule::redraw or ageing.
 template <class T, int axes, bool redraw, bool residual, bool ages>
 inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                         const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {
@@ -325,7 +325,7 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    // Beyond far_length the patch's position stays as it is, so the bristle's deflection is moved.
+    // Moves the deflection itself, because in a step beyond far_length the patch's position stays as it is.
     if (ages && advance.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);

@@ -17,7 +17,7 @@ inline bool is_near(double displacement_since) {
   return displacement_since > -farthest_displacement && displacement_since < farthest_displacement;
 }
 
-/// Asserts what a step over the blocks [first, last) requires.
+/// Asserts the preconditions of a step over the blocks [first, last) of a patch.
 template <class T>
 inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                         std::uint32_t last, int axes, bool redraw) {

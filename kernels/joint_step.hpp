@@ -1,5 +1,5 @@
-// A step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors and for plain
-// numbers.
+// Kernel for a step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors and for
+// plain numbers.
 #pragma once
 
 #include "core/joint_table.hpp"
@@ -49,7 +49,7 @@ void step_joints(const JointStep& step) {
     // it.
     const V slack = most(before, none - before) * V(0x1p-50);
 
-    // Computes the limits of the whole joint for motion in either direction.
+    // Computes the limits of friction torque of the whole joint, for forward and for backward motion.
     V motor = none, outside = none, motor_size = none, outside_size = none;
     auto drives_forward = none > one, drives_backward = none > one;
     if constexpr (loaded) {
@@ -126,7 +126,7 @@ void step_joints(const JointStep& step) {
         reach = {select_lanes(slid, limit.forward, holds_at.forward * scale),
                  select_lanes(slid, limit.backward, holds_at.backward * scale)};
       }
-      // A bristle whose limit fell below its deflection slides though the joint does not move.
+      // Lets a bristle whose limit fell below its deflection slide, even if the joint does not move.
       const V bent = before - tip;
       const auto beyond_forward = bent > reach.forward + slack;
       const auto beyond_backward = none - bent > reach.backward + slack;

@@ -41,7 +41,7 @@ struct BitsOf<float> {
   using Type = std::uint32_t;
   static constexpr int mantissa = 23;
   static constexpr std::uint32_t exponent_bias = 127;
-  // 2^23: a float plus this has its whole part in the low bits.
+  // A float plus this number, 2^23, has its whole part in the low bits.
   static constexpr float integer_bit = 8388608.0f;
 };
 template <>
@@ -77,7 +77,7 @@ inline Lanes<float> root(Lanes<float> a) {
 }
 #endif
 
-/// Returns a where a > 0, and +0 elsewhere.
+/// Returns a in the lanes where a > 0, and +0 in the others.
 template <class T>
 inline Lanes<T> positive_part(Lanes<T> a) {
   return xsimd::max(a, Lanes<T>(T(0)));
@@ -135,7 +135,7 @@ inline Lanes<T> from_bits(Bits<T> x) {
   return same_bits<T>(x);
 }
 
-/// Returns 2^k for whole k with 2^k normal.
+/// Returns 2^k for whole numbers k for which 2^k is a normal number.
 template <class T>
 inline Lanes<T> power_of_two(Lanes<T> k) {
   using B = BitsOf<T>;
@@ -143,7 +143,7 @@ inline Lanes<T> power_of_two(Lanes<T> k) {
   return from_bits<T>(bits_of<T>(biased) << B::mantissa);
 }
 
-/// Returns the exponent of a positive normal x, as a whole number.
+/// Returns the exponent of a positive normal number x, as a whole number.
 template <class T>
 inline Lanes<T> exponent_of(Lanes<T> x) {
   using B = BitsOf<T>;
@@ -152,7 +152,7 @@ inline Lanes<T> exponent_of(Lanes<T> x) {
   return biased - Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
 }
 
-/// Returns the mantissa of a positive normal x, in [1, 2).
+/// Returns the mantissa of a positive normal number x, in [1, 2).
 template <class T>
 inline Lanes<T> mantissa_of(Lanes<T> x) {
   using U = typename BitsOf<T>::Type;
@@ -169,7 +169,7 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// Returns v with the upper half of its first `count` lanes moved to the lower half.
+/// Returns v with the upper half of its first `count` lanes copied to the lower half.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -197,7 +197,7 @@ inline T fold_lanes(Lanes<T> v) {
   }
 }
 
-/// One number for each of the 16 logical lanes, in the vectors of this instruction set.
+/// A sum over bristles, as one partial sum for each of the 16 logical lanes of every instruction set.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -282,7 +282,7 @@ struct DrawStates<double> {
     x = (x * 0x21F0AAADu) & low;
     x = x ^ (x >> 15);
     x = (x * 0x735A2D97u) & low;
-    // Converts h to a number: the bits of 2^52 + h, less 2^52.
+    // Converts the integer h to a number: the bits of 2^52 + h, read as a double, less 2^52.
     const Lanes<double> h = from_wide((x >> 9) | 0x4330000000000000u) - Lanes<double>(4503599627370496.0);
     return (h + Lanes<double>(0.5)) * Lanes<double>(1.1920928955078125e-07);  // 2^-23
   }

@@ -1,4 +1,4 @@
-// Snap lengths from uniform numbers: the quantile functions, for vectors and for plain numbers V.
+// Snap lengths from uniform random numbers: the laws' quantile functions, for vectors and plain numbers V.
 #pragma once
 
 #include "cells.hpp"
@@ -13,8 +13,8 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Returns the quantile Q(u) of every law but the uniform one. Not inlined, so that the code of the common
-/// case stays short.
+/// Returns the snap length at this share of a law that is not uniform (its quantile). Not inlined, so that
+/// the inlined code, which is that of the uniform law, stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {

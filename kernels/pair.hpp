@@ -66,7 +66,7 @@ BRISTLE_PAIR_INLINE bool any_lane(const PairMask<T>& which) {
   return xsimd::any(which.a | which.b);
 }
 
-/// Loads a V, which is one vector or a pair of them, from a column.
+/// Loads one vector or a pair of vectors, whichever the type V is, from a column.
 template <class V, class T>
 BRISTLE_PAIR_INLINE V load_as(const T* from) {
   if constexpr (sizeof(V) == sizeof(Lanes<T>))
@@ -83,7 +83,7 @@ BRISTLE_PAIR_INLINE void store(const Pair<T>& from, T* to) {
   from.a.store_aligned(to);
   from.b.store_aligned(to + Lanes<T>::size);
 }
-/// Adds x, the values of the bristles from i on, to the lanes of a row's sum.
+/// Adds the values x of the vector of bristles from i on to the sum of a row, lane by lane.
 template <class T>
 BRISTLE_PAIR_INLINE void add_to(Row<T>& row, std::uint32_t i, const Lanes<T>& x) {
   const std::uint32_t part = i / Lanes<T>::size % Row<T>::parts;

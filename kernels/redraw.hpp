@@ -27,13 +27,13 @@ struct Walk {
   alignas(64) T path[size];      ///< path of the bristle up to its first snap, or the length of the step if
                                  ///< it does not snap
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
-  alignas(64) T squares[size];   ///< sum of delta^2 over the bristle's snaps after the first
+  alignas(64) T squares[size];   ///< sum of squared snap lengths over the bristle's snaps after the first
   alignas(64) T count[size];     ///< number of the bristle's snaps after the first
   alignas(64) T variance[size];  ///< variance of `squares` from snaps jumped over, which enter by their mean
 
   // Working memory for paths that are not finished vector by vector:
-  alignas(64) T rest[size];    ///< path left; negative once the bristle has arrived
-  alignas(64) T length[size];  ///< snap length of the bristle at the end of the path
+  alignas(64) T rest[size];    ///< path left to the bristle; negative once it has arrived at the path's end
+  alignas(64) T length[size];  ///< snap length that the bristle has at the end of the path
   alignas(64) std::uint32_t state[size];
 
   void clear(std::uint32_t i) {
@@ -46,8 +46,8 @@ struct Walk {
   }
 };
 
-/// As Walk, for bristles that age: `length` is the fresh snap length, and `squares` sums the squared paths
-/// from snap to snap.
+/// Walk of bristles that age. `length` is the fresh snap length, and `squares` sums the squared paths from
+/// snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
@@ -62,8 +62,8 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Adds the vector at w if any of its bristles snaps. Has no branch, because branches on snaps cannot be
-  /// predicted.
+  /// Adds the vector of bristles at w if `wanted`, because one of them snaps. Has no branch, because branches
+  /// on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
     size += wanted ? 1u : 0u;
@@ -79,7 +79,7 @@ struct RedrawColumns {
   std::uint32_t* new_draw;
 };
 
-/// Offsets of a bundle's vectors in the columns of their block.
+/// Offsets of the eight vectors of a bundle in the columns of their block.
 template <class T>
 struct Places {
   std::uint32_t i[bundle_size];
@@ -144,7 +144,7 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Samples the stationary law at the end: the bristle there is length-biased, and its age uniform.
+    // Samples steady sliding at the path's end: the bristle there is length-biased, and its age uniform.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -171,7 +171,7 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Computes the mean and variance of an exponential law's sum of delta^2, exact for any distance.
+        // Computes mean and variance of the sum of squared exponential snap lengths, exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -191,7 +191,7 @@ template <class T, bool sums, class AnyWalk>
     rest = select_lanes(far, constant(-1.0), rest);
   }
   for (;;) {
-    // Takes k renewals at once; the sum of their lengths follows from a Cornish-Fisher expansion to the
+    // Jumps over k snaps at once; the sum of their lengths is sampled by a Cornish-Fisher expansion to the
     // fourth cumulant.
     const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
@@ -228,11 +228,11 @@ template <class T, bool sums, class AnyWalk>
   return rest;
 }
 
-/// State of bristles at the end of a step in which they snapped.
+/// Values of a vector of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
-  Lanes<T> deflection;  ///< r, the deflection along the motion at the end
-  Lanes<T> squares;     ///< sum of delta^2 over the bristle's snaps after the first
+  Lanes<T> deflection;  ///< deflection r along the motion at the end of the step
+  Lanes<T> squares;     ///< sum of squared snap lengths over the bristle's snaps after the first
   Lanes<T> count;       ///< number of the bristle's snaps after the first
 };
 
@@ -241,12 +241,12 @@ template <class T>
 struct Walker {
   Mask<T> open;
   Lanes<T> rest;
-  Lanes<T> delta;  ///< snap length before the walk; after it, that of the bristle at the end of the path
+  Lanes<T> delta;  ///< snap length of the bristle before the walk; after it, that at the path's end
   DrawStates<T> states;
   AfterSnaps<T> land;
 };
 
-/// Uniform snap lengths for a walk in registers, from random shares.
+/// Samples uniform snap lengths for a walk in registers, from random numbers between 0 and 1.
 template <class T>
 struct UniformLengths {
   static constexpr bool ahead = false;

@@ -12,7 +12,7 @@
 namespace bristle::detail {
 namespace {
 
-/// One number for each logical lane, summed at the end of a block in the order of all instruction sets.
+/// A sum over bristles, as one partial sum for each of 16 lanes, added in the order of all instruction sets.
 template <class T>
 struct LaneSum {
   T lane[lane_count] = {};
@@ -24,11 +24,11 @@ struct LaneSum {
   }
 };
 
-/// Motion of one bristle after its first snap.
+/// Result of one bristle's motion after its first snap in a step.
 template <class T>
 struct AfterSnaps {
-  T deflection = 0;  ///< r, deflection along the motion at the end
-  T squares = 0;     ///< sum of delta^2 over the bristle's snaps after the first
+  T deflection = 0;  ///< deflection r along the motion at the end of the step
+  T squares = 0;     ///< sum of squared snap lengths over the bristle's snaps after the first
   T count = 0;       ///< number of the bristle's snaps after the first
   T variance = 0;    ///< variance of `squares` from snaps jumped over, which enter by their mean
 };
@@ -122,7 +122,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
       return after;
     }
     if (rest > jump_from) {
-      // Takes k renewals at once; the sum of their lengths follows from a Cornish-Fisher expansion to the
+      // Jumps over k snaps at once; the sum of their lengths is sampled by a Cornish-Fisher expansion to the
       // fourth cumulant.
       const T deviation = static_cast<T>(law.deviation);
       const T pad = T(4.5) * deviation * root(rest * inverse);
@@ -179,7 +179,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   ++totals.blocks_visited;
 
   write_zero_block<T, axes, redraw, ages>(patch, b);
-  // A deflection is the stored one plus the displacement since its block was last rewritten.
+  // Computes the displacement since the block's last rewrite: a deflection is the stored one plus this.
   const double q0[2] = {displacement(advance.from[0], block.position[0]),
                         displacement(advance.from[1], block.position[1])};
   const double q1[2] = {displacement(advance.to[0], block.position[0]),
@@ -192,7 +192,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T length = static_cast<T>(advance.length);
   const T left = residual ? static_cast<T>(advance.residual) : T(0);  // deflection that a snap leaves
 
-  // An age is the stored one plus the time since its block was last rewritten.
+  // Computes the age gained since the block's last rewrite: a bristle's age is the stored one plus this.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
   const auto end_age = [&](std::uint32_t i) { return patch.age[i] + static_cast<T>(since.after); };
@@ -218,7 +218,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   };
   bool any = false;
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
-  // No bristle snaps: writes nothing, since the displacement since the last rewrite grows by itself.
+  // Writes nothing if no bristle snaps, because the displacement since the last rewrite grows by itself.
   if (!any) return;
 
   if (advance.in_double) {
@@ -371,7 +371,7 @@ void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_
     step_block<T, axes, redraw, mean, energy, residual, ages, literal>(patch, advance, b, totals);
 }
 
-/// Counts the bristles that the step will carry beyond their snap length.
+/// Counts the bristles in the blocks [first, last) that a step would carry beyond their snap length.
 template <class T, int axes, bool redraw, bool ages>
 std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                              std::uint32_t last) {

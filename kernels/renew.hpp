@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units in a coarse unit (1 / Renewal::unit), for sums over draws.
+/// Number of fine units, 1 / Renewal::unit each, in a coarse unit; draws are summed in both units.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
@@ -58,13 +58,13 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  /// First bristle and number of bristles of the range; the last block may extend beyond those in contact.
+  /// First bristle of the range and number of bristles in it; its last block may extend beyond the contact.
   const std::uint32_t first, size;
   const double left;  ///< residual deflection that a snap leaves
-  const double part;  ///< length of the part of the piece that belongs to each draw
+  const double part;  ///< length of that part of the piece which belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  /// Entry of a table, indexed by the last digits of a bristle's number; equals `mark` if such a bristle was
+  /// Table whose index is the last digits of a bristle's number. An entry equals `mark` if such a bristle was
   /// drawn.
   std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
@@ -73,7 +73,7 @@ class Renewer {
     alignas(64) std::uint32_t bristle[draws_together];
     alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
   };
-  /// Draws that fall into the range, collected until there are enough to process together.
+  /// Draws (selections for renewal) that fall into the range, collected until there are enough to process.
   struct Waiting {
     std::uint32_t bristle[2 * draws_together];
     double way[2 * draws_together];
@@ -84,20 +84,20 @@ class Renewer {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
   };
-  /// Columns of draws, one entry for each: the bristle's state and what the draw makes of it.
+  /// Columns with an entry for each draw: the state of the bristle that it selects, and what it makes of it.
   struct Columns {
-    /// Displacement of the bristle since its block's last rewrite.
+    /// Displacement of the bristle between its block's last rewrite and the start of the piece.
     alignas(64) double shift[axes][draws_together];
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
-    alignas(64) T now[axes][draws_together];          ///< new value of `stored` after the draw
+    alignas(64) T now[axes][draws_together];          ///< new value of `stored` (deflection) after the draw
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    /// SnapRule::redraw: random state from which the bristle's next length is sampled.
+    /// Random state from which the bristle's next snap length is sampled, for SnapRule::redraw.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1: the draw must be handled by itself
+    std::uint8_t alone[draws_together];    ///< 1 if the draw must be handled by itself, else 0
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -113,14 +113,14 @@ class Renewer {
     double aside2;   ///< square of the bristle's deflection across the motion
     double to_snap;  ///< with ageing: path to the bristle's snap, if it snaps before its renewal point
   };
-  /// Energy and path integral of a bristle up to its renewal point.
+  /// Energy and path integral of a bristle up to its renewal point, the place of its draw.
   struct Passed {
     double bent2 = 0.0;    ///< squared deflection |z|^2 at the renewal point
-    double squares = 0.0;  ///< sum of delta^2 over the snaps before the renewal point
+    double squares = 0.0;  ///< sum of squared snap lengths over the snaps before the renewal point
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// Makes all draws in groups, and prefetches the bristles of the next group.
+  /// Makes all draws (random selections for renewal) in groups; prefetches the bristles of the next group.
   void renew_all() {
     Draws draws[2];
     draw(0, draws[0]);
@@ -137,7 +137,7 @@ class Renewer {
     }
   }
 
-  /// Makes the draws that fall into the range, in their order.
+  /// Makes those draws, in their order, that select bristles of this renewer's range of blocks.
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
@@ -157,7 +157,7 @@ class Renewer {
     if (count > 0) renew(ready, count);
   }
 
-  /// Keeps the draws that fall into the range. Has no branch, because they cannot be predicted.
+  /// Keeps the draws that select bristles of the range. Has no branch, because it could not be predicted.
   void sift(const Draws& drawn, std::uint32_t count, Waiting& waiting) const {
     const std::uint32_t before = waiting.count;
     std::uint32_t n = before;
@@ -170,7 +170,7 @@ class Renewer {
     fetch(waiting.bristle + before, n - before);
   }
 
-  /// Moves the first `count` waiting draws to `draws`. Its unused entries get a bristle of the range.
+  /// Moves the first `count` waiting draws to `draws`, whose unused entries get a bristle of the range.
   void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       draws.bristle[k] = k < count ? waiting.bristle[k] : first;
@@ -228,7 +228,7 @@ class Renewer {
     return start;
   }
 
-  /// Whether a bristle that ages snaps within the path `way`.
+  /// Whether a bristle that ages snaps within the path `way` from the start of the piece.
   bool snaps_within(std::uint32_t i, double way, Start& start) const {
     const Block& block = patch.blocks[i / block_size];
     const double age = (block.zero ? 0.0 : static_cast<double>(patch.age[i])) +
@@ -269,7 +269,7 @@ class Renewer {
   /// double has no digits behind the point, and the low half of its bits is the number itself while below
   /// 2^51. A second sum, in finer units, takes the remainders of the first.
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
-    constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52
+    constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52, added to round
     const double coarse = renewal.unit / finer;
     std::uint64_t sum = 0, rest = 0;
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -289,8 +289,8 @@ class Renewer {
     mark = 0;
   }
 
-  /// Reads the bristles of the draws. Sets `alone` for draws handled one by one: possible repeats, unwritten
-  /// blocks, the fractional bristle.
+  /// Reads the bristles of the draws. Sets `alone` for draws to be handled one by one: possible repeats,
+  /// unwritten blocks, the bristle in contact in part.
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
@@ -318,7 +318,7 @@ class Renewer {
     }
   }
 
-  /// Renews as slip(), in vectors, for bristles that do not snap before their renewal point.
+  /// Renews bristles that do not snap before their renewal point, in vectors, as slip() does one by one.
   void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
     const double e[2] = {renewal.direction[0], renewal.direction[1]};
     const double residual = left;
@@ -404,7 +404,7 @@ class Renewer {
     totals.renewed += list.size;
   }
 
-  /// Renews one bristle. The snap length sampled ahead serves, unless the bristle was drawn twice.
+  /// Renews the bristle of one draw, with the snap length sampled ahead unless the bristle was drawn twice.
   void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
     const std::uint32_t i = draws.bristle[k];
     const double way = draws.way[k];
@@ -459,7 +459,7 @@ class Renewer {
     const double to_snap =
         ages ? start.to_snap : least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
     const double rest = way - to_snap;
-    double further = 0.0;  // sum of delta^2 over the snaps after the first
+    double further = 0.0;  // sum of squared lengths over the snaps after the first
     double r = rest;
     ++totals.snaps;
     const auto way_of = [&](double length) { return ages ? aged_length<double>(ageing, length, r) : length; };
@@ -491,14 +491,14 @@ class Renewer {
     }
   }
 
-  /// Stores a deflection by which the bristle will be bent by the residual after the path `way`, and sums the
-  /// changes.
+  /// Stores such a deflection that the bristle will be bent by the residual after the path `way`, and adds
+  /// the changes to the totals.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    // Twice the integral of the deflection that the kernels will count along `way`.
+    // Twice the integral of the deflection that the step kernels will count along `way`, to be subtracted.
     const double written = (2.0 * left - way) * way;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];

@@ -121,7 +121,7 @@ inline T share_of(std::uint32_t random) {
 inline std::int64_t difference(std::int64_t to, std::int64_t from) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
-/// Returns difference() as a scaled length.
+/// Returns the difference of two fixed-point positions, to - from, as a scaled length.
 inline double displacement(std::int64_t to, std::int64_t from) {
   return static_cast<double>(difference(to, from)) * length_per_fixed;
 }

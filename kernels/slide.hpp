@@ -106,8 +106,8 @@ template <class T, int axes, class V>
   return {x, y, x * ex + y * ey, x * ey - y * ex};
 }
 
-/// Returns the distance along e from z to the circle of radius `limit`; 0 on it or outside. This form cannot
-/// choose the wrong root.
+/// Returns the distance along the motion over which a deflection grows to the length `limit`; 0 if it has
+/// that length or more. This form cannot choose the wrong root of the quadratic equation.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -116,7 +116,7 @@ template <class T, int axes, class V>
 }
 
 /// Whether a bristle within `limit` slides before the end of the step. It does if it would end beyond the
-/// limit, because a disc is convex.
+/// limit, because the disc of deflections within the limit is convex.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
   const V ahead = start.along + length;
@@ -124,8 +124,8 @@ template <class T, int axes, class V>
   return ahead * ahead + start.aside * start.aside > limit * limit;
 }
 
-/// Whether the tip of a bristle that slides sticks first. One at its limit, to a few digits, that does not
-/// unload slides at once.
+/// Whether the tip of a bristle that slides in this step sticks first. A bristle at its limit, to a few
+/// digits, slides at once unless it unloads.
 template <class T, class V, class Which>
 [[gnu::always_inline]] inline Which sticks_first(const SlideStart<V>& start, V limit, Which slides) {
   constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();
@@ -133,7 +133,7 @@ template <class T, class V, class Which>
   return slides & ((bent2 < limit * limit * V(inside)) | (start.along < V(T(0))));
 }
 
-/// Returns the distance over which the tip sticks, for bristles that slide.
+/// Returns the distance over which tips stick before they slide; `length` for bristles that do not slide.
 template <class T, int axes, class V, class Which>
 [[gnu::always_inline]] inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
   if constexpr (axes == 1) {
@@ -147,10 +147,10 @@ template <class T, int axes, class V, class Which>
   }
 }
 
-/// State of a bristle after a step. The last four members are filled only if asked for.
+/// State of a bristle after a step. The integrals and the dissipated energy are filled only if asked for.
 template <class V>
 struct Slid {
-  V x, y;             ///< z', the deflection at the end
+  V x, y;             ///< z', the deflection at the end of the step
   V path;             ///< distance over which the tip stuck; it slid over the rest of the step
   V integral_x = {};  ///< integral of the deflection z over the step (only with `mean`)
   V integral_y = {};
@@ -171,7 +171,7 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
   end.x = limit * ex;
   end.y = limit * ey;
   const V s = at_once ? length : length - path;
-  // Integrals of the deflection along and across the motion, while the tip slides.
+  // Integrals of the deflection, along the motion and across it, over the path on which the tip slides.
   V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
@@ -223,8 +223,8 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
   return end;
 }
 
-/// As slide_on(), for bristles that slide if `path` leaves any of the length; also fills z' of those that
-/// stick.
+/// Advances bristles as slide_on(), those that slide being those whose `path` leaves any of the length. Also
+/// fills z' (the deflection at the end) of those that stick.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
                                                   V ey, V length) {

@@ -25,14 +25,14 @@ constexpr double longest_slide = 1048576.0;  // 2^20
 /// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
 constexpr double farthest_reference = 0.25;
 
-/// Returns the factor that turns 1 / limit into the inverse of the limit at which bristles slide under the
-/// present load.
+/// Returns the factor that turns 1 / limit of a bristle into the inverse of the limit at which it slides
+/// under the present load.
 template <class T>
 inline T per_share_of(const SlideView<T>& patch) {
   return T(1) / most(patch.share * patch.kinetic, T(1e-15));
 }
 
-/// Values of a step that all bristles of a block share.
+/// Values of a step (length, displacement of the patch) that all bristles of a block share.
 struct SlideMotion {
   double length;  ///< computed part of the step's length; more length changes no deflection
 
@@ -47,12 +47,12 @@ struct SlideMotion {
         counts_anew(p1[0] * p1[0] + p1[1] * p1[1] > farthest_reference * farthest_reference) {}
 };
 
-/// Returns weight times the displacement from the block's position to `to`, fixed point, rounded.
+/// Returns the block's weight times the displacement from its position to `to`, in fixed point, rounded.
 inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2], int axis) {
   return to_integer(block.weight * static_cast<double>(difference(to[axis], block.position[axis])));
 }
 
-/// Sums over a block in which a bristle slid.
+/// Sums over the bristles of a block in which at least one slid.
 struct SlideSums {
   double stored[2] = {0.0, 0.0};  ///< sum of weight x deflection, as stored after the step
 
@@ -61,7 +61,7 @@ struct SlideSums {
   double dissipated = 0.0;  ///< energy dissipated in the computed part of the step
 };
 
-/// Adds a block in which no bristle slid to the totals.
+/// Adds the deflections of a block in which no bristle slid to the totals of the patch.
 inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool mean, Totals& totals) {
   for (int axis = 0; axis < axes; ++axis) {
     const std::int64_t after = carried(block, a.to, axis);
@@ -70,7 +70,7 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
   }
 }
 
-/// Adds a block in which bristles slid to the totals.
+/// Adds the sums of a block in which bristles slid to the totals of the patch, and updates the block.
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
@@ -159,7 +159,7 @@ class Slider {
     }
   };
 
-  /// State of a vector of bristles before they slide.
+  /// State of a vector of bristles at the beginning of a step in which they may slide.
   template <class V>
   struct Begin {
     using Which = decltype(V() < V());
@@ -167,7 +167,7 @@ class Slider {
     V path;  ///< path over which the bristles stick; not filled without ageing
     V holds, limit;
     Which slides;   ///< bristles that slide within the step
-    Which goes_on;  ///< bristles that slide, or slid at its beginning and were not unloaded
+    Which goes_on;  ///< bristles that slide in the step, or slid when it began and were not unloaded
   };
 
   template <class V>
@@ -233,7 +233,7 @@ class Slider {
     return false;
   }
 
-  /// Returns exp(-s / l) of the bristles from i on, l being their limit under the present load.
+  /// Returns exp(-s / l) for the vector of bristles from i on, l being their limit under the present load.
   template <class V>
   [[gnu::always_inline]] Decay<V> decay_over(const Shared& m, std::uint32_t i, V s) const {
     return decay<T>(s * (load_as<V>(patch.per_limit + i) * V(m.per_share)));
@@ -258,7 +258,7 @@ class Slider {
           });
     };
     if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
-    // A branch, which the processor foresees: after a selection the exponential would wait for comparisons.
+    // Branches, which can be predicted; after a selection the exponential would wait for comparisons.
     bool at_once = false;
     if constexpr (keeps_decays) at_once = !any_lane(sticks_first<T>(b.start, b.limit, b.slides));
     const Slid<V> end = at_once ? finish(std::true_type{}) : finish(std::false_type{});

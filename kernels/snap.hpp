@@ -14,8 +14,8 @@
 namespace bristle::detail {
 namespace {
 
-/// First pass of a vector of bristles: their path from the start of the step to the first snap, or to the
-/// end.
+/// First pass of a vector of bristles: the path of each from the start of the step to its first snap, or to
+/// the end.
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;
@@ -42,9 +42,9 @@ struct Residual<T, true> {
   explicit Residual(Lanes<T> residual) : left(residual) {}
   Lanes<T> length_of(Lanes<T> limit) const { return limit - left; }
   Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
-  /// Returns twice the energy of a snap over the stiffness.
+  /// Returns twice the energy that a snap loses, over the stiffness.
   Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
-  /// Returns twice the energy of many snaps over the stiffness, from the sums of delta^2 and of delta.
+  /// Returns twice the energy lost by many snaps, over the stiffness, from the sums of delta^2 and delta.
   Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
     return squares + (left + left) * lengths;
   }
@@ -89,8 +89,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns tau, the path from the start along e to the circle of radius `limit`. This form cannot choose
-  /// the wrong root.
+  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. This form
+  /// cannot choose the wrong root of the quadratic equation.
   Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);
@@ -127,10 +127,10 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
-/// Sums over the first passes of a block's bristles, lane by lane.
+/// Sums over the bristles of a block, up to the first snap of each, for each lane.
 template <class T>
 struct PassSums {
-  Lanes<T> passed[2];  ///< sum of path x deflection at the start
+  Lanes<T> passed[2];  ///< sum over bristles of path x deflection at the start
   Lanes<T> squares;    ///< sum over the snaps of delta^2, with a residual of (residual + delta)^2 -
                        ///< residual^2
 
@@ -145,12 +145,12 @@ struct PassSums {
   }
 };
 
-/// Sums over the bristles of a block, for each lane.
+/// Sums over the bristles of a block, over the whole step, for each lane.
 template <class T>
 struct RowSums : PassSums<T> {
   Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
   Lanes<T> along;      ///< sum over all passes of the squared deflection along the motion
-  Lanes<T> further;    ///< as `squares`, over all snaps of a bristle but the first
+  Lanes<T> further;    ///< sum of delta^2, as in `squares`, over all snaps of a bristle but the first
   Lanes<T> snaps;
 
   RowSums() { stored[0] = stored[1] = along = further = snaps = Lanes<T>(T(0)); }
@@ -196,7 +196,7 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Finds the first pass of the bristles at i and adds it to the sums.
+/// Finds the path of the bristles at i up to their first snap, or the whole step, and adds it to the sums.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline FirstPass<T> begin_pass(const BlockMotion<T, axes, residual>& motion,
                                                       std::uint32_t i, const T* row_weights,
@@ -213,8 +213,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return pass;
 }
 
-/// Adds the path after the first pass to the sums, and writes the deflections of the bristles at i. `land` is
-/// 0 for bristles that did not snap.
+/// Adds the motion after the first snap to the sums, and writes the deflections of the bristles at i. `land`
+/// is 0 for bristles that did not snap.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                         std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
@@ -245,7 +245,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const Lanes<T> none(T(0));
   const Lanes<T> delta = motion.residual.length_of(load(motion.delta + i));
 
-  // R = H - tau, n = 1 + floor(R / delta), r = R - (n - 1) delta
+  // Path left R = length - tau, later snaps floor(R / delta), deflection left R - floor(R / delta) delta.
   const Lanes<T> rest = motion.length - path;
   AfterSnaps<T> land{rest, none, none};
   if constexpr (again) {
@@ -294,7 +294,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Runs the first pass of SnapRule::redraw before the walk by rounds. Returns whether any bristle snaps.
+/// Finds the paths up to the first snap, for SnapRule::redraw by rounds. Returns whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
@@ -304,7 +304,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return xsimd::any(pass.snaps);
 }
 
-/// SnapRule::redraw: adds the bristles at i to the sums after the walk, and writes them.
+/// Adds the bristles at i to the sums after their walk from snap to snap (SnapRule::redraw), and writes them.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
@@ -322,7 +322,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      sums);
 }
 
-/// Adds the sum of delta^2 of a vector's later snaps, which jumps know only in the mean, and its variance.
+/// Adds the sum of delta^2 over a vector's snaps after the first, and its variance from snaps jumped over.
 template <class T, bool partial>
 inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
                        Lanes<T>& squares, Lanes<T>& variance) {

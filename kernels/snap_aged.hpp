@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Data of a block's motion as BlockMotion, with the ages of the bristles.
+/// Data that a block's bristles share in a step (BlockMotion), with the bristles' ages.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
@@ -22,7 +22,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
-  /// Returns the deflections at which the bristles at i would snap at the end of the step.
+  /// Returns the deflections at which the bristles from i on would snap at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
   /// Returns a mask of the bristles at i beyond their limit at the end of the step. Tests the fresh limit
@@ -53,14 +53,14 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// Paths of a block's bristles: `path` of the first pass, `way` (SnapRule::keep) from one snap to the next.
+/// Paths of a block's bristles: `path` up to the first snap, `way` from snap to snap (SnapRule::keep).
 template <class T>
 struct AgedWays {
   alignas(64) T path[block_size];
   alignas(64) T way[block_size];
 };
 
-/// State of the bristles at i at the start of the step.
+/// Deflections of the bristles from i on at the start of the step.
 template <class T, int axes>
 struct AgedStart {
   Lanes<T> x, y;
@@ -139,7 +139,7 @@ inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, La
                                          (reached * reached + start.bent.aside2) - left2, Lanes<T>(T(0))));
 }
 
-/// Adds the path after the first pass to the sums, and writes deflections and ages of the bristles at i.
+/// Adds the motion after the first snap to the sums, and writes deflections and ages of the bristles at i.
 template <class T, int axes, bool partial>
 inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& output, T* new_age,
                      std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
@@ -152,7 +152,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// SnapRule::keep at constant velocity, where all paths from snap to snap of one bristle are equal.
+/// Adds the bristles at i to the sums and writes them (SnapRule::keep): paths from snap to snap are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
@@ -173,7 +173,7 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// SnapRule::redraw: adds the bristles at i to the sums after the walk, and writes them.
+/// Adds the bristles at i to the sums after their walk from snap to snap (SnapRule::redraw), and writes them.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -59,7 +59,7 @@ class Stepper {
   }
 
  private:
-  // One kernel for ageing bristles serves patches with any outputs.
+  // One kernel for ageing bristles computes all outputs and serves patches with any of them.
   static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
@@ -93,7 +93,7 @@ class Stepper {
     alignas(64) T weights[lane_count];
   };
 
-  /// Sums of a block that was rewritten.
+  /// Sums over the bristles of a block whose deflections were rewritten.
   struct BlockSums {
     double stored[2] = {0.0, 0.0};
     double twice_mean[2] = {0.0, 0.0};
@@ -278,7 +278,7 @@ class Stepper {
     block.anchor[1] = advance.to[1];
   }
 
-  /// Columns of one block for a trial step.
+  /// Columns of one block into which a trial step writes, so that the patch's state stays.
   struct Scratch {
     alignas(64) T zx[block_size];
     alignas(64) T zy[axes == 2 ? block_size : 1];
@@ -433,7 +433,7 @@ class Stepper {
     }
   }
 
-  /// Draws the random part of a block's sum of delta^2, of which jumps know only the mean.
+  /// Samples the random part of a block's sum of delta^2; of snaps jumped over only the mean is known.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)
@@ -523,7 +523,7 @@ class Stepper {
       for (std::uint32_t part = 0; part < parts; ++part) stored.part[part] = sums[part].stored[axis];
       block.stored[axis] = tree_sum(stored);
       if constexpr (mean) {
-        // Twice the integral of the deflection along the path.
+        // Twice the integral of the bristles' deflections along the path of the step.
         Row<T> integral;
         for (std::uint32_t part = 0; part < parts; ++part)
           integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;
@@ -550,7 +550,7 @@ class Stepper {
     return block;
   }
 
-  /// Adds a rewritten block to the totals of the patch.
+  /// Adds the sums of a rewritten block to the totals of the patch.
   void record(Block& block, std::uint32_t b, const BlockSums& sums) {
     const bool tail = patch.whole < (b + 1) * block_size;
     ++totals.blocks_rewritten;

@@ -1,5 +1,5 @@
-// Names of an instruction set's tables: BRISTLE_TABLE(kernels_) is kernels_avx2, or kernels_scalar in the
-// reference.
+// Names of the tables of functions of an instruction set: BRISTLE_TABLE(kernels_) is kernels_avx2, for
+// example, or kernels_scalar in the reference.
 #pragma once
 
 #define BRISTLE_JOIN2(a, b) a##b

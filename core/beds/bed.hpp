@@ -1,4 +1,4 @@
-// One bed of bristles: its constants, state and columns.
+// A bed, the bristles of an elastic body's contact area: its constants, its state and its bristles' columns.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct FreeColumns {
   void operator()(float* columns) const noexcept { ::operator delete[](columns, std::align_val_t{64}); }
 };
 using BedMemory = std::unique_ptr<float[], FreeColumns>;
-/// Makes the columns of `count` bristles, all zero. Throws std::bad_alloc.
+/// Allocates a bed's columns, with one number each for `count` bristles, all zero. Throws std::bad_alloc.
 BedMemory make_columns(std::uint32_t count);
 
 /// State of a bed beside its columns. Plain data; scaled by the bed's units (bed_table.hpp) unless a unit is
@@ -25,21 +25,21 @@ struct BedState {
   double load = 0.0;               ///< N, present normal load
   double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, in the bed's
                                    ///< units
-  double limit_of_pressure = 0.0;  ///< friction limit of a bristle at relative pressure 1, as in BedStep
+  double limit_of_pressure = 0.0;  ///< limit of a bristle's deflection at relative pressure 1, scaled
   double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that is stored until it is long enough to move the
                                    ///< bristles
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
-  double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step; torque and energy follow
+  double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step, scaled; torque and energy too
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved have the values that a rolling
-                             ///< step left.
+  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved still hold the values that a step
+                             ///< with rolling wrote.
 };
 
 struct Bed {
   std::uint32_t generation = 0;  ///< generation number of the bed in this slot, which tells it from earlier
                                  ///< beds there; 0: no bed
-  std::uint32_t count = 0;       ///< number of entries of a column: the bristles and the padding
+  std::uint32_t count = 0;       ///< number of entries of a column: bristles, padded to a multiple of 16
   std::uint32_t bristles = 0;
   BedProfile profile = BedProfile::uniform;
   BedGrowth growth = BedGrowth::fixed;
@@ -53,17 +53,17 @@ struct Bed {
   double stiffness = 0.0;       ///< N/m, stiffness of all bristles along x at full load, by which stiffnesses
                                 ///< are divided
   double gain[2] = {1.0, 1.0};  ///< deflection of a bristle over the displacement of the bed, along x and y
-  double spin_gain[2] = {1.0, 1.0};              ///< gains of the displacement that spin causes, along x and
-                                                 ///< y
+  double spin_gain[2] = {1.0, 1.0};              ///< deflection of a bristle over its displacement by spin,
+                                                 ///< along x and y
   double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the bristles' roots per metre of
                                                  ///< displacement and per radian of spin
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
   double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
   double longest_piece = 0.0;   ///< m, longest piece into which a step of rolling is cut
-  double cell = 0.0;            ///< h, width of a cell in half lengths of its row (BedPlaces::cell)
+  double cell = 0.0;            ///< width of a cell along its row, over half the length of the row
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
-  std::uint64_t last_step = 0;  ///< number of the last step that named the bed
+  std::uint64_t last_step = 0;  ///< number of the last step for which the caller gave the bed a motion
   BedState state;
   BedMemory columns;
 
@@ -73,13 +73,13 @@ struct Bed {
 /// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
-/// Writes places, stiffnesses and pressures at the present size, after rolling by a distance (m) along the
-/// rows; `turned` says whether the rows have turned since the last call. Returns the sum of stiffness x
-/// pressure.
+/// Writes the columns of places, stiffnesses and pressures at the present size of the contact, after rolling
+/// by a distance (m) along the rows. `turned` says whether the rows have turned since the last call. Returns
+/// the sum of stiffness x pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Unbends all bristles and takes the bed out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
-/// Steps a bed by a motion that accepts() allows.
+/// Steps a bed by a motion that accepts() has allowed, and writes its response.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a motion is valid and the bed can make it.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;

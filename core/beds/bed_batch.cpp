@@ -26,7 +26,7 @@ constexpr std::size_t cache_line = 64;
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3244454220425242u;
 
-/// Calls `visit` with each number of the saved state of a bed.
+/// Calls `visit` with each number of the saved state of a bed, in the order of saving.
 template <class State, class Visit>
 void for_each_number(State& s, Visit&& visit) {
   for (auto& x : s.root) visit(x);
@@ -47,8 +47,8 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the columns of each block of 16 bristles that are saved, which stand before the columns
-/// of constants.
+/// Calls `visit` with the columns to be saved of each block of 16 bristles. They stand before the columns of
+/// constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -101,7 +101,7 @@ struct BedBatch::Impl {
     }
   }
 
-  /// Prefetches the record and the first bristles of a bed that is stepped soon.
+  /// Prefetches the record of a bed, its struct Bed, because the bed is stepped soon.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -115,8 +115,8 @@ struct BedBatch::Impl {
     for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears the response of a motion, or writes into it why the motion is refused. Returns the cost of the
-  /// motion, in bristles.
+  /// Clears the response to a motion, or writes into it why the motion is refused. Returns the cost of the
+  /// motion as a number of bristles, 0 if it is refused.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;
@@ -342,7 +342,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
-  // Restores in two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

@@ -50,7 +50,7 @@ constexpr const char* material_text = "BedMaterial";
 /// A bristle of a bed with its place in units of the contact's half widths.
 struct Cell {
   double x = 0.0, y = 0.0;
-  double area = 0.0;  ///< area of the cell, relative to the other cells
+  double area = 0.0;  ///< area of the bristle's cell, relative to the other cells
   double inner = -1.0, outer = 0.0;
   double share = 1.0;
   double along = 0.0;
@@ -68,7 +68,7 @@ std::vector<Cell> sphere_cells(int n) {
   return cells;
 }
 
-/// Makes rings of cells at Gauss nodes of r^2, with the weights as areas.
+/// Makes the bristles of an ellipse that does not roll: rings at Gauss points of r^2, with weights as areas.
 std::vector<Cell> ring_cells(int rings, int around) {
   Nodes nodes = legendre_nodes(rings);
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.at < b.at; });
@@ -307,8 +307,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.columns = make_columns(bed.count);
   double area = 0.0;
   for (const Cell& cell : cells) area += cell.area;
-  // Takes the area in contact: only n - 1 of the n cells of a row touch, because one cell is always between
-  // leaving and entering.
+  // Counts only the area in contact: n - 1 of the n cells of a row touch, because one cell is always between
+  // leaving the contact and entering it.
   if (shape.rolls) area *= (shape.cells[0] - 1.0) / shape.cells[0];
   const double x_unit = is_list ? 1.0 : shape.half[0] / bed.length;
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;

@@ -1,4 +1,4 @@
-// Steps one bed: load and size, rolling in pieces, conversion of units.
+// Steps one bed: applies load and size, cuts rolling into pieces, and converts units for the kernels.
 #include <algorithm>
 #include <cmath>
 
@@ -9,13 +9,13 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance, in units of deflection, of a bristle's root from where it was when its tip was last rewritten,
-/// beyond which tips are rewritten: further away single precision does not hold the deflection to 5e-7.
+/// Distance of a bristle's root from its place when the tip was last stored, in units of deflection. Beyond
+/// it tips are stored again: single precision would not hold the deflection to 5e-7.
 constexpr double farthest_root = 8.0;
 /// Friction limit, in units of deflection, below which a bristle counts as frictionless.
 constexpr double least_limit = 1e-12;
 /// Motion, in units of the largest friction limit, after which every bristle is bent along the motion,
-/// whatever its state before.
+/// whatever its state was.
 constexpr double longest_motion = 1e6;
 /// Distance of rolling, in half lengths of the contact, up to which rolling is only stored and not yet
 /// carried out.
@@ -34,8 +34,8 @@ constexpr double highest_load = 1e15, most_moved = 1e5, most_spin = 3.2;
 
 bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
-/// Returns the cube root of a number from 0 to 1, with a relative error of 7e-15: two of Halley's steps from
-/// a third of the exponent.
+/// Returns the cube root of a number from 0 to 1, with a relative error of 7e-15, by two steps of Halley's
+/// method from an estimate with a third of the exponent.
 double cube_root(double x) noexcept {
   if (x < 1e-300) return 0.0;
   if (x == 1.0) return 1.0;
@@ -59,13 +59,13 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the longest scaled motion that the bed makes as a whole when the caller asks only for the force at
-/// its end; a longer one is shortened.
+/// Returns the length, in units of deflection, to which a longer motion of the whole bed is shortened when
+/// the caller asks only for the force at its end.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the distance, m, up to which rolling is only stored.
+/// Returns the distance, m, up to which rolling is only stored and not yet carried out.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -99,7 +99,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles, with the contact at its present place and size.
+/// Unbends all bristles; the contact keeps its present place and size.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -116,7 +116,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Calls place() twice, because the column bed_kept compares two calls: after the second one, the cells of a
+  // Calls place() twice, because the column bed_kept compares two calls. After the second one, the cells of a
   // contact of fixed size count as already in contact, with straight bristles.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
@@ -132,7 +132,7 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
 }
 
 bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // Largest plausible sum: more than sixteen sums in single precision can reach.
+  // Largest plausible force, torque or energy of a saved state; sixteen sums of floats cannot reach it.
   constexpr double most_sum = 1e45;
   bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
               within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
@@ -143,7 +143,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Largest plausible distance of a root: farthest_root, beyond which tips are rewritten, plus one motion.
+  // Largest plausible displacement of the roots: that beyond which tips are stored again, plus one motion.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -154,7 +154,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
   if (!good) return false;
 
   constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
-  constexpr double rounding = 1e-6;      // rounding error of a tip's place, relative
+  constexpr double rounding = 1e-6;      // relative rounding error of the place of a bristle's tip
   constexpr double most_added = 0x1p25;  // number of equal terms of a sum in single precision at which one
                                          // more term changes nothing
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
@@ -189,7 +189,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
 
 namespace {
 
-/// Motion of a bed in one step, or in one piece of a step.
+/// Motion of a bed in one step, or in one of the pieces into which rolling is cut.
 struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
   double rolled[2];  ///< m, distance rolled along x and y
@@ -203,7 +203,7 @@ struct StepSum {
   double mean_torque = 0.0;
 };
 
-/// Sets the stored displacement of all roots to zero and stores the tips relative to that.
+/// Sets the stored displacement of all roots to zero and moves the tips with it, so that deflections stay.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   BedPlaces places{};
   places.count = bed.count;
@@ -280,8 +280,8 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   sum.mean_torque += share * 0.5 * (before[2] + s.torque);
 }
 
-/// Turns the rows of a disc into the direction of rolling, if by less than a quarter turn. Returns whether
-/// they turned.
+/// Turns the rows of a disc's cells into the direction of rolling, if by less than a quarter turn. Returns
+/// whether they turned.
 bool turn_rows(BedState& s) noexcept {
   const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
   const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;
@@ -294,8 +294,8 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by the distance s.rolled, in pieces if the direction of slip may turn or the mean force is asked
-/// for.
+/// Rolls by the stored distance s.rolled, in pieces if the direction of slip may turn or the caller asks for
+/// the mean force.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
   bool turned = bed.turns_rows && turn_rows(s);
@@ -379,9 +379,9 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Keeps the force, since nothing has changed.
+    // Keeps the force of the last step: the bed has not moved, and no friction limit has fallen.
   } else if (rolls) {
-    if (carried) {  // applies the load first, without motion
+    if (carried) {  // applies the changed load first, without motion; rolling follows
       Piece piece{};
       piece.carried = true;
       run_kernel(bed, kernels, piece, sum.last);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // the letters "brstmtch", magic number of saved
-                                                              // bytes
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // magic number at the head of the saved state
+                                                              // of a matcher (letters "brstmtch")
 constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
@@ -38,9 +38,9 @@ struct ContactMatcher::Impl {
     std::uint32_t ordinal = 0;  ///< number that tells the contact from other contacts of its pair
     std::uint32_t missed = 0;   ///< number of steps for which an old contact has been missing
     std::uint32_t after = none;
-    std::uint32_t partner = none;  ///< index of the matched contact in the other step (previous or present)
-    std::uint32_t nearest = none;  ///< index of the nearest unmatched contact in the other step
-    double distance = 0.0;         ///< squared distance to the contact `nearest`
+    std::uint32_t partner = none;  ///< index of the contact matched to this one in the other of the two steps
+    std::uint32_t nearest = none;  ///< index of the nearest unmatched contact in the other of the two steps
+    double distance = 0.0;         ///< squared distance (m^2) to the contact `nearest`
   };
   struct Pair {
     std::uint64_t pair;
@@ -70,8 +70,8 @@ struct ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest point of the other step that has no partner yet; of equally near ones the first
-  /// listed.
+  /// Finds the nearest contact of the same two bodies in the other step that is not matched yet; of equally
+  /// near ones the first listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -89,7 +89,7 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Searches again for each point without a partner whose nearest point was given to another.
+  /// Searches again for each unmatched contact whose nearest contact has been matched to another one.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];
@@ -98,9 +98,9 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Matches the points of a pair in order of distance. The shortest of all matches joins two points that are
-  /// each other's nearest, and this holds again for the points that are left. So repeated rounds of mutually
-  /// nearest points give that order.
+  /// Matches the old and the new contacts of two bodies in order of distance. The shortest of all matches
+  /// joins two contacts that are each other's nearest, and this holds again for the contacts that are left.
+  /// So repeated rounds of mutually nearest contacts give that order.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -136,7 +136,7 @@ struct ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives each new contact the smallest number that no present or remembered contact of the pair has.
+  /// Gives each new contact the smallest number that no present or remembered contact of its two bodies has.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {

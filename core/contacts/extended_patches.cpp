@@ -30,8 +30,8 @@ constexpr double largest_scale = 1e6;
 
 /// Rotation angle and size factor of an outline, as stored between steps.
 struct Pose {
-  Turn turn;           ///< turn from the axes of the surface to those of the outline
-  double scale = 1.0;  ///< factor of the outline's given size, from set_scale
+  Turn turn;           ///< rotation from the axes of the surface to those of the outline
+  double scale = 1.0;  ///< factor on the outline's given size, as set by set_scale()
 };
 
 /// Sums over the cells for the stiffness matrix, sum of k J^T J with k the stiffness of a cell. A cell at the
@@ -53,8 +53,8 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // + 0.0 turns -0 into 0, because a light step (is_light())
-                                              // writes 0 for damping
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // adds 0.0 to make 0 of -0, as steps by elastic forces alone
+                                              // (is_light()) write a damping of +0
     sum[2][2] = square * (size * size);
   }
 };
@@ -64,20 +64,20 @@ struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
   double force_limit = 0.0;
-  double arm = 0.0;  ///< sum over the cells of force limit x distance from the centre, at full size
+  double arm = 0.0;  ///< N m, sum over the cells of force limit x distance from the centre, at full size
   Status status = Status::ok;
 };
 
 /// Rotation and size of a patch's outline while it makes one step.
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
-  double chord = 0.0;        ///< 2 sin(spin / 2): displacement of a point at distance 1 from the centre
-  double chord_share = 1.0;  ///< chord of the spin over its arc: 2 sin(spin / 2) / spin
+  double chord = 0.0;        ///< 2 sin(spin / 2), the displacement of a point at distance 1 m from the centre
+  double chord_share = 1.0;  ///< chord over arc of the outline's spin: 2 sin(spin / 2) / spin
   double size = 1.0;
 };
 
 struct ExtendedPatch {
-  std::uint32_t generation = 0;  ///< generation of the outline in this slot; 0 = free
+  std::uint32_t generation = 0;  ///< number that tells this outline from others in the slot; 0 = free slot
   std::vector<PatchCell> cells;  ///< places of the cells, in the outline's axes
   std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
@@ -87,13 +87,13 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
-  Stiffnesses common;           ///< stiffness and limits of the last step
-  bool light_material = false;  ///< whether nothing damps or ages and only the end force is asked for, which
-                                ///< is_light() requires
+  Stiffnesses common;           ///< stiffness and force limits of the outline in its last step
+  bool light_material = false;  ///< whether the material neither damps nor ages, and the caller asks only for
+                                ///< the force at the end of a step
 
   // Data of the present step of this outline.
   Course course;
-  bool light = false;  ///< result of is_light() for the present step
+  bool light = false;  ///< whether the present step is one of elastic forces alone (is_light())
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -103,8 +103,8 @@ struct ExtendedPatch {
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known = std::min(load, detail::highest_load);  // limits the load, because a motion with a
-                                                                // load that is refused also needs a size
+    const double known = std::min(load, detail::highest_load);  // limits the load, because a motion refused
+                                                                // for its load still needs a size
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -117,13 +117,13 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Whether the spin and the total load are allowed. Cells check only their own share of the load.
+/// Whether spin and total load of an outline's motion are allowed; its cells check only their shares of it.
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// Computes the rotation of an outline in a step. For an invalid spin it is zero; the cells then refuse their
-/// motions.
+/// Computes the rotation of an outline in a step. An invalid spin counts as zero here, because the cells
+/// refuse their motions then.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -143,8 +143,8 @@ void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2])
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
-/// Computes velocity (or displacement) of the body's surface at `at` from those of the outline's centre and
-/// the spin.
+/// Computes the velocity (or displacement) of the point `at` of the body's surface from that of the outline's
+/// centre and from the spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
                 double (&moved)[2]) noexcept {
   moved[0] = of_centre[0];
@@ -179,7 +179,7 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
 /// Whether a step is light: its response is the sum of the cells' elastic forces, with the stiffness and
 /// limits of the previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Refuses displacements beyond 1e300, with which that of a cell may not be finite.
+  // Refuses displacements beyond 1e300 m, because the displacement of a cell might not be finite then.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -206,7 +206,7 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes the outputs that depend on load, material, angle and size alone: stiffness, limits and status.
+/// Writes those outputs that depend on load, material, angle and size alone: stiffness, limits and status.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -214,7 +214,7 @@ void write_common(const Stiffnesses& common, const Course& course, ExtendedRespo
   out.status = common.status;
 }
 
-/// Sums the responses of the cells. All cells have equal status flags, except Status::overload.
+/// Sums the responses of an outline's cells. All have equal status flags, except Status::overload.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
@@ -257,8 +257,8 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// Sums the cells' elastic forces for a light step, in which nothing damps, and load and material are those
-/// of `common`.
+/// Sums the cells' elastic forces for a light step, in which nothing damps. Stiffness and limits are those of
+/// the previous step (p.common), because load and material have not changed.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
@@ -285,7 +285,7 @@ Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
   return why;
 }
 
-/// Returns the options of a cell, with its share of the outline's options.
+/// Returns the options of a cell's patch, with the cell's share of the outline's load and bristles.
 PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, std::size_t cell) {
   PatchOptions options = whole;
   if (p.is_point()) return options;
@@ -300,14 +300,14 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Returns the material of a cell. Viscous friction is the only coefficient that does not grow with the load,
-/// so the cells share it.
+/// Returns the material of a cell's patch. Viscous friction is the only coefficient that does not grow with
+/// the load, so each cell gets a share of it.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
-/// Whether the force depends on the deflection alone, and stiffness and force limit on the load alone.
+/// Whether this material's friction depends on deflection alone, and its stiffness and limit on load alone.
 bool is_light(const Material& m) noexcept {
   return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
          m.ageing_strength == 0.0;
@@ -364,10 +364,10 @@ struct Room {
   std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines that make a light
                                   ///< step, one outline after the other
   std::vector<Motion> motions;    ///< motions of the cells of outlines whose step is not light
-  std::vector<Response> answers;  ///< responses of the cells to `motions`
+  std::vector<Response> answers;  ///< responses of the cells that move by `motions`
 };
 
-/// Data that the calls of the stepping side read and write.
+/// Data of the outlines that the calls of the stepping thread read and write.
 struct Stepped : Room {
   explicit Stepped(PatchBatch& its_batch) : batch(&its_batch) {}
 
@@ -394,13 +394,13 @@ struct Stepped : Room {
     return status;
   }
 
-  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. The
+  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. Its
   /// load is that of the step before.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
     const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
-    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits after a refused step
+    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits, as a cell's step was refused
     sum_up_lightly(p, id, cells, out);
     if (gone) out.status = out.status | Status::unknown_id;
     p.common.known = !gone;
@@ -420,7 +420,7 @@ struct Stepped : Room {
   }
 
   PatchBatch* batch;
-  std::vector<ExtendedPatch> patches;  ///< outlines of all slots
+  std::vector<ExtendedPatch> patches;  ///< outlines by the number of their slot
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 };
@@ -440,7 +440,7 @@ struct AddOutline final : Change {
   std::shared_ptr<Stepped> to;
   std::uint32_t slot = 0;
   ExtendedPatch made;
-  std::vector<ExtendedPatch> places;  ///< list of outlines twice as long, if all slots are taken
+  std::vector<ExtendedPatch> places;  ///< longer list of outlines that replaces a full one; else empty
   Room room;                          ///< working memory that replaces the present one, if that is too small
 };
 
@@ -466,10 +466,10 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data that only the calls of the adding side read and write.
+/// Data that only the calls which add, remove or change outlines read and write (the adding side).
 struct ExtendedPatches::Impl {
   struct Record {
-    // Cells of the stepping side's ExtendedPatch, which neither side changes.
+    // Cells of the outline and the ids of their patches, owned by its ExtendedPatch; no thread changes them.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;
@@ -489,7 +489,7 @@ struct ExtendedPatches::Impl {
     for (const PatchId id : ids) {
       try {
         batch->remove(id);
-      } catch (...) {  // the patch was already removed, or there is no memory for the command
+      } catch (...) {  // the cell's patch was already removed, or there is no memory for the command
       }
     }
   }
@@ -511,10 +511,10 @@ struct ExtendedPatches::Impl {
   PatchBatch* const batch;
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
-  std::vector<Record> records;  ///< records of the outlines of all slots
-  std::size_t cells = 0;        ///< number of cells of all patches, as counted by the adding side
+  std::vector<Record> records;  ///< cells, outputs and life of each outline, by slot number
+  std::size_t cells = 0;        ///< number of cells of all outlines, as counted by the adding side
   std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
-  std::size_t places = 0;       ///< number of extended patches that the stepping side's arrays can hold
+  std::size_t places = 0;       ///< number of outlines that the stepping side's list can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}

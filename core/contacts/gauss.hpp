@@ -1,4 +1,4 @@
-// Calculates Gauss-Legendre nodes without libm.
+// Calculates points and weights of Gauss-Legendre integration without the C library's functions (libm).
 #pragma once
 
 #include <vector>
@@ -12,13 +12,13 @@ struct Node {
 };
 using Nodes = std::vector<Node>;
 
-/// Returns the Gauss-Legendre nodes on -1 to 1; their weights have the sum 1.
+/// Returns the n points of Gauss-Legendre integration from -1 to 1 and their weights, which have the sum 1.
 inline Nodes legendre_nodes(int n) {
   Nodes nodes;
   for (int i = 0; i < n; ++i) {
     double x = turn_by(pi * (i + 0.75) / (n + 0.5)).cosine;
     double slope = 1.0;
-    for (int pass = 0; pass < 8; ++pass) {  // converges quadratically from the first pass on
+    for (int pass = 0; pass < 8; ++pass) {  // Newton's method, quadratically convergent from the first pass
       double before = 1.0, value = x;
       for (int k = 2; k <= n; ++k) {
         const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;

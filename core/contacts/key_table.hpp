@@ -22,7 +22,7 @@ class KeyTable {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFFu;
 
-  /// Makes a table for `keys` keys that is at most half full.
+  /// Makes a table for up to `keys` keys, which leave it at most half full.
   explicit KeyTable(std::size_t keys) {
     std::size_t size = 16;
     while (size < 2 * keys) size *= 2;
@@ -32,7 +32,7 @@ class KeyTable {
 
   std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
 
-  /// Inserts `value` for a key that is not in the table; `none` is not a value.
+  /// Inserts `value`, which must not be `none`, for a key that is not in the table.
   void insert(std::uint64_t key, std::uint32_t value) noexcept {
     Slot& slot = slots_[place_of(key)];
     BRISTLE_ASSERT(value != none);
@@ -68,7 +68,7 @@ class KeyTable {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
   std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
-  /// Returns the slot of the key, or the empty slot where the key belongs.
+  /// Returns the slot in which the key is stored, or else the empty slot into which it would be inserted.
   std::size_t place_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);

@@ -25,9 +25,9 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // the letters "brstkeys", magic number of saved
-                                                              // bytes
-/// Bit of a saved time that says that find_or_add_contact has not returned the contact.
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // magic number at the head of the saved state
+                                                              // of a pool (letters "brstkeys")
+/// Bit in the saved step number of a contact; says that find_or_add_contact has not yet returned the contact.
 constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
@@ -36,8 +36,8 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// The object that owns a pool's patches or beds: one of the three pointers is set, and `id` is an id in that
-/// object.
+/// The object that owns the patches or beds of a pool. One of the three pointers is set, and `id` is an id in
+/// that object.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;
@@ -53,8 +53,8 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Returns the key that the caller gave the patch (of an outline, its first cell), 0 if there is no such
-  /// patch, and nothing for beds, which have no keys.
+  /// Returns the key of a patch, or of the first cell of an outline; 0 if there is no such patch, and nothing
+  /// for beds, which have no keys.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;
@@ -64,17 +64,17 @@ struct Owner {
 };
 
 struct KeyedPool {
-  /// A patch in use by a contact. Patches in use are linked in a list that begins with the one unseen for
-  /// longest.
+  /// A patch or bed in use by a contact. Those in use are linked in a list that begins with the one whose
+  /// contact has not been requested for longest.
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
     std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last requested
     std::uint32_t before = none, after = none;
-    bool told = false;  ///< whether find_or_add_contact has already returned this contact
+    bool told = false;  ///< whether find_or_add_contact has returned this contact before
   };
 
-  /// Makes a pool; `add` makes one patch or bed in the owner.
+  /// Makes a pool and fills it with patches or beds, each made in the owner by one call of `add`.
   template <class Add>
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
             const KeyedOptions& its_options, Add&& add)
@@ -105,7 +105,7 @@ struct KeyedPool {
     for (const Held& held : pool) {
       try {
         owner.remove(held.id);
-      } catch (...) {  // the patch was already removed, or there is no memory for the command
+      } catch (...) {  // the patch or bed was already removed, or there is no memory for the command
       }
     }
   }
@@ -136,8 +136,8 @@ struct KeyedPool {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
-  /// Calls `visit` for each place of the pool: first those in use, beginning with the one unseen for longest,
-  /// then the free ones.
+  /// Calls `visit` for each patch of the pool: first for those in use, beginning with the one not requested
+  /// for longest, then for the free ones.
   template <class Visit>
   void for_each_place(Visit&& visit) const {
     for (std::uint32_t i = first; i != none; i = pool[i].after)
@@ -145,7 +145,7 @@ struct KeyedPool {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  /// Finds the contact of a key. `tells`: whether the caller reads KeyedContact::is_new.
+  /// Finds or adds the contact of a key. `tells` says whether the caller reads KeyedContact::is_new.
   KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
@@ -162,8 +162,8 @@ struct KeyedPool {
   const KeyedOptions options;
   const std::uint32_t seed;
   std::vector<Held> pool;
-  std::vector<std::uint32_t> free;  ///< free places; the one freed last is taken first, because its memory is
-                                    ///< warm
+  std::vector<std::uint32_t> free;  ///< free places of the pool; the one freed last is used first, because it
+                                    ///< is likely still in the cache
   KeyTable table;                   ///< maps a key to its place in the pool
   std::uint32_t first = none, last = none;
   std::uint64_t step = 0;

@@ -36,7 +36,7 @@ Nodes radial_density(Pressure pressure) {
     const double s = 0.5 * (1.0 + node.at);
     if (pressure == Pressure::uniform) {
       node = {s, node.weight * s};
-    } else {  // weight r (1 - r^2)^1/2 dr, smooth in s with r = 1 - s^2
+    } else {  // Hertz's load r (1 - r^2)^1/2 dr, which is smooth in s where r = 1 - s^2
       const double r = 1.0 - s * s;
       node = {r, node.weight * r * s * s * std::sqrt(2.0 - s * s)};
     }
@@ -49,8 +49,8 @@ Nodes radial_density(Pressure pressure) {
 /// Coefficients of the three-term recurrence of the polynomials that are orthogonal under a density
 /// (Stieltjes).
 struct Recurrence {
-  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1], p[k] the polynomial of degree k;
-                             ///< b[0] is not used
+  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1] for the polynomial p[k] of degree
+                             ///< k; b[0] is not used
 
   Recurrence(const Nodes& density, int n) {
     std::vector<double> before(density.size(), 0.0), now(density.size(), 1.0);
@@ -73,7 +73,7 @@ struct Recurrence {
     }
   }
 
-  /// Counts the zeros of the last polynomial that lie below x (Sturm).
+  /// Counts the zeros below x of the polynomial of the highest degree, by Sturm's sequence.
   int zeros_below(double x) const {
     int count = 0;
     double ratio = 1.0;
@@ -92,7 +92,7 @@ struct Recurrence {
     }
     return 0.5 * (low + high);
   }
-  /// Returns the weight of a node of the Gauss rule (Christoffel's number).
+  /// Returns the weight that the Gauss rule gives to its point x (Christoffel's number).
   double weight(double x) const {
     double before = 0.0, now = 1.0, norm = 1.0, sum = 1.0;
     for (std::size_t k = 0; k + 1 < a.size(); ++k) {
@@ -134,7 +134,7 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
-      // Turns each ring of cells by half a cell against the previous ring.
+      // Turns each ring of cells by half the angle between two cells against the previous ring.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

@@ -20,7 +20,7 @@ inline std::uint64_t checksum_behind_seal(Span<const std::byte> bytes) noexcept 
   return hasher.value();
 }
 
-/// Writes magic number and checksum before bytes that are already written.
+/// Writes magic number and checksum into the first 16 bytes. The bytes behind them must already be written.
 inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   ByteWriter head(bytes.data());
   head(magic);
@@ -31,8 +31,8 @@ inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   throw Error(std::string(where) + "::restore_state: the saved state " + why);
 }
 
-/// Checks the head and returns a reader of the bytes behind it. Throws Error for bytes that seal() did not
-/// write.
+/// Checks magic number and checksum, and returns a reader of the bytes behind them. Throws Error for bytes
+/// that seal() did not write.
 inline ByteReader open_sealed(const char* where, Span<const std::byte> bytes, std::uint64_t magic) {
   if (bytes.size() < seal_size) refuse_saved(where, "is cut short");
   std::uint64_t its_magic = 0, checksum = 0;

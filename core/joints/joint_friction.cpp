@@ -28,8 +28,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints. Left uninitialised: a kernel reads and fills only the rows of its
-/// variant.
+/// One number for each of 16 joints. Left uninitialised, because a kernel reads and fills only those rows
+/// that its variant needs.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -63,7 +63,7 @@ void read_material(const JointMaterial& material, Numbers& numbers) {
   }
 }
 
-/// Returns the bits of the kernel variant that this material needs.
+/// Returns the bits of those features (friction by load, static friction) that a joint's material needs.
 std::uint32_t features_of(const Numbers& numbers) {
   std::uint32_t features = 0;
   for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
@@ -103,9 +103,9 @@ struct JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // makes the exponential factor of the
-                                                                     // static part vanish for a joint without
-                                                                     // a Stribeck speed
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // lets the exponential factor of the
+                                                                     // static friction vanish for a joint
+                                                                     // without a Stribeck speed
     }
     // With gradients, computes derivatives also by parameters that are 0 in all materials, because a gradient
     // descent may start at 0.
@@ -144,7 +144,7 @@ struct JointFriction::Impl {
   std::vector<double> share, length;
   std::size_t patterns = 1;       ///< number of blocks of 16 joints after which the sequence of materials
                                   ///< repeats
-  std::vector<Column> constants;  ///< columns of constants of each block up to `patterns`
+  std::vector<Column> constants;  ///< columns of material constants for the first `patterns` blocks
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
   // Input of the present step, stored for the threads that share it.
@@ -168,8 +168,8 @@ struct JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies 16 of a caller's numbers; writes zeros for joints behind the last, and if the caller gave no
-  /// array.
+  /// Copies 16 of a caller's numbers, one per joint; writes zeros for joints behind the last one, and for all
+  /// joints if the caller gave no array.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
     if (from.empty() || n < lane_count) to = Column{};
     if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
@@ -180,7 +180,7 @@ struct JointFriction::Impl {
 
   /// Marks the joints of a block of 16 that need special treatment in a step.
   struct Odd {
-    bool bad[lane_count] = {};    ///< whether the joint's input is out of range
+    bool bad[lane_count] = {};    ///< whether the joint's input is out of range in this step
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
   };
   static bool is_good(const Column* input, std::size_t i) noexcept {
@@ -188,8 +188,8 @@ struct JointFriction::Impl {
            is_within(input[in_motor].lane[i], most_torque) &
            is_within(input[in_outside].lane[i], most_torque);
   }
-  /// Replaces bad input of joints by harmless values, and makes the bristles of fresh joints straight at
-  /// their angle.
+  /// Replaces input out of range by zeros, and makes the bristles of joints in their first step straight at
+  /// the joint's angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -205,7 +205,7 @@ struct JointFriction::Impl {
     return odd;
   }
 
-  /// Steps block b. Returns how many of its joints have bad input.
+  /// Steps block b of 16 joints, and returns how many of them have input out of range.
   std::uint32_t step_block(std::size_t b) noexcept {
     const std::size_t first = b * lane_count;
     const std::size_t n = std::min<std::size_t>(count - first, lane_count);
@@ -378,7 +378,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Restores in two passes: the first checks all values, the second writes.
+  // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i) {
@@ -392,8 +392,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         double x = 0.0;
         read(x);
         if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // bounds the distance of a tip, rad: no limit over a
-                                              // stiffness is longer
+          good = good && is_within(x, 1e24);  // bounds the angle of a bristle's tip, rad; no friction limit
+                                              // over a stiffness is larger
         else if (c < layout.gradients)
           good = good && (x == 0.0 || x == 1.0);
         else
